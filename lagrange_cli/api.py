@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.system.functions import RightHandSide
     from lagrange_cli.studies.tradeoff.measure import Trade
 
-__all__ = ["Derivation", "LoadedScene", "load", "loads"]
-
 GivenValues = Mapping[str, "float | str"]
 
 

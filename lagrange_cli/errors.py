@@ -13,26 +13,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
-__all__ = [
-    "AccuracyError",
-    "InconsistentError",
-    "InconsistentStartError",
-    "InputError",
-    "InternalError",
-    "LagrangeError",
-    "LimitError",
-    "Mark",
-    "MissingStartError",
-    "NotRealError",
-    "Problem",
-    "SingularError",
-    "StoppedError",
-    "escape_controls",
-    "nearest",
-    "placed",
-    "render",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Mark:

@@ -11,8 +11,6 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
-__all__ = ["Listener", "announce", "heard_by", "is_heard", "is_to_end"]
-
 
 def _never() -> bool:
     return False

@@ -15,8 +15,6 @@ from contextlib import suppress
 
 from lagrange_cli.cache.store import Cache
 
-__all__ = ["open_cache"]
-
 #: The environment variable that turns the cache off.
 _SWITCH = "LAGRANGE_CACHE"
 

@@ -10,8 +10,6 @@ from importlib.util import find_spec
 
 from lagrange_cli.version import __version__
 
-__all__ = ["digest", "fingerprint"]
-
 #: The libraries that results depend on, each with the file in its folder that names its version.
 _LIBRARIES = {
     "sympy": "release.py",

@@ -20,8 +20,6 @@ from typing import NamedTuple
 from lagrange_cli.cache.keys import digest
 from lagrange_cli.files import is_temporary, temporary_file
 
-__all__ = ["Cache", "Entry", "Removed"]
-
 #: Bounds of what is kept; beyond, what was not used for the longest time goes.
 MAX_CACHE_BYTES = 256 * 2**20
 MAX_CACHE_ENTRIES = 2048

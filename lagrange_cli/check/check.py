@@ -17,8 +17,6 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import expected_error, read_file
 from lagrange_cli.scene.model import ErrorExpectation
 
-__all__ = ["check_paths", "check_scene"]
-
 _OutcomeOfScene = tuple[SceneOutcome, tuple[Problem, ...]]
 
 

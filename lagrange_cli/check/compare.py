@@ -32,8 +32,6 @@ from lagrange_cli.mechanics.proofs.zero_test import (
     vanish,
 )
 
-__all__ = ["Agreement", "lagrangians_agree", "proportional"]
-
 #: Real states that must agree where states prove it, and decimal digits there.
 _POINTS, _DIGITS = 12, 120
 #: Relative difference that refutes, beside rounding errors of 1e-120 and what cancels.

@@ -11,8 +11,6 @@ from lagrange_cli.errors import Mark, Problem
 if TYPE_CHECKING:
     from lagrange_cli.simulate.results.trajectory import Event
 
-__all__ = ["ExpectedEvent", "missing_events"]
-
 #: Events that a message lists.
 _LISTED = 8
 

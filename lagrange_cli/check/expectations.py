@@ -26,10 +26,6 @@ from lagrange_cli.scene.model import Expect, InitialValue, StateExpectation
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
 
-__all__ = [
-    "CHECKS",
-]
-
 _Check: TypeAlias = Callable[[Expect, Equations], Iterator[Problem]]
 
 #: A state is computed ten times closer than it is compared, where doubles allow.

@@ -7,8 +7,6 @@ from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Problem
 
-__all__ = ["Report", "SceneOutcome", "SceneReport"]
-
 SceneOutcome: TypeAlias = Literal["pass", "fail", "invalid", "crash"]
 
 #: ``fail``: an expectation does not hold; ``invalid``: the scene is refused;

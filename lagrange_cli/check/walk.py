@@ -7,8 +7,6 @@ from collections.abc import Iterator, Sequence
 
 from lagrange_cli.errors import InputError, Problem
 
-__all__ = ["scenes_in"]
-
 #: File names that count as scenes in a folder; a file named outright may have any.
 _SUFFIXES = (".yaml", ".yml")
 

@@ -18,8 +18,6 @@ from typing import Any
 from lagrange_cli.check.model import SceneReport
 from lagrange_cli.errors import Problem
 
-__all__ = ["in_processes"]
-
 _Job = Callable[[str], SceneReport]
 
 

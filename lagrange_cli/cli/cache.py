@@ -11,8 +11,6 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.output import Command, print_text
 from lagrange_cli.errors import InputError, Problem
 
-__all__ = ["cache"]
-
 
 def _cleared(cache: Cache) -> Removed:
     """Empty the cache, or say what stands in the way."""

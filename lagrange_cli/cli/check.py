@@ -19,8 +19,6 @@ from lagrange_cli.stages import Listener, heard_by
 if TYPE_CHECKING:
     from lagrange_cli.check import Report, SceneReport
 
-__all__ = ["check"]
-
 
 def _checked(
     session: Session,

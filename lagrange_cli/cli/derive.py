@@ -19,8 +19,6 @@ from lagrange_cli.stages import announce
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation
 
-__all__ = ["derive"]
-
 
 @click.command(cls=Command, short_help="Degrees of freedom, Lagrangian and equations of motion.")
 @options.scene

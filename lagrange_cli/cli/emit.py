@@ -23,8 +23,6 @@ from lagrange_cli.stages import announce
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation
 
-__all__ = ["emit"]
-
 
 def _declared() -> dict[str, list[tuple[str, Option]]]:
     """Each option that formats declare, with the formats that have it."""

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.request import SimulationOptions
 
-__all__ = ["EnsembleRequest", "ensemble_options", "member_choice", "simulate_ensemble"]
-
 #: Members that are tried for one that can be derived.
 _MOST_TRIED = 3
 

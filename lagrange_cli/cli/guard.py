@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from lagrange_cli.emit.base import Emitter
     from lagrange_cli.scene.model import Scene
 
-__all__ = ["checkpoint_files", "guard", "guard_folder", "guard_scenes"]
-
 
 def guard(
     scene: str,

@@ -20,8 +20,6 @@ from lagrange_cli.cli.terminal.streams import prepare_streams
 from lagrange_cli.errors import InputError, InternalError, LagrangeError, Problem
 from lagrange_cli.version import __version__
 
-__all__ = ["COMMANDS", "lagrange", "main", "run"]
-
 #: The subcommands, in the order in which help lists them: each a function in a module of its name.
 COMMANDS = ("derive", "emit", "simulate", "tradeoff", "stress", "check", "cache")
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation
     from lagrange_cli.simulate.model.model import Model
 
-__all__ = ["derivation_of_scene", "model_of_scene"]
-
 
 def derivation_of_scene(
     session: Session,

@@ -14,28 +14,6 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
 
-__all__ = [
-    "comma_separated",
-    "common",
-    "cores",
-    "end_time",
-    "formulation",
-    "initial",
-    "integrators",
-    "jobs",
-    "json_flag",
-    "naming",
-    "not_empty",
-    "output_file",
-    "output_folder",
-    "parameters",
-    "plot",
-    "report_path",
-    "scene",
-    "traceback",
-    "writable",
-]
-
 #: Names of formulations.
 FORMULATIONS = ("auto", "minimal", "multiplier")
 

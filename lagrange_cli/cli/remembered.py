@@ -21,8 +21,6 @@ from lagrange_cli.files import read_bytes
 if TYPE_CHECKING:
     from lagrange_cli.cli.session import Session
 
-__all__ = ["Answer", "SceneSource", "read_source", "remembered"]
-
 
 class SceneSource(NamedTuple):
     """A scene as it was read: the name that messages have for it, and its bytes."""

@@ -21,8 +21,6 @@ from lagrange_cli.stages import Listener, heard_by
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
 
-__all__ = ["INTERRUPTED", "Session", "report_error"]
-
 #: The exit code of what Ctrl-C ended, as shells report it.
 INTERRUPTED = 128 + signal.SIGINT
 

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.request import SimulationOptions
 
-__all__ = ["simulate"]
-
 #: A plain number.
 _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
 

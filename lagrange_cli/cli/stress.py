@@ -18,8 +18,6 @@ from lagrange_cli.files import write_file
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation
 
-__all__ = ["stress"]
-
 
 def _axes() -> Iterable[str]:
     from lagrange_cli.studies.stress.points import STRESS_AXES

@@ -19,8 +19,6 @@ from lagrange_cli.files import write_file
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation
 
-__all__ = ["tradeoff"]
-
 
 @click.command(cls=Command, short_help="Speed against accuracy of every method, measured.")
 @options.scene

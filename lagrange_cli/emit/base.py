@@ -28,8 +28,6 @@ from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["Emitter", "Option", "OptionValue", "unknown_choice"]
-
 OptionValue: TypeAlias = str | bool
 
 

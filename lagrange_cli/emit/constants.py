@@ -2,20 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = [
-    "COMPLEMENTARITY_STEPS",
-    "IMPACT_TOLERANCES",
-    "LARGEST_EXPONENT",
-    "LEAST_INERTIA",
-    "MOST_EVENTS_A_STEP",
-    "MOST_REBOUNDS",
-    "NEWTON_STEPS",
-    "RATE_TOLERANCE",
-    "RESIDUAL_AT_REST",
-    "RESIDUAL_ROUNDING",
-    "UNEVEN_PIVOT",
-]
-
 #: Residuals of closures of as many units in the last place are left alone.
 RESIDUAL_AT_REST = 1.0
 

@@ -19,24 +19,6 @@ if TYPE_CHECKING:
         ShownEquation,
     )
 
-__all__ = [
-    "certificate_line",
-    "choice_line",
-    "contacts_lines",
-    "counting",
-    "energy_is_sum",
-    "explicit_line",
-    "implied_line",
-    "is_generalized_potential",
-    "multiplier_label",
-    "multipliers_line",
-    "quantity_labels",
-    "remark_on",
-    "telling_definitions",
-    "unknown_multipliers",
-    "was_divided",
-]
-
 #: Names of quantities, and what they become where the scene uses the letter.
 _LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
 _LABELS |= {"h": "h_Jac"}

@@ -18,15 +18,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.reaction_values import ConstraintForces, Reaction
 
-__all__ = [
-    "FORCES_LINE",
-    "force_columns",
-    "force_notes",
-    "force_rows",
-    "forces_report",
-    "reaction_rows",
-]
-
 _AXES = ("x", "y", "z")
 
 #: What the numbers are.

@@ -9,8 +9,6 @@ from lagrange_cli.emit.naming import comment_text
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Closure, Equations
 
-__all__ = ["START_TOLERANCE", "rates_note", "residual_labels", "steps_per_row"]
-
 #: Steps between two rows of what an emitted program prints, at most: a C int holds them.
 _MOST_STEPS = 1_000_000_000
 

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations, Input
 
-__all__ = ["derivation_report", "in_scene_language"]
-
 #: Matrices of more rows are given by their entries.
 LARGEST_DENSE = 64
 

@@ -12,17 +12,6 @@ import re
 import sys
 from collections.abc import Iterable
 
-__all__ = [
-    "C_HEADERS",
-    "C_RESERVED",
-    "PYTHON_MODULES",
-    "PYTHON_RESERVED",
-    "comment_text",
-    "file_stem",
-    "identifier",
-    "unique_identifiers",
-]
-
 _C_WORDS = """
 alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor
 bool break case catch char char8_t char16_t char32_t class co_await co_return co_yield compl

@@ -10,14 +10,6 @@ from lagrange_cli.files.interpolation import Polynomials, polynomials
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = [
-    "MOST_WRITTEN",
-    "RECORDED_ROUNDING",
-    "described_input",
-    "polynomial_rows",
-    "recorded_inputs",
-]
-
 #: Numbers of a recording that are written into code.
 MOST_WRITTEN = 100_000
 

@@ -18,8 +18,6 @@ from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["EMITTERS", "emitter"]
-
 
 def _latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.emit.latex.equations import emit_latex

@@ -10,8 +10,6 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 
-__all__ = ["c_template", "filled", "python_template"]
-
 #: The package beside whose modules the folder of the templates lies.
 _PACKAGE = "lagrange_cli.emit"
 

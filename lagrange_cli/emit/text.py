@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Conserved, Equations, Input
 
-__all__ = ["derivation_text"]
-
 #: Columns of a line, where a formula can be broken.
 TEXT_WIDTH = 100
 

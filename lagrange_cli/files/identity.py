@@ -13,8 +13,6 @@ from typing import NamedTuple, TypeAlias
 
 from lagrange_cli.errors import InputError, Problem
 
-__all__ = ["Named", "require_apart", "same_file"]
-
 _STDIN = 0
 
 

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files.recordings import Interpolation, Recording, read_recording
 
-__all__ = ["COEFFICIENTS", "Polynomials", "polynomials"]
-
 #: Coefficients of the polynomials of each interpolation.
 COEFFICIENTS: dict[Interpolation, int] = {"previous": 1, "linear": 2, "cubic": 4}
 

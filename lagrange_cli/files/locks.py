@@ -19,8 +19,6 @@ from lagrange_cli.files.refusals import cannot_write
 if TYPE_CHECKING:
     from types import ModuleType
 
-__all__ = ["lock_of", "sole_writer", "try_lock"]
-
 #: What a lock file holds: the process, and its machine.
 _CONTENT = re.compile(rb"lagrange ([0-9]{1,20}) ([^\n]{0,255})\n", re.ASCII)
 _LONGEST = 512

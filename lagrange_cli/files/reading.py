@@ -8,8 +8,6 @@ import sys
 
 from lagrange_cli.errors import InputError, LimitError, Mark, Problem
 
-__all__ = ["MAX_BYTES", "read_bytes", "read_regular", "too_large"]
-
 MAX_BYTES = 4 * 2**20
 
 

@@ -16,8 +16,6 @@ from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import LONGEST_QUOTED, CsvRows, decoded, quoted_cell
 
-__all__ = ["INTERPOLATIONS", "Interpolation", "Recorded", "Recording", "read_recording"]
-
 #: The rule of what is wrong with a recording.
 _RULE = "recording"
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from lagrange_cli.errors import InputError, Problem
 
-__all__ = ["cannot_write"]
-
 
 def cannot_write(name: str, error: OSError) -> InputError:
     """The refusal for something that cannot be written."""

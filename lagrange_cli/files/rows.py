@@ -10,8 +10,6 @@ from collections.abc import Iterator, Sequence
 
 from lagrange_cli.errors import InputError, Mark, Problem
 
-__all__ = ["DECIMAL_NUMBER", "LONGEST_QUOTED", "CsvRows", "decoded", "quoted_cell"]
-
 #: A decimal number.
 DECIMAL_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]{1,6})?", re.ASCII)
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE)

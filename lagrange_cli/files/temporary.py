@@ -17,15 +17,6 @@ from typing import NamedTuple
 
 from lagrange_cli.files.locks import try_lock
 
-__all__ = [
-    "Temporary",
-    "discard",
-    "is_temporary",
-    "remove_abandoned_folders",
-    "temporary_file",
-    "temporary_folder",
-]
-
 #: Names say whose they are, for a person: the number of the process, and 32 random digits.
 _FILE = re.compile(r"\.lagrange-([0-9]+)-[0-9a-f]{32}\.tmp", re.ASCII)
 _FOLDER = re.compile(r"lagrange-([0-9]+)-[0-9a-f]{32}", re.ASCII)

@@ -14,8 +14,6 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files.refusals import cannot_write
 from lagrange_cli.files.temporary import Temporary, temporary_file
 
-__all__ = ["check_writable", "whole_file", "write_file", "write_files"]
-
 #: Signals that end a process in between, where the system has them.
 _ENDING = {
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)

@@ -40,8 +40,6 @@ from lagrange_cli.scene.language.expression import Equation
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.stages import announce
 
-__all__ = ["assemble"]
-
 #: Relative agreement of two residuals that are the same equation.
 _SAME = mpmath.mpf(10) ** -12
 

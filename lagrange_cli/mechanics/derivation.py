@@ -24,8 +24,6 @@ from lagrange_cli.mechanics.structure import require_inertia, require_no_rates_o
 from lagrange_cli.scene.model import Formulation, Scene
 from lagrange_cli.stages import announce
 
-__all__ = ["derive"]
-
 #: Errors of an initial state that no configuration has in the coordinates, or several have.
 _NOT_REACHED = (InconsistentStartError, MissingStartError, NotRealError, SingularError)
 _NOT_REACHED_REMARK = (

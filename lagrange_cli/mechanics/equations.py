@@ -25,29 +25,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.reaction_values import ConstraintForces
     from lagrange_cli.scene.model import SimulationDefaults
 
-__all__ = [
-    "Account",
-    "BodyForce",
-    "CartesianName",
-    "Certificate",
-    "Closure",
-    "Conserved",
-    "ConstraintLine",
-    "Contact",
-    "Coordinate",
-    "Equations",
-    "Facts",
-    "FormulationChoice",
-    "InitialState",
-    "Input",
-    "Parameter",
-    "ParticleMotion",
-    "ReplacedChart",
-    "ShownEquation",
-    "SingularConfiguration",
-    "tagged",
-]
-
 
 def tagged(name: str, tail: str) -> str:
     """A name with something after it that can be read back: ``rod_2``, ``rod_2[1]``."""

@@ -40,8 +40,6 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.scene.model import Formulation, Scene
 
-__all__ = ["in_formulation", "reduced_for", "replaced_chart", "starting_state"]
-
 #: Ratio of predicted operations above which multipliers are taken; set by hand, as all below.
 _CLEARLY = 2
 #: Operations of minimal form below which nothing is to be gained.

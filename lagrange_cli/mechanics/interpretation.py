@@ -8,8 +8,6 @@ from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.symbols.convert import to_sympy, total_derivative
 from lagrange_cli.scene.language.expression import Expression
 
-__all__ = ["interpret"]
-
 
 def interpret(equations: Equations, expression: Expression) -> sp.Expr:
     """An expression of the scene language over the symbols of ``equations``.

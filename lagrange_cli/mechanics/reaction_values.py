@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from sympy import Expr
 
-__all__ = ["BodyReaction", "ConstraintForces", "Reaction"]
-
 
 @dataclass(frozen=True)
 class BodyReaction:

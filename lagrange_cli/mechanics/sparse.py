@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, overload
 if TYPE_CHECKING:
     from sympy import Expr
 
-__all__ = ["ExpressionRow", "entries"]
-
 
 class ExpressionRow(Sequence["Expr"]):
     """A row of expressions, of which those that are not zero are kept.

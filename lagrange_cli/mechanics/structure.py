@@ -30,15 +30,6 @@ from lagrange_cli.scene.checks.names import without_rate
 from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.model import Scene
 
-__all__ = [
-    "conserved_quantities",
-    "cyclic_names",
-    "require_inertia",
-    "require_no_rates_of_inputs",
-    "structure_facts",
-    "total_energy",
-]
-
 #: Smallest eigenvalue of a scaled mass matrix that counts as inertia.
 _INERTIA = 1e-12
 

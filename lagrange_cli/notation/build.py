@@ -32,8 +32,6 @@ from lagrange_cli.notation.tree import (
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations, ShownEquation
 
-__all__ = ["FUNCTION_NAMES", "Vocabulary", "display", "display_row", "display_sum", "vocabulary"]
-
 #: SymPy's functions by their names in the scene language.
 FUNCTION_NAMES: dict[type, str] = {
     sympy.sin: "sin",

@@ -26,8 +26,6 @@ from lagrange_cli.notation.tree import (
     factors_of,
 )
 
-__all__ = ["LatexPrinter", "latex_number"]
-
 #: How each function of the scene language is written; ``exp`` and ``abs`` have
 #: forms of their own.
 LATEX_FUNCTIONS = {

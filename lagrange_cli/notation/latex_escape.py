@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import unicodedata
 
-__all__ = ["GREEK", "latex_text"]
-
 #: Greek letters by name. Capitals that look like Latin ones (``Alpha``) are left
 #: as words, because they would print as another name.
 GREEK = {

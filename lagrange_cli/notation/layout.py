@@ -9,18 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-__all__ = [
-    "FACTOR_DEPTH",
-    "Line",
-    "Piece",
-    "break_lines",
-    "deeper",
-    "joined",
-    "prefixed",
-    "suffixed",
-    "width",
-]
-
 #: The depth of a break between two factors, below any sum that a person nests.
 FACTOR_DEPTH = 20
 

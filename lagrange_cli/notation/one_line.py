@@ -22,8 +22,6 @@ from lagrange_cli.notation.tree import (
     factors_of,
 )
 
-__all__ = ["OneLinePrinter", "argument_list", "columns", "group", "solid"]
-
 
 def columns(text: str) -> int:
     """The number of terminal columns of a text without wide characters."""

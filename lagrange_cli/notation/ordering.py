@@ -30,21 +30,6 @@ from lagrange_cli.notation.tree import (
     factors_of,
 )
 
-__all__ = [
-    "call_of",
-    "fraction_of",
-    "is_one",
-    "number_of",
-    "pi",
-    "pivot_is_negative",
-    "power_of",
-    "product_of",
-    "root_of",
-    "signed",
-    "sum_of",
-    "symbol_of",
-]
-
 _FactorKey: TypeAlias = tuple[int, str, float]
 _TermKey: TypeAlias = tuple[int, int, bool, float, bool, tuple[_FactorKey, ...], str]
 

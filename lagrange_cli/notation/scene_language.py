@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["ScenePrinter", "to_scene_language"]
-
 
 class ScenePrinter(OneLinePrinter):
     """``(M + m)*ddot(r) - M*r*dot(theta)^2 + m*g``."""

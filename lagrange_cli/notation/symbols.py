@@ -13,17 +13,6 @@ from dataclasses import dataclass
 
 from lagrange_cli.notation.latex_escape import GREEK, latex_text
 
-__all__ = [
-    "DOT_WORDS",
-    "NameParts",
-    "latex_name",
-    "latex_word",
-    "multiplier_name",
-    "multiplier_symbol",
-    "split_name",
-    "text_name",
-]
-
 _GREEK_NAMES = {letter: name for name, letter in GREEK.items()}
 
 _DOTS = {1: "\u0307", 2: "\u0308"}

@@ -11,24 +11,6 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import TypeAlias
 
-__all__ = [
-    "Dependence",
-    "DisplayCall",
-    "DisplayFraction",
-    "DisplayNode",
-    "DisplayNumber",
-    "DisplayPi",
-    "DisplayPower",
-    "DisplayProduct",
-    "DisplayRoot",
-    "DisplaySum",
-    "DisplaySymbol",
-    "OrderTraits",
-    "SignedNode",
-    "as_terms",
-    "factors_of",
-]
-
 
 class Dependence(IntEnum):
     """What an expression depends on: the highest of its symbols."""

@@ -15,8 +15,6 @@ from lagrange_cli.notation.tree import (
     factors_of,
 )
 
-__all__ = ["UnicodePrinter"]
-
 _VULGAR = {
     (1, 2): "½",
     (1, 3): "⅓",

@@ -20,13 +20,6 @@ from lagrange_cli.program.systems.large_systems import is_large_system
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = [
-    "INTERNAL_FUNCTIONS",
-    "constraint_programs",
-    "contact_programs",
-    "shifting_programs",
-]
-
 #: Function → outputs that it writes, one after the other.
 _OUTPUTS: dict[str, tuple[str, ...]] = {
     "multipliers": ("multipliers",),

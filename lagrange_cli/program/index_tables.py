@@ -9,8 +9,6 @@ from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.sparse_factorization import SupernodalFactors
 from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, SparseSolve
 
-__all__ = ["relative_indices", "supernode_tables", "table_name", "tables_of"]
-
 
 def table_name(prefix: str, table: tuple[int, ...]) -> str:
     """The name of a table, told by what it holds: functions that need the same one share it."""

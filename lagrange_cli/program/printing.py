@@ -14,8 +14,6 @@ from typing import Protocol
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.program.program import Constant, FunctionCall, Operand, Product, Sum, Variable
 
-__all__ = ["Dialect", "expression_text", "functions_in"]
-
 _SUM, _PRODUCT, _ATOM = range(3)
 
 

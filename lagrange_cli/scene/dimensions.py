@@ -32,8 +32,6 @@ from lagrange_cli.scene.language.grammar import parse_expression
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reading.declarations import AXES
 
-__all__ = ["Base", "Dimensions", "dimensions"]
-
 Base: TypeAlias = Literal["mass", "length", "time"]
 
 _BASES: tuple[Base, ...] = ("mass", "length", "time")

@@ -16,30 +16,6 @@ from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.files import Recording
 from lagrange_cli.scene.language.expression import Equation, Expression
 
-__all__ = [
-    "MOST_SAMPLES",
-    "Constraint",
-    "DeclaredCoordinate",
-    "DeclaredInput",
-    "DeclaredParameter",
-    "Definition",
-    "ErrorExpectation",
-    "EventExpectation",
-    "Expect",
-    "Force",
-    "Formulation",
-    "InitialValue",
-    "Particle",
-    "Point",
-    "Scene",
-    "SimulateDefaults",
-    "SimulationDefaults",
-    "Size",
-    "StateExpectation",
-    "Term",
-    "Unilateral",
-]
-
 #: Samples of any run: rows of a table that a disk may hold.
 MOST_SAMPLES = 10_000_000_000
 

@@ -32,8 +32,6 @@ from lagrange_cli.scene.reading.overrides import (
 from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, SourceNode, compose, decode
 
-__all__ = ["SECTIONS", "expected_error", "read_file", "read_text"]
-
 
 @dataclass(frozen=True, slots=True)
 class _Section:

@@ -7,7 +7,5 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Array"]
-
 #: Floating-point numbers; shapes stand where arrays are passed.
 Array: TypeAlias = NDArray[np.float64]

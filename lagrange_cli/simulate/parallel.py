@@ -21,8 +21,6 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import TypeVar
 
-__all__ = ["Aside", "in_any_order", "in_threads"]
-
 #: Seconds between two looks at whether results are still wanted.
 _GLANCE = 0.1
 

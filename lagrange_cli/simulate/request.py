@@ -17,8 +17,6 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.samples.rows import Grid, RowSequence
 
-__all__ = ["AUTO", "Request", "SimulationOptions", "method_of", "require_fit", "resolve"]
-
 #: The name of the method that is chosen by the program.
 AUTO = "auto"
 

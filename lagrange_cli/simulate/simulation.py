@@ -47,8 +47,6 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["RunContext", "integrate", "problem_of", "simulate", "trajectory_of"]
-
 #: Looks at all times and states of a stream, and at what is known of them.
 Look: TypeAlias = Callable[[RowSequence, RowSequence, Trajectory], None]
 

@@ -27,8 +27,6 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import ModeChange
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, ulps
 from lagrange_cli.simulate.runs.run import Failure, Run
 
-__all__ = ["Motion", "Reference", "errors", "motion_of", "no_time", "reference"]
-
 #: Tolerances of the two runs in wider arithmetic, in parts of the scales.
 _WIDER_TOLERANCES = (1e-19, 2e-18)
 

@@ -10,8 +10,6 @@ from lagrange_cli.cli.reports.json_text import json_text
 from lagrange_cli.cli.reports.tables import labelled
 from lagrange_cli.errors import escape_controls
 
-__all__ = ["FORMATS", "file_count"]
-
 #: The endings of files by what they hold.
 _KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
 

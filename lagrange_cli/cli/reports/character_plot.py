@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lagrange_cli.studies.tradeoff.runs import WorkPrecisionPoint
 
-__all__ = ["character_plot"]
-
 #: Characters of the picture, and errors above which nothing is drawn.
 _WIDTH, _HEIGHT, _LARGEST_ERROR = 64, 18, 1.0
 

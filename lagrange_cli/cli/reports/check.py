@@ -13,8 +13,6 @@ from lagrange_cli.errors import Problem, escape_controls, render
 if TYPE_CHECKING:
     from lagrange_cli.check import Report, SceneReport
 
-__all__ = ["FORMATS", "check_json", "check_text", "github", "junit"]
-
 #: Outcome, path, seconds.
 _SCENE = (TableColumn("", 7, before=""), TableColumn(), TableColumn())
 

@@ -11,8 +11,6 @@ from lagrange_cli.cli.terminal.output import can_encode
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation
 
-__all__ = ["FORMATS"]
-
 
 def _text(derivation: Derivation, form: str, ascii_only: bool, encoding: str) -> str:
     """The derivation as text, in ASCII where the encoding has no more."""

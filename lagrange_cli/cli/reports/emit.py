@@ -10,8 +10,6 @@ from lagrange_cli.cli.reports.tables import TableColumn, table
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import Emitter
 
-__all__ = ["listed_formats"]
-
 #: Name, files, title.
 _FORMATS = (TableColumn(before=""), TableColumn("", 0), TableColumn())
 

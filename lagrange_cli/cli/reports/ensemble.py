@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.run import Plan
     from lagrange_cli.simulate.ensemble.store import Store
 
-__all__ = ["FORMATS", "SimulatedMembers"]
-
 #: Failures that a person is shown.
 _MOST_SHOWN = 12
 

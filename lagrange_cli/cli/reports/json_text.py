@@ -6,8 +6,6 @@ import json
 import math
 from typing import Any
 
-__all__ = ["json_text"]
-
 
 def json_text(value: Any, *, ascii: bool = False) -> str:
     """Write a report as JSON, indented, with a final newline.

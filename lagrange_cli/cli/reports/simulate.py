@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.model.model import Model
 
-__all__ = ["FORMATS", "Simulated"]
-
 #: Events that are listed for a person, and values with each.
 _MOST_EVENTS, _MOST_VALUES = 12, 6
 

@@ -14,13 +14,6 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.stress.points import StressPoint
     from lagrange_cli.studies.stress.runs import StressRun
 
-__all__ = [
-    "FORMATS",
-    "sentence",
-    "setting",
-    "stress_summary",
-]
-
 #: Characters of a setting and of a reason in the table.
 _SETTING_WIDTH, _REASON_WIDTH = 26, 72
 

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.tradeoff.measure import CostRatios, Recommendation, Trade
     from lagrange_cli.studies.tradeoff.runs import Setting, WorkPrecisionPoint
 
-__all__ = ["FORMATS", "options_of", "tradeoff_summary", "tradeoff_text"]
-
 _ENDS = {"ok": "", "given_up": "given up", "failed": "failed"}
 
 _RUNS = (

@@ -9,9 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["OverdueError", "within"]
-
-
 #: Seconds that alarms can be set to, at least and at most: a microsecond, and three years.
 _LEAST, _MOST = 1e-6, 1e8
 

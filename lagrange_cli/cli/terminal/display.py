@@ -10,8 +10,6 @@ from typing import TextIO
 
 from lagrange_cli.errors import escape_controls
 
-__all__ = ["shown_stage"]
-
 #: Seconds after which a line is shown, and between two of them.
 SHOWN_AFTER, REDRAWN_AFTER = 1.0, 0.5
 

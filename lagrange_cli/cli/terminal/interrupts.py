@@ -8,8 +8,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
 
-__all__ = ["Interrupts", "ending_signals", "noted_interrupts"]
-
 
 def ending_signals() -> list[signal.Signals]:
     """The signals that ask a command to end: SIGTERM, and where it is not ignored (``nohup``)

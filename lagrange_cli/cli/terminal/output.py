@@ -12,8 +12,6 @@ from lagrange_cli.cli.terminal.streams import results, results_apart
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write
 
-__all__ = ["Command", "can_encode", "give_up_stdout", "print_text", "stdout_encoding"]
-
 #: What a shell reports for a process that SIGPIPE ended.
 _CLOSED_PIPE = 141
 

@@ -6,8 +6,6 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["ProgressBar"]
-
 #: Seconds between two looks at the simulated time on a terminal, and between two lines elsewhere.
 _GLANCE, _LINE = 0.2, 10.0
 

@@ -18,8 +18,6 @@ from typing import TYPE_CHECKING, TextIO
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
-__all__ = ["ForgivingFile", "prepare_streams", "results", "results_apart"]
-
 _STDOUT, _STDERR = 1, 2
 
 _RESULTS: ContextVar[TextIO | None] = ContextVar("results")

@@ -29,8 +29,6 @@ from lagrange_cli.program.systems.loop_rolling import (
     roll_loops,
 )
 
-__all__ = ["body_text", "program_workspace_size", "result_name"]
-
 #: Lines of arithmetic are broken before this column.
 _WIDTH = 96
 

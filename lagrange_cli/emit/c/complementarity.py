@@ -5,8 +5,6 @@ from __future__ import annotations
 from lagrange_cli.emit.c.names import Real
 from lagrange_cli.emit.constants import COMPLEMENTARITY_STEPS
 
-__all__ = ["complementarity_replacements", "complementarity_templates"]
-
 #: Contacts from which on those that push are guessed first.
 _FEWEST_GUESSED = 8
 

@@ -11,8 +11,6 @@ from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.program import Program
 
-__all__ = ["contact_target", "interface_text", "mode_target", "mode_workspace_size"]
-
 
 def contact_target(target: CTarget, contacts: int) -> CTarget:
     """The target of the functions that take flags and targets in an array of their own."""

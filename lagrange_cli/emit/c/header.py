@@ -16,9 +16,6 @@ from lagrange_cli.version import __version__
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate, Equations, Input, Parameter
 
-__all__ = ["header_text"]
-
-
 _INPUTS = """
 /* out[0..@NAME@_INPUTS-1]: the inputs as the scene has them at time t. */
 int @NAME@_inputs(@OUT@);

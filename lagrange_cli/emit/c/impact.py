@@ -25,8 +25,6 @@ from lagrange_cli.emit.constants import IMPACT_TOLERANCES, RATE_TOLERANCE
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.program import Program, result_count
 
-__all__ = ["impact_text", "impact_workspace_size"]
-
 
 def impact_text(programs: Mapping[str, Program], target: CTarget) -> str:
     """``events`` and ``reset`` with what they need, empty where there are no contacts."""

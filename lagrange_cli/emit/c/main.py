@@ -15,8 +15,6 @@ from lagrange_cli.emit.template_files import c_template, filled
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["main_text"]
-
 #: Rows of output, and steps from one row to the next.
 _ROWS = 500
 _STEPS_PER_ROW = 20

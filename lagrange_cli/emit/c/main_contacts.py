@@ -12,9 +12,6 @@ from lagrange_cli.emit.template_files import c_template
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["REASON", "contact_replacements"]
-
-
 REASON = (
     'status == 1 ? "singular configuration"\n'
     '                        : status == 2 ? "result is not finite"\n'

@@ -34,8 +34,6 @@ from lagrange_cli.program.systems.contact_systems import with_contact_flags
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["blocks_of", "emit_c", "function_text", "functions_used"]
-
 _MATH = "#include <math.h>\n"
 
 #: Function of the interface → outputs that it writes, one after the other.

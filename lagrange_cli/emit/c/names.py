@@ -14,8 +14,6 @@ from lagrange_cli.program.graph.literals import decimal_literal, double_literal,
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["CNames", "Real", "c_string", "real_type"]
-
 
 @dataclass(frozen=True)
 class Real:

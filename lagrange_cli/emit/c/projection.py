@@ -12,8 +12,6 @@ from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
 from lagrange_cli.program.program import Program
 
-__all__ = ["project_text", "residual_text", "workspace_size"]
-
 
 def residual_text(programs: Mapping[str, Program], target: CTarget) -> str:
     """The helpers of all projections, empty where there is none."""

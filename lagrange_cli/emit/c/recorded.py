@@ -15,9 +15,6 @@ from lagrange_cli.emit.template_files import c_template
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["CRecorded", "c_recorded"]
-
-
 _C_BOUNDS = """\
     if (!(start >= @FIRST@@UNTIL@)) {
         fprintf(stderr, "%s\\n", @TEXT@);

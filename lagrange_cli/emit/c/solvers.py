@@ -10,13 +10,6 @@ from lagrange_cli.emit.constants import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_
 from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 
-__all__ = [
-    "EPSILON_NAME",
-    "helper_text",
-    "solver_text",
-    "solver_workspace_size",
-]
-
 #: Functions that ``<math.h>`` lacks.
 _HELPERS = ("sign", "min", "max")
 

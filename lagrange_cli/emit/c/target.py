@@ -13,8 +13,6 @@ from lagrange_cli.program.program import PROGRAM_FUNCTIONS
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["CTarget"]
-
 #: Functions that ``<math.h>`` lacks; the source file has its own.
 _OWN = ("max", "min", "sign")
 

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Conserved, Coordinate, Equations, ParticleMotion
 
-__all__ = ["latex_document"]
-
 _PREAMBLE = r"""\documentclass[11pt,a4paper]{article}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}

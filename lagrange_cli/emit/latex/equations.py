@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["emit_latex", "equation_latex", "equations_latex"]
-
 
 def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     """Return ``NAME.tex``.

@@ -14,8 +14,6 @@ from lagrange_cli.notation.symbols import latex_name
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.reaction_values import ConstraintForces
 
-__all__ = ["forces_section"]
-
 
 def forces_section(setter: Typesetter) -> list[str]:
     """Lines of the section; none where the forces were not asked for."""

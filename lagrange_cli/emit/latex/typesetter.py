@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Coordinate, Equations
 
-__all__ = ["FormulaRow", "Typesetter"]
-
 #: Columns of half an em that a line of the document holds beside its label and number.
 _LINE = 70
 

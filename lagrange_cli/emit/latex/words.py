@@ -13,8 +13,6 @@ from lagrange_cli.notation.latex import LATEX_FUNCTIONS, latex_number
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.symbols import latex_name
 
-__all__ = ["scene_text_latex", "unit_latex", "value_latex"]
-
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
     r"|(?P<name>[^\W\d]\w*(?:\[[\w, +-]*\])?)"

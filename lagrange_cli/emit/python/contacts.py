@@ -16,8 +16,6 @@ from lagrange_cli.program.program import Program
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["CONTACT_NOTES", "contact_constants", "contact_script", "interface_source"]
-
 #: What the module says of them.
 CONTACT_NOTES = [
     "",

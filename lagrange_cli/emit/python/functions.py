@@ -40,14 +40,6 @@ from lagrange_cli.program.program import (
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = [
-    "function_source",
-    "module_source",
-    "prelude",
-    "program_of",
-    "right_hand_side_source",
-]
-
 #: Names of the standard library that functions may use.
 _MATH = (
     "acos",

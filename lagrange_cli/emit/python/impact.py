@@ -11,8 +11,6 @@ from lagrange_cli.emit.constants import COMPLEMENTARITY_STEPS, IMPACT_TOLERANCES
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.program import Program, result_count
 
-__all__ = ["impact_source"]
-
 
 def impact_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
     """Definitions of ``events`` and ``reset``, none where there are no contacts.

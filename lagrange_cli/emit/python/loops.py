@@ -25,8 +25,6 @@ from lagrange_cli.program.systems.loops import (
     Zeros,
 )
 
-__all__ = ["index_tables_source", "loops_source"]
-
 #: Longer lines are broken.
 _WIDTH = 92
 

@@ -47,8 +47,6 @@ from lagrange_cli.version import __version__
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
 
-__all__ = ["emit_python"]
-
 _FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
 

@@ -14,8 +14,6 @@ from lagrange_cli.emit.constants import (
 )
 from lagrange_cli.emit.template_files import filled, python_template
 
-__all__ = ["HELPERS", "helper_source", "project_source"]
-
 #: Functions that evaluators and ``project`` call, by the names of their templates.
 HELPERS = ("solve_saddle", "solve_banded", "residual", "coupled_residual")
 

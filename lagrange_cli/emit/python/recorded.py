@@ -17,8 +17,6 @@ from lagrange_cli.emit.template_files import python_template
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["python_recorded"]
-
 
 def python_recorded(equations: Equations) -> list[str]:
     """The recordings of the inputs, and the function ``recorded``; nothing where there are none."""

@@ -11,8 +11,6 @@ from lagrange_cli.program.printing import Dialect, expression_text
 from lagrange_cli.program.program import Constant, Operand, Product, Program, Variable, dependents
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 
-__all__ = ["DOUBLE_ROUNDING", "LINE_WIDTH", "assigned", "operand_list", "solution", "symmetric"]
-
 #: Longer expressions are broken into lines.
 LINE_WIDTH = 84
 

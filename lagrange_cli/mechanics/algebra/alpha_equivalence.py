@@ -17,8 +17,6 @@ import sympy as sp
 
 from lagrange_cli.mechanics.equations import Coordinate
 
-__all__ = ["ShapeClasses", "ShapeInstance", "rename_symbols", "shape"]
-
 _Result = TypeVar("_Result")
 
 #: SymPy's order of the arguments of sums and products.

@@ -29,20 +29,6 @@ from lagrange_cli.mechanics.algebra.identities import (
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.algebra.squares import binomial_square, normalize_square_signs
 
-__all__ = [
-    "Splitter",
-    "TermSum",
-    "collected_terms",
-    "common_factor",
-    "factored",
-    "monomial",
-    "python_rational",
-    "scaled",
-    "sympy_rational",
-    "tidy",
-    "trig_factors",
-]
-
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 #: Terms that a sum may be multiplied out to while a shorter form is sought. Set by hand.
 _TERM_BUDGET = 200

@@ -15,8 +15,6 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 
-__all__ = ["Kinematics", "derivative"]
-
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
 #: Terms that one position component may be multiplied out to. Set by hand.

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import sympy as sp
 
-__all__ = ["expand_terms", "term_count"]
-
 _ONE = sp.Integer(1)
 
 

@@ -8,8 +8,6 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.collect import common_factor, factored
 
-__all__ = ["group_by_velocities", "grouped_sum", "positional_groups"]
-
 
 def group_by_velocities(
     terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]

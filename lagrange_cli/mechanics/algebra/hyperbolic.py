@@ -9,8 +9,6 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 
-__all__ = ["shorten_hyperbolic"]
-
 #: Terms that a sum may be multiplied out to. Set by hand.
 _TERM_BUDGET = 40
 

@@ -14,8 +14,6 @@ from typing import TypeAlias
 
 import sympy as sp
 
-__all__ = ["Rational", "TrigFactor", "TrigMonomial", "Weights", "shorten_trigonometric"]
-
 #: ``("sin" or "cos", argument)``
 TrigFactor: TypeAlias = tuple[str, sp.Expr]
 #: factor → power, in order of first appearance of the factors.

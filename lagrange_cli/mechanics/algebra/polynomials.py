@@ -14,12 +14,6 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.expand import term_count
 
-__all__ = [
-    "cancelled",
-    "common_divisor",
-    "factored_form",
-]
-
 # The budget; all set by hand.
 
 #: Nodes of the expressions.

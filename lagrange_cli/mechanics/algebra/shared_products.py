@@ -13,8 +13,6 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-__all__ = ["MovingComponent", "RecurringProducts", "recurring_products"]
-
 
 @dataclass(frozen=True)
 class MovingComponent:

@@ -8,8 +8,6 @@ from lagrange_cli.mechanics.algebra.collect import collected_terms, factored, ti
 from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor, factored_form
 
-__all__ = ["length_factor", "shortened"]
-
 # Budgets, set by hand.
 
 #: Terms that a numerator may be multiplied out to.

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import sympy as sp
 
-__all__ = ["binomial_square", "normalize_square_signs"]
-
 
 def binomial_square(expr: sp.Expr) -> sp.Expr:
     """Write ``R² + 2 R a cos θ + a² cos² θ`` as ``(R + a cos θ)²``; leave others."""

@@ -18,8 +18,6 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.identities import Rational, TrigMonomial
 
-__all__ = ["TrigPolynomial", "refined"]
-
 #: Trigonometric monomial → coefficient.
 TrigPolynomial: TypeAlias = dict[TrigMonomial, Rational]
 #: ("cos" or "sin", frequency) → coefficient; a frequency and its negative are one.

@@ -41,8 +41,6 @@ from lagrange_cli.mechanics.numerics.sampling import to_double, working_digits
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.stages import announce
 
-__all__ = ["Evidence", "certify", "certify_shown", "not_real"]
-
 _ZERO = mpf(0)
 
 #: Doubles that have all their digits.

@@ -23,8 +23,6 @@ from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
 from lagrange_cli.mechanics.sparse import entries
 
-__all__ = ["ClosureCheck"]
-
 _ZERO = mpf(0)
 
 #: Above this number of unknowns accelerations and multipliers are not solved for.

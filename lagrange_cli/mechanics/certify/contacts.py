@@ -19,8 +19,6 @@ from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
 from lagrange_cli.mechanics.sparse import entries
 
-__all__ = ["GapCheck"]
-
 _ZERO = mpf(0)
 
 #: Reported, expected, and the size of the parts.

@@ -25,8 +25,6 @@ from lagrange_cli.mechanics.proofs.zero_test import (
     vanish,
 )
 
-__all__ = ["open_questions", "proven_evidence"]
-
 _ZERO = sp.Integer(0)
 
 #: Above this number of closures the work of forces is not looked at beside them.

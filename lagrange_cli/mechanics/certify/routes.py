@@ -13,8 +13,6 @@ from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 
-__all__ = ["Observation", "Tapes"]
-
 _ZERO = mpf(0)
 _ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
 

@@ -13,8 +13,6 @@ from lagrange_cli.mechanics.numerics.sampling import PLACED_DRAWS, SamplePoint
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
-__all__ = ["FeasibilitySearch"]
-
 #: Starts in a scene of many coordinates, where each costs seconds; set by hand.
 _STARTS_OF_MANY = 4
 #: Widths of the starts around the given configuration, relative to scales, in turn; set by hand.

@@ -23,8 +23,6 @@ from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
 from lagrange_cli.mechanics.symbols.values import nearest_double
 from lagrange_cli.scene.model import Unilateral
 
-__all__ = ["contacts"]
-
 _DIGITS = 30
 #: Change relative to |∂φ/∂q|·|Δq| below which a gap counts as constant; set by hand.
 _STILL = mpf(10) ** -9

@@ -29,8 +29,6 @@ from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
 from lagrange_cli.mechanics.symbols.yaml_snippets import one_sided_snippet
 from lagrange_cli.scene.model import Unilateral
 
-__all__ = ["require_feasible"]
-
 #: Most constraints among which a smallest set is sought by proofs; set by hand, as all below.
 _MOST = 40
 #: Most constraints among which a smallest set is sought by searches.

@@ -20,24 +20,6 @@ from lagrange_cli.mechanics.symbols.yaml_snippets import (
 )
 from lagrange_cli.scene.model import Scene
 
-__all__ = [
-    "dependence_error",
-    "equations_behind",
-    "is_sum_of_squares",
-    "isolated_start_error",
-    "nesting_error",
-    "no_configuration_error",
-    "no_solution_error",
-    "remaining_coordinates",
-    "require_enough",
-    "require_size",
-    "satisfied_elsewhere_error",
-    "singular_error",
-    "too_few_error",
-    "too_many_error",
-]
-
-
 #: Coordinates, particles or constraints of a system that is derived: a derivation takes about a
 #: hundredth of a second for each, and a megabyte for some tens of them.
 LARGEST_SYSTEM = 20_000

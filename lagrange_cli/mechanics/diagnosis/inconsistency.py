@@ -25,14 +25,6 @@ from lagrange_cli.mechanics.proofs.sum_of_squares import contradicting_equations
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
 
-__all__ = [
-    "contradiction_error",
-    "diagnose_no_configuration",
-    "irreducible_subset",
-    "is_contradictory",
-    "proven_inconsistency",
-]
-
 #: Most equations that are reduced to an irreducible set, an elimination each. Set by hand.
 _MOST = 40
 #: Most equations that are tried each by itself. Set by hand.

@@ -23,9 +23,6 @@ from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import quoted
 
-__all__ = ["overlong_rod_error"]
-
-
 #: Most rods of a path that a message names again. Set by hand.
 _LISTED = 6
 

@@ -11,8 +11,6 @@ from lagrange_cli.mechanics.sparse import entries
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["explicit_accelerations", "forcing_with_reactions", "multiplier_terms"]
-
 #: Larger coupled systems are left as M q̈ = f: their closed forms fill pages.
 _LARGEST_SOLVED = 2
 

@@ -25,8 +25,6 @@ from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 
-__all__ = ["closures"]
-
 #: Terms that a part of a closure may be multiplied out to.
 _TERM_BUDGET = 200
 

@@ -16,8 +16,6 @@ from lagrange_cli.mechanics.proofs.zero_test import vanish
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.scene.model import Term
 
-__all__ = ["jump_warnings"]
-
 _HINT = (
     "derived equations hold beside it and simulations end there; tanh(u/w) for sign(u) is smooth"
 )

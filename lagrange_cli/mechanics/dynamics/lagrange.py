@@ -42,8 +42,6 @@ from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.scene.model import Force
 
-__all__ = ["Uncertified", "derive_uncertified", "raw_terms"]
-
 _Entry = TypeVar("_Entry")
 
 #: Products that are multiplied out and collected; beyond it sums are left factored.

@@ -22,8 +22,6 @@ from lagrange_cli.mechanics.dynamics.solve_exactly import solve_exactly
 from lagrange_cli.mechanics.equations import SingularConfiguration
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
-__all__ = ["MOST_COORDINATES", "conserved_momenta", "singular_configurations"]
-
 #: Most coordinates of a block that is examined; set by hand, as all below.
 _LARGEST_BLOCK = 3
 #: Most operations of the entries of such a block.

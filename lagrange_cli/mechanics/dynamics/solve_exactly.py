@@ -38,8 +38,6 @@ from lagrange_cli.mechanics.algebra.collect import (
 from lagrange_cli.mechanics.algebra.trig_polynomials import TrigPolynomial, refined
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
-__all__ = ["ExactSolution", "SolvedAcceleration", "solve_exactly"]
-
 #: Most products that one entry may be multiplied out to.
 _PRODUCT_BUDGET = 250
 #: Most terms of a numerator.

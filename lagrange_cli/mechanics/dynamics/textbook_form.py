@@ -20,8 +20,6 @@ from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.sparse import entries
 
-__all__ = ["shown_equations"]
-
 #: Tells whether the equation with this residual is one that ``expect`` writes.
 _IsExpected = Callable[[sp.Expr], bool]
 

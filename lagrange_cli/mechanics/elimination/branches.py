@@ -17,8 +17,6 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets, written
 from lagrange_cli.scene.language.expression import Equation
 
-__all__ = ["AmbiguousFactorError", "BranchedSolution", "NoRealSolutionError", "meet"]
-
 #: Most configurations that are tried. Set by hand.
 _TRIES = 60
 #: Part of the largest value by which branches are to differ. Set by hand.

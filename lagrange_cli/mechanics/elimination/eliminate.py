@@ -35,8 +35,6 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets
 from lagrange_cli.scene.language.expression import Equation
 
-__all__ = ["Elimination", "StatedEquation", "eliminate", "substitute"]
-
 #: Largest relative value that counts as zero at the reference configuration. Set by hand.
 _VANISHES = mpmath.mpf(10) ** -9
 #: Distance from the given value, relative to the scene's length, of another solution. Set by hand.

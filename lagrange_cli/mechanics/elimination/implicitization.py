@@ -20,14 +20,6 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor
 
-__all__ = [
-    "AngleSymbols",
-    "ImplicitEquation",
-    "ImplicitSystem",
-    "angle_symbols",
-    "in_single_angles",
-]
-
 _ZERO, _ONE = sp.Integer(0), sp.Integer(1)
 
 #: Terms that an equation may be multiplied out to. Set by hand.

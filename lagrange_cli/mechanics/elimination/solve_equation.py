@@ -19,8 +19,6 @@ from mpmath import mpf
 from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
 from lagrange_cli.mechanics.algebra.polynomials import factored_form
 
-__all__ = ["factor_branches", "linear_parts", "solutions", "solves_everywhere"]
-
 #: Value of an expression at the reference configuration; None if it is unknown.
 _Value = Callable[[sp.Expr], "mpf | None"]
 

@@ -20,8 +20,6 @@ from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import rank
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
-__all__ = ["NEWTON_STARTS", "ConfigurationSearch", "Configurations"]
-
 _ZERO = mpf(0)
 #: Starts of Newton's method, the guess first; set by hand.
 NEWTON_STARTS = 24

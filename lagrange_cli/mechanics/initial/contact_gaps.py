@@ -14,8 +14,6 @@ from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, gap_over_names
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
-__all__ = ["GapProjection"]
-
 _ZERO = mpf(0)
 
 #: Largest gap, relative to the scene's length, that counts as closed, and largest rate of

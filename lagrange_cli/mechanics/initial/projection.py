@@ -13,8 +13,6 @@ from lagrange_cli.mechanics.initial.configuration import NEWTON_STARTS, Configur
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
-__all__ = ["ClosureProjection"]
-
 _ZERO = mpf(0)
 
 #: Largest violation, relative to the scene's length or speed, that is projected.

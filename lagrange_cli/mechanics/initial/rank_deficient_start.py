@@ -24,8 +24,6 @@ from lagrange_cli.mechanics.numerics.rank import (
 )
 from lagrange_cli.mechanics.sparse import entries
 
-__all__ = ["rank_deficiency_warning"]
-
 
 def rank_deficiency_warning(
     derivation: Uncertified, initial: InitialState | None

@@ -13,8 +13,6 @@ from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import MOST_SAMPLES, Scene, SimulationDefaults
 
-__all__ = ["simulation_defaults"]
-
 
 def simulation_defaults(scene: Scene, values: ParameterValues) -> SimulationDefaults:
     """The numbers of the section, None for those that are absent.

@@ -41,8 +41,6 @@ from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.mechanics.symbols.yaml_snippets import near_snippet
 from lagrange_cli.scene.model import InitialValue
 
-__all__ = ["HasMassMatrix", "initial_state"]
-
 #: Largest violation, relative to the scene's length, that is projected instead of refused.
 _TOLERANCE = mpf(10) ** -9
 

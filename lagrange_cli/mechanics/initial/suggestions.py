@@ -22,8 +22,6 @@ from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet, section_snippet
 
-__all__ = ["other_start_hint", "possible_start", "suggested_configuration", "with_suggestion"]
-
 #: Most coordinates of a scene for which a configuration is sought; set by hand.
 _MOST = 16
 #: Starts of the search.

@@ -27,8 +27,6 @@ from lagrange_cli.mechanics.numerics.elementary import (
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-__all__ = ["DoubleTape"]
-
 _Array: TypeAlias = NDArray[np.float64]
 _Numbers: TypeAlias = NDArray[np.int64]
 

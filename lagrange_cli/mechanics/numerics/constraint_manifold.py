@@ -28,8 +28,6 @@ from lagrange_cli.mechanics.numerics.gauss_newton import (
 )
 from lagrange_cli.mechanics.numerics.sampling import to_double
 
-__all__ = ["Manifold"]
-
 _ZERO = mpf(0)
 # All set by hand. Lengths of steps are relative to the scales of the coordinates.
 

@@ -17,19 +17,6 @@ import sympy as sp
 from mpmath import mpf
 from mpmath.libmp import from_int, mpf_mul
 
-__all__ = [
-    "ELEMENTARY_FUNCTIONS",
-    "DomainError",
-    "Jet",
-    "Mpf",
-    "constant_decimal",
-    "decimal_context",
-    "integer_power",
-    "rational_power",
-    "to_decimal",
-    "to_mpf",
-]
-
 Mpf = Any  # mpmath.mpf, which carries no types
 
 Jet = tuple[Decimal, Decimal, Decimal]

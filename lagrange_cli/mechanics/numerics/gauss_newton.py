@@ -23,8 +23,6 @@ from lagrange_cli.mechanics.numerics.sampling import to_double
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-__all__ = ["SMALLEST_TRUSTED", "LeastSquares", "SparseRow", "least_norm_solution"]
-
 SparseRow: TypeAlias = Mapping[int, Any]
 """The entries of a row that are not zero, by column."""
 

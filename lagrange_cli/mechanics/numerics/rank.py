@@ -18,22 +18,6 @@ from numpy.typing import NDArray
 from lagrange_cli.mechanics.numerics.autodiff import Tape, evaluate
 from lagrange_cli.mechanics.numerics.sampling import to_double
 
-__all__ = [
-    "RANK_TOLERANCE",
-    "DoubleRow",
-    "Matrix",
-    "SymbolValues",
-    "clearly_independent",
-    "column_factors",
-    "dense_matrix",
-    "dependent_columns",
-    "dependent_gradients",
-    "dependent_rows",
-    "normalized_row",
-    "rank",
-    "scale_columns",
-]
-
 #: Relative tolerance of consistency and rank, loose enough for √6/4 in decimals. Set by hand.
 RANK_TOLERANCE = 1e-9
 

@@ -16,8 +16,6 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 
-__all__ = ["SamplePoint", "Sampler", "to_double", "typical_length", "working_digits"]
-
 _ONE = mpf(1)
 
 SamplePoint = dict[sp.Symbol, mpf]

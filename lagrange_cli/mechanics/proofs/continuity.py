@@ -12,8 +12,6 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-__all__ = ["is_analytic", "is_continuous"]
-
 #: Most operations in a radicand whose zeros are examined. Set by hand.
 _RADICAND_BUDGET = 100
 

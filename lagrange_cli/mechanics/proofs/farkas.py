@@ -24,8 +24,6 @@ from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 
-__all__ = ["FalseSum", "false_sum"]
-
 # All set by hand.
 
 #: Terms that a row may be multiplied out to.

@@ -20,8 +20,6 @@ from typing import Any
 
 import sympy as sp
 
-__all__ = ["FieldProgram", "Indeterminate", "UndecidableError"]
-
 #: Operations in an argument of sin or exp above which it is not multiplied out. Set by hand.
 _ARGUMENT_BUDGET = 300
 

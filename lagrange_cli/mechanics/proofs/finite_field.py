@@ -8,19 +8,6 @@ coefficient is too small to matter.
 
 from __future__ import annotations
 
-__all__ = [
-    "SAFE_PRIMES",
-    "CirclePoint",
-    "NoValueError",
-    "add_angles",
-    "circle_point",
-    "field_inverse",
-    "field_power",
-    "field_root",
-    "multiple_angle",
-    "sign_of_fraction",
-]
-
 #: Primes p = 2r + 1 with r prime, p ≡ 7 (mod 8): −1 is no square, every odd root is unique,
 #: and 2, 3, 5, 7, 11, 13 are squares.
 SAFE_PRIMES = (

@@ -17,8 +17,6 @@ from mpmath import mpf
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
-__all__ = ["FormBudgetError", "QuadraticForm", "QuadraticForms"]
-
 # Budgets, set by hand.
 
 #: Terms that an equation may be multiplied out to.

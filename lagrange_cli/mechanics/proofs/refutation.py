@@ -15,8 +15,6 @@ from mpmath import mpf
 
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, evaluate
 
-__all__ = ["depends", "is_nonzero", "jumps", "states_for", "values_at"]
-
 _ZERO = mpf(0)
 
 # All set by hand.

@@ -26,8 +26,6 @@ from lagrange_cli.mechanics.proofs.quadratic_forms import (
 )
 from lagrange_cli.stages import announce
 
-__all__ = ["contradicting_equations"]
-
 # All set by hand.
 
 #: Most forms, those of relations included.

@@ -19,8 +19,6 @@ from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Term
 
-__all__ = ["AppliedForces", "applied_forces", "velocity_slopes"]
-
 
 @dataclass(frozen=True)
 class AppliedForces:

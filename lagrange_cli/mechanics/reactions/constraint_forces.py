@@ -50,8 +50,6 @@ from lagrange_cli.mechanics.reduction.geometry import gap_over_names
 from lagrange_cli.scene.language.expression import Equation as Written
 from lagrange_cli.scene.model import Scene
 
-__all__ = ["derive_constraint_forces"]
-
 _ZERO = mpf(0)
 
 #: Coordinates of systems whose accelerations are put in.

@@ -25,8 +25,6 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 
-__all__ = ["ConstraintEquation", "ForceBalance", "force_balances", "multipliers"]
-
 #: Numbers below this part of their terms are zeros.
 _NOTHING = mpf(10) ** -20
 

@@ -6,8 +6,6 @@ from collections.abc import Iterable
 
 import sympy as sp
 
-__all__ = ["periodic_symbols"]
-
 
 def periodic_symbols(positions: Iterable[sp.Expr]) -> set[sp.Symbol]:
     """Symbols that enter the positions, and only through 2π-periodic functions.

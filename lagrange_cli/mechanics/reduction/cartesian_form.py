@@ -36,8 +36,6 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
-__all__ = ["cartesian_form", "closure_incidence"]
-
 _DIGITS = 30
 _ZERO = sp.Integer(0)
 

@@ -15,8 +15,6 @@ from lagrange_cli.mechanics.reduction.angles import periodic_symbols
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.values import ParameterValues
 
-__all__ = ["Chart", "generalized_coordinates", "manifold_of", "sampler_of", "scales"]
-
 
 @dataclass(frozen=True)
 class Chart:

@@ -37,16 +37,6 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import quoted
 from lagrange_cli.scene.language.expression import Equation
 
-__all__ = [
-    "balanced_account",
-    "redundant_rate_warnings",
-    "velocity_remarks",
-    "velocity_warnings",
-    "with_partial_identities",
-    "with_velocities",
-    "without_redundant_rates",
-]
-
 
 def balanced_account(
     geometry: Geometry, points: Sequence[SymbolValues], kept: Sequence[int], holding: IdentityFinder

@@ -27,16 +27,6 @@ from lagrange_cli.mechanics.symbols.yaml_snippets import must_stay
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Unilateral
 
-__all__ = [
-    "ClosureEquation",
-    "Geometry",
-    "IdentityFinder",
-    "Leftover",
-    "classify_leftovers",
-    "gap_over_names",
-    "restricting_equations",
-]
-
 #: Numbers of those of some equations that hold identically around the start.
 IdentityFinder = Callable[[Mapping[int, tuple[sp.Expr, sp.Expr]]], Collection[int]]
 

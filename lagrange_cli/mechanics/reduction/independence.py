@@ -21,8 +21,6 @@ from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, to_do
 from lagrange_cli.mechanics.reduction.geometry import Geometry
 from lagrange_cli.mechanics.reduction.local_identities import identities_around
 
-__all__ = ["independent_closures", "require_determined"]
-
 #: A gradient below this part of what it is nearby has vanished.
 _FLAT = 1e-7
 #: Gradients this close to a combination of others depend on them; it is looked at nearby, too.

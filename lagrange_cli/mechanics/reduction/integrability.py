@@ -24,8 +24,6 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, Matrix, SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double
 
-__all__ = ["PfaffianForm", "integrable_rank", "integrate_form"]
-
 #: Most terms that a coefficient may be multiplied out to; set by hand.
 _TERM_BUDGET = 60
 #: Most operations of a term that is integrated.

@@ -18,8 +18,6 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 
-__all__ = ["EquationSides", "identities_around", "violating_configurations"]
-
 EquationSides = tuple[sp.Expr, sp.Expr]
 
 #: Functions of which another branch may begin elsewhere.

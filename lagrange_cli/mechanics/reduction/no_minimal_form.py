@@ -14,8 +14,6 @@ from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.symbols.quoting import quoted
 
-__all__ = ["no_minimal_form_error"]
-
 #: Reasons, of one constraint and of several.
 _NONHOLONOMIC = (
     "cannot be integrated: it restricts velocities and no positions",

@@ -36,8 +36,6 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
 from lagrange_cli.scene.language.expression import Equation, names_in
 
-__all__ = ["RedundantRate", "redundant_rates"]
-
 #: Most rows of which a combination is found in closed form; set by hand.
 _ROWS = 4
 #: Most operations of such a combination.

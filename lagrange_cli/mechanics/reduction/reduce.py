@@ -72,8 +72,6 @@ from lagrange_cli.mechanics.symbols.values import ParameterValues, evaluated
 from lagrange_cli.scene.language.expression import Equation
 from lagrange_cli.scene.model import Scene
 
-__all__ = ["Reduced", "in_coordinates", "reduce"]
-
 #: Decimal digits of the numbers that tests of identity and rank work with.
 _DIGITS = 30
 

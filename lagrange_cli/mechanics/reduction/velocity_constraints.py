@@ -38,13 +38,6 @@ from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
 from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet
 from lagrange_cli.scene.language.expression import Equation
 
-__all__ = [
-    "IndependentPart",
-    "VelocityConstraint",
-    "independent_constraints",
-    "integrate_constraints",
-]
-
 
 @dataclass(frozen=True)
 class VelocityConstraint:

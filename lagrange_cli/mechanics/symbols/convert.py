@@ -29,8 +29,6 @@ from lagrange_cli.scene.language.expression import (
     walk,
 )
 
-__all__ = ["Rate", "decimal_literals", "to_sympy", "total_derivative"]
-
 _Lookup = Callable[[str], "sp.Expr | None"]
 """Gives the meaning of a name; None if it is unknown."""
 

@@ -12,8 +12,6 @@ from collections.abc import Iterable
 import sympy as sp
 from sympy.ntheory import factor_
 
-__all__ = ["LONGEST_ROOT", "has_long_root"]
-
 #: Most decimal digits of a numerator or denominator under a root, without powers of ten.
 LONGEST_ROOT = 600
 

@@ -9,8 +9,6 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.scene.model import Particle
 
-__all__ = ["particle_mass"]
-
 
 def particle_mass(names: Names, values: ParameterValues, particle: Particle) -> sp.Expr:
     """Convert the mass of a particle to an expression over parameters.

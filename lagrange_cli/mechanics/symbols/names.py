@@ -19,8 +19,6 @@ from lagrange_cli.mechanics.symbols.convert import Rate, to_sympy
 from lagrange_cli.scene.language.expression import Call, Expression, Name, Node, walk
 from lagrange_cli.scene.model import Particle, Point, Scene
 
-__all__ = ["Names"]
-
 _AXES = ("x", "y", "z")
 
 #: Most nodes of a syntax tree with all definitions put in. Derivatives and the text of this many

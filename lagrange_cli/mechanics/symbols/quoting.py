@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-__all__ = ["leave_out", "quoted", "with_carets", "written"]
-
 #: Most names that are listed in full. Set by hand.
 _MOST = 12
 #: Names that are listed at each end of a longer list. Set by hand.

@@ -15,8 +15,6 @@ from lagrange_cli.scene.language.expression import Expression, names_in
 from lagrange_cli.scene.language.tokens import MAX_EXPONENT, ExpressionError
 from lagrange_cli.scene.model import Scene
 
-__all__ = ["ParameterValues", "evaluated", "nearest_double"]
-
 #: Least magnitude of a scene's constants.
 _LEAST = mpf(10) ** -MAX_EXPONENT
 

@@ -10,17 +10,6 @@ import sympy as sp
 from lagrange_cli.scene.language.expression import Expression, Name, names_in
 from lagrange_cli.scene.model import InitialValue, Scene, Unilateral
 
-__all__ = [
-    "changed_initial",
-    "coordinates_snippet",
-    "fewer_coordinates_snippet",
-    "initial_snippet",
-    "must_stay",
-    "near_snippet",
-    "one_sided_snippet",
-    "section_snippet",
-]
-
 #: Text that needs no quotes within braces.
 _PLAIN = re.compile(r"[\w.+\-*/^() ]+", re.ASCII)
 

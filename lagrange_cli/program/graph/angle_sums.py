@@ -14,8 +14,6 @@ from fractions import Fraction
 
 from lagrange_cli.program.graph.value_graph import ONE, CallNode, SumNode, ValueGraph
 
-__all__ = ["expand_angle_sums"]
-
 #: Calls that must go for each that comes: few differences keep their own sines, which are
 #: accurate however small.
 _CALLS_SAVED = 4

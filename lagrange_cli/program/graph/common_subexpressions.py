@@ -18,8 +18,6 @@ from typing import Protocol, TypeAlias
 
 from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, SumNode, ValueGraph
 
-__all__ = ["LONGEST_GROUP", "share_products", "share_scaled", "share_sums"]
-
 _ONE = Fraction(1)
 
 #: Longer sums and products do not take part: the pairs of one grow with its square.

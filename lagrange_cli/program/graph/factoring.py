@@ -15,8 +15,6 @@ from typing import TypeAlias
 from lagrange_cli.program.graph.common_subexpressions import LONGEST_GROUP
 from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, SumNode, ValueGraph
 
-__all__ = ["factor_sums"]
-
 _Factor: TypeAlias = tuple[int, int]
 """A node and the sign of its exponent."""
 

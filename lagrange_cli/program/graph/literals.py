@@ -7,8 +7,6 @@ from math import floor, isfinite, log10
 
 from lagrange_cli.errors import InputError, Problem
 
-__all__ = ["decimal_literal", "double_literal"]
-
 #: Significant digits of non-terminating decimals: enough for quadruple precision.
 _DECIMAL_DIGITS = 36
 

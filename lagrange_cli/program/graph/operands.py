@@ -7,19 +7,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
 
-__all__ = [
-    "PROGRAM_FUNCTIONS",
-    "Cell",
-    "Constant",
-    "FunctionCall",
-    "Operand",
-    "Product",
-    "Sum",
-    "Variable",
-    "rebuilt",
-    "variables",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Constant:

@@ -29,8 +29,6 @@ from lagrange_cli.program.graph.statement_groups import (
 )
 from lagrange_cli.program.graph.value_graph import ONE, ScaledNode, ValueGraph
 
-__all__ = ["LARGEST_IN_ORDER", "order_of", "schedule"]
-
 #: An expression with more leaves than this gets a name of its own.
 _LARGEST_INLINE = 12
 

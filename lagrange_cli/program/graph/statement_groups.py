@@ -24,8 +24,6 @@ from lagrange_cli.program.graph.operands import (
     variables,
 )
 
-__all__ = ["Assignment", "grouped_by_shape", "in_canonical_order", "renamed"]
-
 Assignment: TypeAlias = tuple[str, Operand]
 
 #: To how many levels shapes must agree: ``p*w`` where w is a sine is not ``p*w`` where it

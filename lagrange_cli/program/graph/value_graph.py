@@ -20,17 +20,6 @@ from lagrange_cli.errors import InternalError, Problem
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-__all__ = [
-    "ONE",
-    "CallNode",
-    "InputNode",
-    "ProductNode",
-    "ScaledNode",
-    "SumNode",
-    "ValueGraph",
-    "ValueNode",
-]
-
 ScaledNode: TypeAlias = tuple[Fraction, int]
 """A value: rational coefficient times node."""
 

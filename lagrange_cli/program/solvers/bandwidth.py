@@ -13,8 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-__all__ = ["bandwidth", "couplings", "elimination_order", "is_banded", "operations_of_band"]
-
 #: Fewer unknowns than this are solved together, with pivoting.
 FEWEST_UNKNOWNS = 30
 

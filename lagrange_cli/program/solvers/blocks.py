@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["MassMatrixSystem", "MatrixBlock", "solve_blocks"]
-
 #: Positive definite blocks up to this size are written out.
 _LARGEST_UNROLLED = 4
 

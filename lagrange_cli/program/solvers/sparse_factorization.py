@@ -24,15 +24,6 @@ from lagrange_cli.program.solvers.bandwidth import (
     operations_of_band,
 )
 
-__all__ = [
-    "BandFactors",
-    "Factors",
-    "SupernodalFactors",
-    "Supernode",
-    "Update",
-    "choose_factorization",
-]
-
 #: Bands as narrow as this are taken without looking for another order.
 _NARROW = 4
 

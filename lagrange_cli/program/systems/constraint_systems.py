@@ -23,15 +23,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Closure, Equations
 
-__all__ = [
-    "CLOSURE_OUTPUTS",
-    "CLOSURE_SYSTEMS",
-    "gradient_square",
-    "rate_of",
-    "rate_size",
-    "residual_size",
-]
-
 
 def _position_closures(e: Equations) -> list[Closure]:
     return [c for c in e.closures if c.kind == "position"]

@@ -32,14 +32,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Closure, Equations
 
-__all__ = [
-    "CONTACT_OUTPUTS",
-    "CONTACT_SYSTEMS",
-    "WeightedClosures",
-    "weighted_closures",
-    "with_contact_flags",
-]
-
 
 def with_contact_flags(equations: Equations) -> Equations:
     """The equations with U flags and then U targets as further parameters, for U contacts.

@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
     from lagrange_cli.program.systems.contact_systems import WeightedClosures
 
-__all__ = ["LargeSystem", "is_large_system", "large_system"]
-
 #: Coordinates without closures that are worth loops over their shapes.
 _FEWEST_FREE = 100
 

@@ -23,15 +23,6 @@ from lagrange_cli.program.graph.operands import (
     variables,
 )
 
-__all__ = [
-    "AffineIndex",
-    "ArrayAccess",
-    "LoopNest",
-    "LoopStatement",
-    "Statement",
-    "roll_loops",
-]
-
 #: Fewer repetitions than this stay written out.
 _FEWEST = 4
 

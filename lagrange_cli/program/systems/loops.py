@@ -27,20 +27,6 @@ if TYPE_CHECKING:
     from lagrange_cli.program.graph.statement_groups import Assignment
     from lagrange_cli.program.solvers.sparse_factorization import Factors
 
-__all__ = [
-    "Conversion",
-    "Formula",
-    "IndexColumn",
-    "IndexedLoop",
-    "LoopBuilder",
-    "ProgramPart",
-    "ScaledCell",
-    "SparseSolve",
-    "SumOfProducts",
-    "Total",
-    "Zeros",
-]
-
 #: Members of one shape whose indices do not advance by constant steps are divided into as many
 #: loops in which they do, looking at every one, every second, every third; else tables are made.
 _MOST_EVEN, _PERIODS = 6, (1, 2, 3)

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.program.graph.operands import Cell
 
-__all__ = ["ShapeAndLeaves", "ShapeTable", "joint_shape", "shared_parts"]
-
 _COMMUTATIVE = (sympy.Add, sympy.Mul, sympy.Min, sympy.Max)
 
 #: Operations that a part of several expressions must have to be computed once for all of

@@ -22,8 +22,6 @@ from lagrange_cli.scene.language.expression import (
     walk,
 )
 
-__all__ = ["NONSMOOTH", "ExpressionTraits", "dependency_order", "rate_node", "traits_of"]
-
 #: Functions without a derivative everywhere.
 NONSMOOTH = ("abs", "sign", "min", "max")
 

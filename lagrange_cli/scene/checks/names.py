@@ -19,8 +19,6 @@ from lagrange_cli.scene.language.expression import Call, Expression, Name, names
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.model import Force, InitialValue, Scene
 
-__all__ = ["check_names", "without_rate"]
-
 _CONSTANT = ExpressionTraits(constant=True)
 _DOTS = ("dot", "ddot")
 #: What may happen to a one-sided constraint, as ``expect`` calls it.

@@ -13,8 +13,6 @@ from lagrange_cli.scene.model import Particle, Point, Scene
 from lagrange_cli.scene.reading.declarations import AXES, component
 from lagrange_cli.scene.reading.overrides import initial_name
 
-__all__ = ["NameTable", "check_clashes", "declares", "name_table"]
-
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+|[^\s\\{}_A-Za-z0-9]")
 
 

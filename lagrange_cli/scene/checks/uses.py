@@ -10,8 +10,6 @@ from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import InitialValue, Particle, Point, Scene
 from lagrange_cli.scene.reading.declarations import AXES
 
-__all__ = ["Restrictions", "Use", "uses"]
-
 
 @dataclass(frozen=True, slots=True)
 class Restrictions:

@@ -33,8 +33,6 @@ from lagrange_cli.scene.language.tokens import (
     NotRealExpressionError,
 )
 
-__all__ = ["ANY_EXTENT", "MAX_POWER", "Extent", "check_depth", "extent_of", "require_bounded"]
-
 MAX_POWER = 100
 #: Bits of numerator or denominator of a constant: 20,000 digits.
 _MAX_BITS = 66_439

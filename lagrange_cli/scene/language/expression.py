@@ -14,27 +14,6 @@ from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark
 
-__all__ = [
-    "FUNCTIONS",
-    "RANGE",
-    "RESERVED",
-    "SUM",
-    "Add",
-    "Call",
-    "Equation",
-    "Expression",
-    "Mul",
-    "Name",
-    "Neg",
-    "Node",
-    "Number",
-    "Pow",
-    "Span",
-    "children",
-    "names_in",
-    "walk",
-]
-
 #: Functions of the language with the number of arguments each takes (None: one or more).
 FUNCTIONS: dict[str, int | None] = {
     **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), 1),

@@ -40,21 +40,6 @@ from lagrange_cli.scene.language.tokens import (
     NotRealExpressionError,
 )
 
-__all__ = [
-    "MAX_FAMILY",
-    "MAX_TERMS",
-    "Budget",
-    "assignments",
-    "check_family",
-    "leaves",
-    "member_name",
-    "read_equation",
-    "read_expression",
-    "whole_number",
-    "written_equation",
-    "written_expression",
-]
-
 #: Most members of a family.
 MAX_FAMILY = 100_000
 #: Most names and numbers in all that is written out from families and sums.

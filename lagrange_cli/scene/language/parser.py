@@ -28,8 +28,6 @@ from lagrange_cli.scene.language.tokens import (
     number_value,
 )
 
-__all__ = ["MAX_NESTING", "parse_tokens"]
-
 MAX_NESTING = 200
 
 

@@ -11,8 +11,6 @@ from lagrange_cli.errors import InputError, LimitError, Mark, Problem, nearest
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.language.tokens import ExpressionError
 
-__all__ = ["Problems", "shown", "suggestion"]
-
 #: More problems than this are not shown: the first ones usually cause the rest.
 _MAX_REPORTED = 20
 #: Reading stops at this many problems.

@@ -10,18 +10,6 @@ from typing import ClassVar
 from lagrange_cli.errors import InputError, LimitError, Mark, NotRealError, Problem
 from lagrange_cli.scene.language.expression import Span
 
-__all__ = [
-    "IDENTIFIER",
-    "MAX_DIGITS",
-    "MAX_EXPONENT",
-    "ExpressionError",
-    "ExpressionLimitError",
-    "NotRealExpressionError",
-    "Token",
-    "number_value",
-    "tokenize",
-]
-
 #: Largest decimal exponent of a literal, and of any constant part of an expression.
 MAX_EXPONENT = 400
 #: Most digits of a literal.

@@ -21,14 +21,6 @@ from lagrange_cli.scene.reading.overrides import initial_name
 from lagrange_cli.scene.reading.shapes import Reading, is_indexed
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
-__all__ = [
-    "read_error_expectation",
-    "read_expect",
-    "read_initial",
-    "read_near",
-    "read_simulate",
-]
-
 _NUMBERS = ("until", "from", "accuracy", "samples", "step", "rtol", "atol")
 
 _EXPECT = (

@@ -22,18 +22,6 @@ from lagrange_cli.scene.reading.recordings import RECORDED, read_recorded
 from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
-__all__ = [
-    "AXES",
-    "component",
-    "read_coordinates",
-    "read_definitions",
-    "read_inputs",
-    "read_parameters",
-    "read_particles",
-    "read_points",
-    "read_sizes",
-]
-
 AXES = ("x", "y", "z")
 
 _POSITION = "a list of three entries [x, y, z]"

@@ -9,16 +9,6 @@ from lagrange_cli.scene.reading.declarations import AXES, component
 from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
-__all__ = [
-    "as_factor",
-    "body_pair",
-    "differences",
-    "flat",
-    "known_body",
-    "place_of",
-    "unknown_helper",
-]
-
 
 def body_pair(node: SourceNode, helper: str, what: str, reading: Reading) -> tuple[str, str] | None:
     """Two different particles or points."""

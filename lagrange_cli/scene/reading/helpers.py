@@ -29,8 +29,6 @@ from lagrange_cli.scene.reading.interactions import coulomb, newton
 from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
-__all__ = ["read_constraint_helper", "read_plane", "read_potential_helper", "read_unilateral"]
-
 #: What one particle's weight counts as where a family of potentials repeats it.
 _TERMS_OF_WEIGHT = 20
 

@@ -22,8 +22,6 @@ from lagrange_cli.scene.reading.helper_terms import (
 from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
-__all__ = ["coulomb", "damper", "drag", "newton"]
-
 #: Names and numbers of the potential of one pair.
 _TERMS_OF_PAIR = 16
 

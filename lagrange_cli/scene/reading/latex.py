@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["check_latex"]
-
 _LONGEST = 100
 
 _SYMBOL_NAMES = """

@@ -13,14 +13,6 @@ from lagrange_cli.scene.language.families import read_expression, whole_number
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.model import InitialValue, Scene
 
-__all__ = [
-    "given_size",
-    "initial_name",
-    "override_initial",
-    "override_parameters",
-    "override_times",
-]
-
 _VELOCITY = re.compile(r"\s*dot\s*\(\s*(.*\S)\s*\)\s*")
 
 

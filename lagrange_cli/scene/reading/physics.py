@@ -17,15 +17,6 @@ from lagrange_cli.scene.reading.interactions import damper, drag
 from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
-__all__ = [
-    "read_constraints",
-    "read_dissipation",
-    "read_forces",
-    "read_kinetic",
-    "read_outputs",
-    "read_potentials",
-]
-
 #: An equation or inequality, with its restitution.
 _OneSided = tuple[Equation, Expression | None]
 

@@ -11,8 +11,6 @@ from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
-__all__ = ["RECORDED", "read_recorded"]
-
 #: The keys of such an input.
 RECORDED = ("file", "column", "interpolation")
 

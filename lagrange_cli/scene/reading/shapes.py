@@ -43,8 +43,6 @@ from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
-__all__ = ["Reading", "is_indexed"]
-
 _BOOLEANS = {
     text: text.lower() == "true" for text in ("true", "True", "TRUE", "false", "False", "FALSE")
 }

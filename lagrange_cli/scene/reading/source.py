@@ -16,17 +16,6 @@ import yaml
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.scene.language.problems import Problems, shown
 
-__all__ = [
-    "MAX_ALIASED",
-    "MAX_DEPTH",
-    "Mapping",
-    "Scalar",
-    "Sequence",
-    "SourceNode",
-    "compose",
-    "decode",
-]
-
 MAX_DEPTH = 64
 #: What all aliases together may expand to, in characters.
 MAX_ALIASED = 2**20

@@ -31,8 +31,6 @@ from lagrange_cli.simulate.runs.run import Failure, Run
 from lagrange_cli.simulate.samples.rows import first_from, window_rows
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp
 
-__all__ = ["Attempt"]
-
 _TUNING = AttemptTuning()
 
 

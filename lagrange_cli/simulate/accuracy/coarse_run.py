@@ -20,16 +20,6 @@ from lagrange_cli.simulate.runs.problem import (
 from lagrange_cli.simulate.runs.run import Run
 from lagrange_cli.simulate.sharpness.analyticity import AnalyticDiscs, PathPoint, longest_step
 
-__all__ = [
-    "COARSE",
-    "COARSE_TOLERANCES",
-    "FIRST_STEP",
-    "LEAST",
-    "CoarseRun",
-    "few_steps",
-    "steady_time",
-]
-
 #: Relative tolerance of the coarse run, and those of further ones where it is no use.
 COARSE = 1e-5
 COARSE_TOLERANCES = (COARSE, 1e-8, 1e-11)

@@ -44,9 +44,6 @@ from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
 from lagrange_cli.simulate.samples.rows import RowSequence, first_rows, windows
 from lagrange_cli.simulate.sharpness.peaks import watching
 
-__all__ = ["integrate_to_accuracy"]
-
-
 _TUNING = ScheduleTuning()
 
 

@@ -9,8 +9,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, RunningScales, ulps
 
-__all__ = ["FLOOR_ULPS", "ErrorEstimate", "RunningEstimate", "error_estimate"]
-
 #: Units in the last place below which nothing is promised.
 FLOOR_ULPS = 4.0
 

@@ -18,14 +18,6 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
 )
 from lagrange_cli.simulate.integrators.hybrid.motion import LOCATED
 
-__all__ = [
-    "EventAgreement",
-    "UnclearContacts",
-    "contacts_near_end",
-    "event_agreement",
-    "first_zeno_time",
-]
-
 
 @dataclass(frozen=True)
 class UnclearContacts:

@@ -15,8 +15,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs, NearContact
 
-__all__ = ["Grazes", "first_graze"]
-
 #: Units in the last place of what a gap is the difference of, and of how far things move, to which
 #: no run knows it.
 _ROUNDING = 32 * 2.0**-52

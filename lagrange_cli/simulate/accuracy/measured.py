@@ -16,15 +16,6 @@ from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scal
 from lagrange_cli.simulate.runs.run import Failure
 from lagrange_cli.simulate.samples.rows import RowSequence
 
-__all__ = [
-    "Disproof",
-    "LimitingComponent",
-    "Measured",
-    "limiting_component",
-    "start_alone",
-    "switches_until",
-]
-
 #: A result says which component misses the accuracy if it does so by no more than this factor;
 #: set by hand.
 _NEARLY = 1e3

@@ -32,15 +32,6 @@ from lagrange_cli.simulate.samples.rows import Grid, decimated
 from lagrange_cli.simulate.sharpness.analyticity import AnalyticDiscs, longest_step
 from lagrange_cli.simulate.sharpness.peaks import watching
 
-__all__ = [
-    "CoarseResult",
-    "coarse_result",
-    "explicit_method",
-    "reason_for_method",
-    "restored_or_coarse_result",
-    "suits_gauss",
-]
-
 #: Right-hand sides of a motion of few steps from which on another method is tried.
 _WORTH_TRYING = 300
 

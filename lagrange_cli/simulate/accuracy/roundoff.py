@@ -10,8 +10,6 @@ from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp
 
-__all__ = ["NOISE_PART", "noise_of_step"]
-
 #: Part of the noise of a step that its error estimate feels.
 NOISE_PART = 1 / 16
 

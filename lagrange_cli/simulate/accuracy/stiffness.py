@@ -12,8 +12,6 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run
 
-__all__ = ["StiffnessTrial", "stiffness_trial"]
-
 #: Right-hand sides that each method may take.
 _LONGEST_TRIAL = 4_000
 

@@ -15,8 +15,6 @@ from lagrange_cli.simulate.integrators import Control, Integrator
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples.rows import first_from
 
-__all__ = ["ToleranceSchedule"]
-
 #: Part of the tolerance that does not shrink with |y|; set by hand.
 _ABSOLUTE_PART = 0.1
 

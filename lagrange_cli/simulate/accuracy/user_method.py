@@ -24,8 +24,6 @@ from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, last_scales
 from lagrange_cli.simulate.runs.run import Run
 
-__all__ = ["control_of", "integrate_with_method", "measured_run"]
-
 #: Absolute part of the tolerance beside the relative one, in scales of the motion.
 _ABSOLUTE_PART = 0.01
 

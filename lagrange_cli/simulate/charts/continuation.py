@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
 
-__all__ = ["AngleReversal", "ContinuedCoordinates", "KnownMotion", "continue_coordinates"]
-
 #: A function of a chart: t, [q, v] → numbers.
 Function = Callable[[float, Array], Array]
 

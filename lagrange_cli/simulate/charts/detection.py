@@ -13,15 +13,6 @@ from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
 from lagrange_cli.simulate.system.functions import functions_of
 
-__all__ = [
-    "NEAR_SINGULAR",
-    "SingularPassage",
-    "first_passage",
-    "parameters_of",
-    "passage_of_run",
-    "singular_start",
-]
-
 #: A factor this small beside its largest value has vanished at the start.
 _VANISHED = 1e-12
 

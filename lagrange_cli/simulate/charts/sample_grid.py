@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 from lagrange_cli.simulate.request import Request
 
-__all__ = ["FINEST", "SampleGrid", "grid_of"]
-
 #: Largest number of parts in all.
 FINEST = 2**17
 

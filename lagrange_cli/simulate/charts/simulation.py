@@ -43,8 +43,6 @@ from lagrange_cli.simulate.samples.rows import RowSequence
 from lagrange_cli.simulate.simulation import RunContext, integrate
 from lagrange_cli.simulate.system.functions import functions_of
 
-__all__ = ["multiplier_form", "simulate_past_singularities"]
-
 #: Least number of parts of the time in which singular configurations are watched for.
 WATCHED = 500
 

@@ -33,8 +33,6 @@ from lagrange_cli.simulate.samples.buffer import named_file
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.version import __version__
 
-__all__ = ["Checkpoint", "CheckpointWriter", "identity", "samples_of"]
-
 #: Seconds between two states that are written.
 INTERVAL = 30.0
 

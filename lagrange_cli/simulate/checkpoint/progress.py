@@ -11,8 +11,6 @@ from dataclasses import dataclass, field, replace
 from lagrange_cli.errors import StoppedError
 from lagrange_cli.stages import announce, is_heard
 
-__all__ = ["Deadline", "RunProgress", "Watch"]
-
 #: Seconds between two announcements of the time reached.
 _GLANCE = 0.2
 

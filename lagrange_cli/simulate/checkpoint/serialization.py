@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MAGIC", "DamagedError", "deserialize", "serialize"]
-
 #: What the bytes of a value begin with: it is an archive.
 MAGIC = b"PK\x03\x04"
 

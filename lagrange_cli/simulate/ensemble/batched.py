@@ -43,8 +43,6 @@ from lagrange_cli.simulate.system.rounding import each_off_by_one_ulp, rounding_
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
 
-__all__ = ["METHOD", "BatchedMembers", "batched_members"]
-
 #: What the method is called in reports.
 METHOD = "Taylor"
 

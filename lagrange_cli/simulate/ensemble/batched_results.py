@@ -20,8 +20,6 @@ from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.verification.disproof import energy_is_conserved
 from lagrange_cli.simulate.verification.energy_drift import contradicted, energy_drifts, suspects
 
-__all__ = ["BatchedResults", "Known", "Missed", "batched_results"]
-
 _Integers: TypeAlias = NDArray[np.int64]
 
 #: Numbers in all samples of members that are held at a time.

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
 
-__all__ = ["BatchedRuns"]
-
 _Integers: TypeAlias = NDArray[np.int64]
 Indices: TypeAlias = NDArray[np.intp]
 

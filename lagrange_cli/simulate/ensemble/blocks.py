@@ -9,8 +9,6 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 
-__all__ = ["MEMBER_FIGURES", "MEMBER_WORDS", "BlockBuilder", "BlockPart", "MemberBlock"]
-
 #: What is known of each member: numbers, and texts.
 MEMBER_FIGURES = (
     *("estimated", "holds_until", "energy_drift", "constraint_drift"),

@@ -21,8 +21,6 @@ from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import DECIMAL_NUMBER, CsvRows, decoded, quoted_cell
 
-__all__ = ["MOST_MEMBERS", "Members", "grid", "read_members"]
-
 MOST_MEMBERS = 100_000
 
 #: The rule of what is wrong with what is given.

@@ -21,15 +21,6 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.model import Formulation, Scene
     from lagrange_cli.simulate.ensemble.input_file import Members
 
-__all__ = [
-    "MemberValues",
-    "NumericMembers",
-    "Recipe",
-    "differ_in_numbers",
-    "require_known_names",
-    "varied_parameters",
-]
-
 
 @dataclass(frozen=True)
 class MemberValues:

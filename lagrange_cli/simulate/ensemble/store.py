@@ -24,8 +24,6 @@ from lagrange_cli.files import cannot_write, discard, is_temporary, whole_file, 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.blocks import MEMBER_FIGURES, MEMBER_WORDS, MemberBlock
 
-__all__ = ["Store", "open_store", "parts_of"]
-
 _NOTE = "ensemble.json"
 _BLOCK = re.compile(r"block-([0-9]{6})\.npz", re.ASCII)
 

@@ -64,22 +64,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.event_functions import TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.event_location import EventSearch
 
-__all__ = [
-    "UNMET",
-    "Advance",
-    "ConstrainedRhs",
-    "Control",
-    "EventStart",
-    "Integrator",
-    "Projection",
-    "Rhs",
-    "SavedState",
-    "Shift",
-    "StepError",
-    "UnfitError",
-    "projection",
-]
-
 Rhs: TypeAlias = Callable[[float, Array], Array]
 
 #: The state of a run: numbers, texts, arrays, None, and sequences and mappings of these by names.

@@ -12,8 +12,6 @@ from typing import Any
 
 from lagrange_cli.simulate.arrays import Array
 
-__all__ = ["EVENT_PARTS", "RISES", "NativeEvents", "TerminalEvents", "ZeroCrossing"]
-
 #: Parts of a step in which signs are looked at (events.h).
 EVENT_PARTS = 4
 

@@ -19,8 +19,6 @@ from lagrange_cli.simulate.integrators.event_functions import (
     ZeroCrossing,
 )
 
-__all__ = ["EventSearch"]
-
 #: A function whose least value is more than so many times what it changes by does not dip to zero.
 _SHALLOW = 4.0
 

@@ -13,8 +13,6 @@ from typing import Any, TypeAlias
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 
-__all__ = ["Expressions", "Tracer", "expressions"]
-
 #: (functions, t, y, p, u) → slopes: a right-hand side run over objects. The functions are those
 #: of :mod:`math` by name, and ``solve``, of a matrix, right sides, and the number of rows that
 #: are the mass matrix's; the text calls no others.

@@ -21,8 +21,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
 from lagrange_cli.simulate.integrators.scipy_explicit import two_sum
 
-__all__ = ["Gauss16"]
-
 _STAGES = 8
 _MOST_ITERATIONS = 16
 

@@ -26,9 +26,6 @@ from lagrange_cli.simulate.integrators.base import (
     projection,
 )
 
-__all__ = ["InputPieces", "PiecewiseRhs", "in_pieces", "input_pieces", "with_projection"]
-
-
 #: Units in the last place within which times are the same.
 _SAME_TIME_ULPS = 16
 

@@ -16,8 +16,6 @@ from lagrange_cli.simulate.integrators.base import (
 )
 from lagrange_cli.simulate.integrators.symplectic import DIVERGES, FixedStep
 
-__all__ = ["Rattle", "require_shift"]
-
 #: Iterations after which a step is given up, and those without progress after which they end.
 MOST_ITERATIONS, CALM = 60, 2
 

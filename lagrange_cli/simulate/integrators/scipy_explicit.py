@@ -21,8 +21,6 @@ from lagrange_cli.simulate.integrators.scipy_state import ScipyIntegrator
 if TYPE_CHECKING:
     from scipy.integrate import DenseOutput
 
-__all__ = ["DOP853", "RK4", "RK45"]
-
 
 def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
     """a + b as a rounded sum and its exact rounding error (Knuth)."""

@@ -15,8 +15,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Rhs, StepError
 from lagrange_cli.simulate.integrators.scipy_state import ScipyIntegrator
 
-__all__ = ["BDF", "LSODA", "Radau"]
-
 #: SciPy's smallest relative tolerance; below it the tolerance is what ``atol`` gives.
 _SMALLEST_RTOL = 100 * np.finfo(float).eps
 

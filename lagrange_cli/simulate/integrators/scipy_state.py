@@ -9,8 +9,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Integrator, SavedState, StepError
 
-__all__ = ["ScipyIntegrator"]
-
 #: Types of values, as against functions and other objects.
 _PLAIN = (bool, int, float, str, np.generic, np.ndarray, type(None))
 

@@ -19,8 +19,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
 from lagrange_cli.simulate.integrators.scipy_explicit import two_sum
 
-__all__ = ["DIVERGES", "FixedStep", "Gauss4", "Gauss6", "Verlet"]
-
 #: Iterations of the equations of collocation after which a step is given up.
 MOST_ITERATIONS = 60
 

@@ -55,8 +55,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.program.program import Program
 
-__all__ = ["model_of", "programs_of"]
-
 #: Evaluators of a simulation, beside the disturbed right-hand side.
 EVALUATORS = ("rhs", "energy", "positions", "velocities")
 

@@ -14,14 +14,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate, Equations
     from lagrange_cli.program.program import Program
 
-__all__ = [
-    "chart_singularities",
-    "coordinate_kinds",
-    "former_chart",
-    "guard_program",
-    "singular_source",
-]
-
 
 def coordinate_kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
     """``angle``, or a word that coordinates of the same dimension share."""

@@ -14,8 +14,6 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.files import Recording
 from lagrange_cli.scene.model import SimulationDefaults
 
-__all__ = ["ChartSingularity", "Code", "FormerChart", "Model", "ModelParameter"]
-
 
 @dataclass(frozen=True)
 class ModelParameter:

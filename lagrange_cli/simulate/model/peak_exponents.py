@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["peak_exponents"]
-
 #: Systems with more of them are left without.
 _MOST_EXPONENTS = 32
 

@@ -25,15 +25,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Closure, Contact, Equations
 
-__all__ = [
-    "OneSided",
-    "continuous_quantities",
-    "one_sided",
-    "surface_events",
-    "surface_rates",
-    "surface_values",
-]
-
 _ONE = sympy.Integer(1)
 
 #: Functions with a kink or a jump.

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
-__all__ = ["steep_arguments", "steep_places", "steep_source"]
-
 #: Arguments that are looked at, and operations of each.
 _MOST_ARGUMENTS, _LARGEST_ARGUMENT = 16, 200
 

@@ -14,8 +14,6 @@ from lagrange_cli.emit.c.names import Real
 from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.program import Program, result_count
 
-__all__ = ["GUARD_PROGRAM", "guard_source"]
-
 #: The program whose numbers vanish at singular places.
 GUARD_PROGRAM = "places"
 

@@ -16,8 +16,6 @@ from itertools import count
 from lagrange_cli.program.program import FunctionCall, Operand, Product, Program, Sum, Variable
 from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, ProgramPart
 
-__all__ = ["perturb"]
-
 
 def perturb(program: Program) -> Program:
     """The program with every sum, product and call times a factor of its own.

@@ -13,8 +13,6 @@ from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.program.printing import Dialect, expression_text, functions_in
 from lagrange_cli.program.program import Program, input_names
 
-__all__ = ["LANES_HEADER", "lanes_text"]
-
 #: The header with the functions that are called.
 LANES_HEADER = "lanes.h"
 

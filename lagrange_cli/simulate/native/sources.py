@@ -21,8 +21,6 @@ from lagrange_cli.program.program import Program, result_count
 from lagrange_cli.simulate.native.simd import LANES_HEADER, lanes_text
 from lagrange_cli.simulate.native.taylor import TAYLOR_HEADER, taylor_text
 
-__all__ = ["C_DOUBLE", "lane_tables_source", "lanes_source", "library_source", "taylor_source"]
-
 #: The numbers that simulations compute with first.
 C_DOUBLE = real_type("double")
 

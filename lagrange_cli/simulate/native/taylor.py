@@ -19,8 +19,6 @@ from lagrange_cli.simulate.native.taylor_recurrences import (
     series_rows,
 )
 
-__all__ = ["TAYLOR_HEADER", "taylor_text"]
-
 #: The header with the functions that are called.
 TAYLOR_HEADER = "taylor.h"
 

@@ -21,17 +21,6 @@ from fractions import Fraction
 
 from lagrange_cli.program.program import Constant, FunctionCall, Operand, Product, Sum, Variable
 
-__all__ = [
-    "FIRST",
-    "NOW",
-    "NoSeriesError",
-    "Recurrence",
-    "Recurrences",
-    "SeriesSum",
-    "SeriesTerm",
-    "series_rows",
-]
-
 #: Functions of constants and of the first coefficient.
 _EACH = {name: f"lagrange_each_{name}" for name in ("sin", "cos", "sqrt", "exp")}
 

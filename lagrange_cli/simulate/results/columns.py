@@ -12,8 +12,6 @@ from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions
 from lagrange_cli.simulate.verification.disproof import energies
 
-__all__ = ["Sampled", "sampled", "state_columns"]
-
 
 @dataclass(frozen=True)
 class Sampled:

@@ -9,8 +9,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.columns import Sampled
 
-__all__ = ["Decimator"]
-
 #: Parts of the time: more than a picture has pixels beside each other.
 _PARTS = 2000
 

@@ -9,8 +9,6 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import RightHandSide, functions_of
 from lagrange_cli.simulate.system.tables import ParameterTable
 
-__all__ = ["constraint_force_columns"]
-
 
 def constraint_force_columns(
     model: Model, functions: RightHandSide, t: Array, states: Array

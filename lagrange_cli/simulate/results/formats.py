@@ -17,8 +17,6 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.arrays import Array
 
-__all__ = ["Format", "as_csv", "as_npz", "format_of"]
-
 #: Takes the next rows of a table, column name → values; every part has the same columns.
 AddRows: TypeAlias = Callable[[Mapping[str, Array]], None]
 

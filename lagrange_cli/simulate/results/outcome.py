@@ -26,8 +26,6 @@ from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Failure
 
-__all__ = ["Status", "reason", "status"]
-
 #: How much earlier, as a part of the motion so far, an end is proposed.
 _BEFORE = 0.01
 

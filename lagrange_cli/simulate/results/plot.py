@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw", "new_figure", "picture", "require_program"]
-
 #: More lines than this in one panel have no legend.
 _LONGEST_LEGEND = 12
 

@@ -27,8 +27,6 @@ from lagrange_cli.simulate.samples.buffer import (
 )
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
 
-__all__ = ["IN_MEMORY", "Stream", "buffers", "shown_samples", "written_in_windows"]
-
 #: Numbers of the states of a run that memory is to hold.
 IN_MEMORY = 2**19
 

@@ -17,8 +17,6 @@ from lagrange_cli.simulate.results.formats import Format, as_csv, as_npz, format
 if TYPE_CHECKING:
     from lagrange_cli.simulate.results.columns import Sampled
 
-__all__ = ["EXTRA_COLUMNS", "Event", "Trajectory", "require_forces"]
-
 #: Columns that can be asked for; every component of a particle is there without asking.
 EXTRA_COLUMNS = ("energy", "positions", "forces")
 

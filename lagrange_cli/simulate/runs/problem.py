@@ -14,16 +14,6 @@ from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.samples.buffer import MemoryBuffer, SampleBuffer
 from lagrange_cli.simulate.samples.rows import Grid, RowSequence, windows
 
-__all__ = [
-    "InitialValueProblem",
-    "RunningScales",
-    "last_scales",
-    "running_scales",
-    "scales_from",
-    "ulps",
-    "unsampled_motion",
-]
-
 #: A coordinate that moves less than this part of the largest of its kind, or of its own motion
 #: between the samples, is measured by the larger one; set by hand.
 _SMALL_BESIDE_OTHERS = 1e-3

@@ -21,8 +21,6 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples.rows import RowSequence
 
-__all__ = ["Failure", "Run"]
-
 #: Seconds between two looks at the clock, roughly: what a person takes for at once.
 _GLANCE = 0.02
 

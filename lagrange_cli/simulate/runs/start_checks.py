@@ -10,8 +10,6 @@ from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 
-__all__ = ["require_a_start"]
-
 #: How far a start may be from the constraints, as a part of the largest coordinate or
 #: velocity: more than the rounding of its numbers, less than anyone would call a start.
 _OFF = 1e-9

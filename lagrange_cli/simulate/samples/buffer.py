@@ -17,16 +17,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import SavedState
 from lagrange_cli.simulate.samples.rows import LazyRows, RowSequence, window_rows
 
-__all__ = [
-    "FileBuffer",
-    "MemoryBuffer",
-    "SampleBuffer",
-    "buffer_folder",
-    "named_file",
-    "require_disk_space",
-    "unnamed_file",
-]
-
 #: Bytes of a number.
 _DOUBLE_SIZE = 8
 

@@ -12,19 +12,6 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 
-__all__ = [
-    "WINDOW",
-    "Grid",
-    "LazyRows",
-    "RowRanges",
-    "RowSequence",
-    "decimated",
-    "first_from",
-    "first_rows",
-    "window_rows",
-    "windows",
-]
-
 #: Numbers of the states that are looked at at a time.
 WINDOW = 2**17
 

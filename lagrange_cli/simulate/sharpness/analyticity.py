@@ -27,8 +27,6 @@ from lagrange_cli.simulate.integrators.piecewise import input_pieces
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, groups
 from lagrange_cli.simulate.sharpness.disc_arithmetic import DISCS, Disc
 
-__all__ = ["AnalyticDiscs", "PathPoint", "longest_step"]
-
 #: Longest step, in radii of the discs along it; set by hand.
 _STEP = 4.5
 

@@ -18,8 +18,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import UnfitError
 
-__all__ = ["DISCS", "Disc"]
-
 
 class Disc:
     """All complex numbers within ``radius`` of ``middle``.

@@ -12,8 +12,6 @@ from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 
-__all__ = ["watching"]
-
 
 def watching(problem: InitialValueProblem) -> InitialValueProblem:
     """The same problem, whose compiled integrators resolve the peaks of sharp functions."""

@@ -14,8 +14,6 @@ from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples.rows import RowSequence, decimated
 from lagrange_cli.simulate.system.functions import RightHandSide
 
-__all__ = ["unseen_forces"]
-
 #: What the exponent of a sharp function may change by in the longest step, beside a peak that no
 #: step passes unseen (RESOLVED of kernels/landmarks.c).
 RESOLVED_EXPONENT = 4.0

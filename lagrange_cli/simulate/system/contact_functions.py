@@ -32,8 +32,6 @@ from lagrange_cli.simulate.system.tables import (
 )
 from lagrange_cli.simulate.system.tracing import tracer
 
-__all__ = ["ContactFunctions", "InterpretedContacts", "NativeContacts"]
-
 _POINTER = ctypes.c_void_p
 
 #: int system_reset(t, y, u, p, event, bounce, work)

@@ -16,8 +16,6 @@ from lagrange_cli.simulate.system.contact_functions import ContactFunctions
 from lagrange_cli.simulate.system.surface_functions import with_surfaces
 from lagrange_cli.simulate.system.tables import StateFunction, Table
 
-__all__ = ["ContactRhs"]
-
 
 class ContactRhs(HybridRhs):
     """The right-hand side of a system with contacts.

@@ -18,8 +18,6 @@ from lagrange_cli.files.interpolation import Polynomials, polynomials
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp
 
-__all__ = ["RecordedInputs", "read_recorded_inputs"]
-
 #: Numbers of all pieces together.
 MOST_TABLE_NUMBERS = 20_000_000
 

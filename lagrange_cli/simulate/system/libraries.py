@@ -30,8 +30,6 @@ from lagrange_cli.simulate.system.tracing import tracer
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
 
-__all__ = ["OPTIONS", "Libraries", "pieces_of"]
-
 #: int64_t lagrange_digits(void)
 _DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
 

@@ -13,8 +13,6 @@ from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp, rounding_factors
 
-__all__ = ["SURFACE_NUMBERS", "parameter_values"]
-
 #: Numbers that code reads of each contact: whether it is closed, and what an impulse aims at.
 _CONTACT_NUMBERS = 2
 

@@ -11,8 +11,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
 
-__all__ = ["each_off_by_one_ulp", "off_by_one_ulp", "rounding_factors"]
-
 
 def rounding_factors(number: int, pattern: int, real: NativeReal = DOUBLE) -> Any:
     """Factors for a disturbed program, the neighbours of 1 among numbers of type ``real``.

@@ -15,8 +15,6 @@ from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.model.model import ChartSingularity, Model
 from lagrange_cli.simulate.system.tracing import functions_of
 
-__all__ = ["guard_signs", "guarded_rhs", "singular_factors"]
-
 #: The numbers of places whose factor keeps its sign while rates of lost coordinates are not
 #: zero, and at all times, beside that sign.
 WHILE_MOVING, ALWAYS = 1.0, 2.0

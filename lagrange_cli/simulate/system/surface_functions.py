@@ -24,16 +24,6 @@ from lagrange_cli.simulate.system.libraries import Libraries
 from lagrange_cli.simulate.system.parameters import parameter_values
 from lagrange_cli.simulate.system.tables import Table, bound, interpreted_table, native_table
 
-__all__ = [
-    "InterpretedCode",
-    "MakeSurfaces",
-    "ModelSurfaces",
-    "NativeCode",
-    "SurfaceCode",
-    "surfaces_maker",
-    "with_surfaces",
-]
-
 
 class SurfaceCode(Protocol):
     """Functions of a model by name, for parameters that are given with them."""

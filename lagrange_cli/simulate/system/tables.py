@@ -16,19 +16,6 @@ from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.piecewise import InputPieces, PiecewiseRhs
 
-__all__ = [
-    "ParameterTable",
-    "StateFunction",
-    "Table",
-    "bound",
-    "interpreted_state_function",
-    "interpreted_table",
-    "native_parameter_table",
-    "native_state_function",
-    "native_table",
-    "no_columns",
-]
-
 #: Values at many states: t (m,), y (m, 2n) → (m, k).
 Table: TypeAlias = Callable[[Array, Array], Array]
 

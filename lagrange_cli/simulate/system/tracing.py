@@ -18,8 +18,6 @@ import numpy as np
 from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.integrators.expressions import Tracer
 
-__all__ = ["functions_of", "in_mpmath", "tracer"]
-
 #: Functions of :mod:`math` that texts call.
 _MATH = ["sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"]
 _MATH += ["asinh", "acosh", "atanh", "sqrt", "exp", "log", "hypot"]

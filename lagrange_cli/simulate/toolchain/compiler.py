@@ -17,8 +17,6 @@ from lagrange_cli.stages import announce, is_to_end
 if TYPE_CHECKING:
     from subprocess import Popen
 
-__all__ = ["Compilation", "CompileError", "Compiler", "find_compiler", "processor"]
-
 #: Commands that are looked for, in this order, where ``CC`` names none.
 COMPILER_COMMANDS = ("cc", "gcc", "clang")
 

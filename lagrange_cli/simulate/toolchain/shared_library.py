@@ -22,8 +22,6 @@ from lagrange_cli.simulate.toolchain.compiler import (
     processor,
 )
 
-__all__ = ["CSource", "load_libraries"]
-
 #: The head of a function that others can call.
 _FUNCTION = re.compile(r"^[a-z]\w* (\w+)\(", re.MULTILINE | re.ASCII)
 

@@ -22,8 +22,6 @@ from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples.rows import first_from, first_rows
 from lagrange_cli.simulate.verification.uniqueness import UnboundedSlopes
 
-__all__ = ["without_branches"]
-
 #: An argument this small beside those on the way may reach zero, as steps of samples are coarse
 #: beside what follows a power of time; set by hand.
 _NEAR = 0.05

@@ -10,8 +10,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
 
-__all__ = ["constraint_drift"]
-
 #: Samples at which it is looked how residuals change with the state.
 _SAMPLES = 8
 

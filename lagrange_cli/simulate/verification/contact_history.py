@@ -21,8 +21,6 @@ from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.tables import Table
 from lagrange_cli.simulate.verification.constraint_drift import constraint_drift
 
-__all__ = ["MotionFunctions", "first_penetration", "functions_along"]
-
 #: How far beyond the accuracy's first-order effect a gap must be negative to disprove it.
 _MARGIN = 8.0
 

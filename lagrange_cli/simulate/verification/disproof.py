@@ -22,8 +22,6 @@ from lagrange_cli.simulate.verification.energy_drift import (
     first_contradiction,
 )
 
-__all__ = ["cut_at_disproof", "energies", "energy_drift", "energy_is_conserved"]
-
 #: What a run with a method and tolerances is believed to keep of its scales.
 _BELIEVED = 1e-3
 

@@ -17,15 +17,6 @@ from numpy.typing import NDArray
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
 
-__all__ = [
-    "EnergyDrift",
-    "ExactEnergy",
-    "contradicted",
-    "energy_drifts",
-    "first_contradiction",
-    "suspects",
-]
-
 #: How far beyond the accuracy's first-order effect a change must be to disprove it.
 _MARGIN = 8.0
 

@@ -29,8 +29,6 @@ from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.parameters import parameter_values
 from lagrange_cli.simulate.system.tracing import functions_of
 
-__all__ = ["UnboundedSlopes", "require_unique_start", "unbounded_slopes"]
-
 #: Values and rates below this part of their largest neighbours are zero but for rounding.
 _ZERO = 1e-13
 

@@ -19,8 +19,6 @@ from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.studies.stress.points import STRESS_AXES, Ground, points_of
 from lagrange_cli.studies.stress.runs import StressRun, StressTask, run_point
 
-__all__ = ["Stress", "stress"]
-
 
 @dataclass(frozen=True)
 class Stress:

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.dimensions import Base, Dimensions
     from lagrange_cli.scene.model import Scene
 
-__all__ = ["STRESS_AXES", "Ground", "StressPoint", "points_of"]
-
 #: Most parameters, or coordinates, of one kind that an axis goes through.
 _MOST_OF_A_KIND = 3
 

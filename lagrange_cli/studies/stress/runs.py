@@ -25,8 +25,6 @@ from lagrange_cli.simulate.system.functions import right_hand_side
 from lagrange_cli.studies.reference import Motion, errors, reference
 from lagrange_cli.studies.stress.points import StressPoint
 
-__all__ = ["StressRun", "StressTask", "run_point"]
-
 #: Budgets of a point that each run of its reference may take: of one for all that is kept, and
 #: of those for parts of it where there is none.
 _PATIENCE = {1.0: 2.0, 0.5: 1.0, 0.1: 0.5}

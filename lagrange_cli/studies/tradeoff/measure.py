@@ -48,8 +48,6 @@ from lagrange_cli.studies.tradeoff.runs import (
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
 
-__all__ = ["CostRatios", "Recommendation", "Trade", "trade"]
-
 #: Seconds that each run of the reference may take, in budgets of a run.
 _PATIENCE = 30.0
 

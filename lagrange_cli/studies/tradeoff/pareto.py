@@ -6,8 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
-__all__ = ["cheapest", "cost_ratio", "pareto"]
-
 _Run = TypeVar("_Run")
 
 #: Runs whose seconds differ by less than this part are equally fast.

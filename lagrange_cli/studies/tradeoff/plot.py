@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.tradeoff.measure import Trade
     from lagrange_cli.studies.tradeoff.runs import WorkPrecisionPoint
 
-__all__ = ["draw_trade"]
-
 _MARKERS = "os^vDP*Xph"
 
 #: Errors above which nothing is drawn.

@@ -26,16 +26,6 @@ from lagrange_cli.simulate.verification.contact_history import functions_along
 from lagrange_cli.simulate.verification.disproof import energy_drift
 from lagrange_cli.studies.reference import Motion, Reference, errors, motion_of
 
-__all__ = [
-    "ACCURACIES",
-    "RESOLVED",
-    "Bench",
-    "Setting",
-    "WorkPrecisionPoint",
-    "has_stagnated",
-    "ladder",
-]
-
 #: What ``auto`` is asked for, and runs are recommended for.
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 

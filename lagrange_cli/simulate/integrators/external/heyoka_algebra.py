@@ -9,8 +9,6 @@ import numpy as np
 
 from lagrange_cli.simulate.integrators.base import UnfitError
 
-__all__ = ["Algebra", "Traced"]
-
 #: Operations of a right-hand side after which it is given up: elimination makes many of few.
 MOST_HEYOKA_OPERATIONS = 20_000
 

@@ -17,8 +17,6 @@ from typing import Any
 from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.files import temporary_folder
 
-__all__ = ["SUFFIX", "compiled_once"]
-
 #: The ending of entries, and the file that heyoka makes.
 SUFFIX, DATABASE = ".db", "cache.db"
 

@@ -32,8 +32,6 @@ from lagrange_cli.simulate.integrators.external.heyoka_algebra import Algebra, T
 from lagrange_cli.simulate.integrators.external.heyoka_cache import compiled_once
 from lagrange_cli.simulate.toolchain.compiler import processor
 
-__all__ = ["Taylor"]
-
 #: Relative tolerances that have an order of their own; without one the order is that of the last.
 LARGEST, SMALLEST, USUAL = 1e-3, 2.0**-52, 1e-12
 

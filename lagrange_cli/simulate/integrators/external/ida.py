@@ -32,8 +32,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import UNMET, Projection, StepError
 from lagrange_cli.simulate.integrators.external.sundials import Sundials
 
-__all__ = ["IDA"]
-
 #: Failures to solve the equations of a step, each of which quarters it, before it is given up.
 _MOST_FAILURES = 30
 

@@ -16,8 +16,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
 
-__all__ = ["CVODE", "CVODEAdams", "Sundials"]
-
 #: Its smallest relative tolerance; below it the tolerance is what ``atol`` gives.
 _SMALLEST_RTOL = 1e-14
 

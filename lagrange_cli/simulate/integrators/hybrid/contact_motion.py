@@ -41,14 +41,6 @@ from lagrange_cli.simulate.integrators.hybrid.motion import (
     HybridMotion,
 )
 
-__all__ = [
-    "ENDLESS",
-    "IMPOSSIBLE",
-    "TOO_MANY",
-    "UNDETERMINED",
-    "ContactMotion",
-]
-
 #: Bounces are ended where all that are left take less than this part of the span.
 _ACCUMULATED = 1e-10
 

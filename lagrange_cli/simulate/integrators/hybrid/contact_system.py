@@ -16,17 +16,6 @@ from lagrange_cli.simulate.integrators.base import Rhs, UnfitError
 from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
 from lagrange_cli.simulate.integrators.expressions import Expressions
 
-__all__ = [
-    "TOUCHING",
-    "ContactEventKind",
-    "ContactMode",
-    "Gaps",
-    "HybridRhs",
-    "ModeChange",
-    "NearContact",
-    "Stuck",
-]
-
 #: For each contact whether it is closed.
 ContactMode: TypeAlias = tuple[bool, ...]
 

@@ -15,8 +15,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, Rhs, SavedState
 
-__all__ = ["CHATTER", "LOCATED", "TOGETHER", "Begin", "HybridMotion"]
-
 #: Events of each contact or surface one upon the other that are taken for endless; set by hand.
 CHATTER = 40
 

@@ -22,8 +22,6 @@ from lagrange_cli.simulate.integrators.hybrid.surfaces import (
     with_sides,
 )
 
-__all__ = ["Continuation", "SlidingRhs", "continuations", "unique_continuation"]
-
 #: Surfaces met at one instant of which every combination of sides is looked at.
 _MOST_AT_ONCE = 3
 

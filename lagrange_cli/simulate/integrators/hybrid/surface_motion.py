@@ -33,14 +33,6 @@ from lagrange_cli.simulate.integrators.hybrid.sliding import (
 )
 from lagrange_cli.simulate.integrators.hybrid.surfaces import SurfaceSides, surfaces_of, with_sides
 
-__all__ = [
-    "AMBIGUOUS",
-    "CROWDED",
-    "IMPULSIVE",
-    "UNSETTLED",
-    "SurfaceMotion",
-]
-
 #: A step whose event lies in less than this part of it is made again, to this many times the time
 #: until the event (advance.c does the same).
 EARLY, BEHIND = 0.5, 1.25

@@ -17,8 +17,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
 
-__all__ = ["ON_SURFACE", "SurfaceRates", "SurfaceSides", "Surfaces", "surfaces_of", "with_sides"]
-
 #: On which side of each surface: 1, −1, or the part between that keeps the motion on it.
 SurfaceSides: TypeAlias = tuple[float, ...]
 

@@ -19,8 +19,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_structures import members_type
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
 
-__all__ = ["BatchedMotions", "BatchedSamples", "BatchedTaylor", "TaylorSteps", "digits_of"]
-
 _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
 _ROWS = ctypes.CFUNCTYPE(ctypes.c_int)

@@ -14,16 +14,6 @@ from typing import Any
 from lagrange_cli.simulate.integrators.event_functions import EVENT_PARTS
 from lagrange_cli.simulate.integrators.native.c_types import NativeReal
 
-__all__ = [
-    "LANDMARK_ROWS",
-    "MOST_EVENTS",
-    "KernelStatus",
-    "events_type",
-    "landmarks_type",
-    "members_type",
-    "run_type",
-]
-
 _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
 #: Events of one function in a step at most (MOST of events.c).

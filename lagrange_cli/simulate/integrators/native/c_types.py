@@ -9,16 +9,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = [
-    "DOUBLE",
-    "EXTENDED",
-    "LANES",
-    "RHS",
-    "NativeReal",
-    "function_type",
-    "projection_type",
-]
-
 _POINTER = ctypes.c_void_p
 
 

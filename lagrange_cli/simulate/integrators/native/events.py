@@ -15,8 +15,6 @@ from lagrange_cli.simulate.integrators.event_functions import (
 from lagrange_cli.simulate.integrators.native.c_structures import MOST_EVENTS, events_type
 from lagrange_cli.simulate.integrators.native.c_types import NativeReal
 
-__all__ = ["EventBuffer"]
-
 _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
 #: Steps full of events that the buffer of one call holds.

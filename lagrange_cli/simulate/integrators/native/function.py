@@ -19,11 +19,6 @@ from lagrange_cli.simulate.integrators.piecewise import InputPieces
 if TYPE_CHECKING:
     from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
 
-__all__ = [
-    "NativeInputs",
-    "NativeRhs",
-]
-
 _POINTER = ctypes.c_void_p
 
 

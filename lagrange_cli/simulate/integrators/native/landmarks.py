@@ -12,8 +12,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_structures import LANDMARK_ROWS, landmarks_type
 from lagrange_cli.simulate.integrators.native.c_types import NativeReal
 
-__all__ = ["LandmarkBuffer", "NativeLandmarks"]
-
 _POINTER = ctypes.c_void_p
 
 

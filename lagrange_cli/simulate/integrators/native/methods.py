@@ -39,8 +39,6 @@ from lagrange_cli.simulate.integrators.scipy_explicit import DOP853, RK4
 from lagrange_cli.simulate.integrators.scipy_implicit import Radau
 from lagrange_cli.simulate.integrators.symplectic import DIVERGES, Gauss4, Gauss6, Verlet
 
-__all__ = ["COMPILED", "CompiledDOP853", "CompiledGauss16", "CompiledRK4"]
-
 _LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
 
 _ROWS = ctypes.CFUNCTYPE(_LONG)
