@@ -32,8 +32,8 @@ from lagrange_cli.errors import InputError, LagrangeError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.scene import read_text
+from lagrange_cli.scene.conditions import Expect
 from lagrange_cli.scene.language.expression import Equation
-from lagrange_cli.scene.model import Expect
 
 DIGITS = 150
 ZERO = mp.mpf(0)

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.scene.model import Formulation, Scene
+    from lagrange_cli.scene.conditions import Formulation
+    from lagrange_cli.scene.model import Scene
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
     from lagrange_cli.simulate.model.model import Model

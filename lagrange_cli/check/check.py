@@ -15,7 +15,7 @@ from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Mark, 
 from lagrange_cli.files import read_bytes, read_recording
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import expected_error, read_file
-from lagrange_cli.scene.model import ErrorExpectation
+from lagrange_cli.scene.conditions import ErrorExpectation
 
 _OutcomeOfScene = tuple[SceneOutcome, tuple[Problem, ...]]
 

@@ -1,6 +1,6 @@
 """What a scene may expect, one check a key.
 
-To add a key, add its field to :class:`~lagrange_cli.scene.model.Expect` and a
+To add a key, add its field to :class:`~lagrange_cli.scene.conditions.Expect` and a
 function to :data:`CHECKS`. A check is given what the scene expects and the
 equations, yields a located problem for everything that does not hold, and
 yields nothing for what the scene does not mention.
@@ -20,8 +20,8 @@ from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.notation.scene_language import to_scene_language
+from lagrange_cli.scene.conditions import Expect, InitialValue, StateExpectation
 from lagrange_cli.scene.language.expression import Equation, Expression
-from lagrange_cli.scene.model import Expect, InitialValue, StateExpectation
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory

@@ -17,7 +17,7 @@ from lagrange_cli.files import write_file
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.model import Formulation
+    from lagrange_cli.scene.conditions import Formulation
 
 
 @click.command(cls=Command, short_help="Degrees of freedom, Lagrangian and equations of motion.")

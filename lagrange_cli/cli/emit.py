@@ -21,7 +21,7 @@ from lagrange_cli.files import write_files
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.model import Formulation
+    from lagrange_cli.scene.conditions import Formulation
 
 
 def _declared() -> dict[str, list[tuple[str, Option]]]:

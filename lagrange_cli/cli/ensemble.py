@@ -20,7 +20,8 @@ from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.errors import InputError, Mark, Problem
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.model import Formulation, Scene
+    from lagrange_cli.scene.conditions import Formulation
+    from lagrange_cli.scene.model import Scene
     from lagrange_cli.simulate.ensemble.input_file import Members
     from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
     from lagrange_cli.simulate.ensemble.run import Plan

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.api import Derivation
     from lagrange_cli.cli.session import Session
-    from lagrange_cli.scene.model import Formulation
+    from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.simulate.model.model import Model
 
 

@@ -29,7 +29,7 @@ from lagrange_cli.stages import Listener, heard_by
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from lagrange_cli.scene.model import Formulation
+    from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
     from lagrange_cli.simulate.model.model import Model

@@ -16,7 +16,7 @@ from lagrange_cli.cli.terminal.output import Command, print_text
 from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.model import Formulation
+    from lagrange_cli.scene.conditions import Formulation
 
 
 def _axes() -> Iterable[str]:

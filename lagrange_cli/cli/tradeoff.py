@@ -17,7 +17,7 @@ from lagrange_cli.cli.terminal.output import Command, print_text
 from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.model import Formulation
+    from lagrange_cli.scene.conditions import Formulation
 
 
 @click.command(cls=Command, short_help="Speed against accuracy of every method, measured.")

@@ -21,7 +21,8 @@ from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.formulation import in_formulation, reduced_for
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.structure import require_inertia, require_no_rates_of_inputs
-from lagrange_cli.scene.model import Formulation, Scene
+from lagrange_cli.scene.conditions import Formulation
+from lagrange_cli.scene.model import Scene
 from lagrange_cli.stages import announce
 
 #: Errors of an initial state that no configuration has in the coordinates, or several have.

@@ -38,7 +38,8 @@ from lagrange_cli.mechanics.reduction.no_minimal_form import no_minimal_form_err
 from lagrange_cli.mechanics.reduction.reduce import Reduced, reduce
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import evaluated
-from lagrange_cli.scene.model import Formulation, Scene
+from lagrange_cli.scene.conditions import Formulation
+from lagrange_cli.scene.model import Scene
 
 #: Ratio of predicted operations above which multipliers are taken; set by hand, as all below.
 _CLEARLY = 2

@@ -1,8 +1,8 @@
 """YAML text → Scene: source with marks, expression grammar, frozen model.
 
-What comes in is a file or text; what comes out is a :class:`~.model.Scene`, checked as a whole,
-in which every value has its place in the file, or a refusal with all problems. Nothing here knows
-SymPy or NumPy. Read :mod:`.reader` first.
+A file or text goes in; a :class:`~.model.Scene` comes out, checked as a whole, in which every
+value has its place in the file, or a refusal with all problems. Nothing here knows SymPy or NumPy.
+Read :mod:`.reader` first.
 """
 
 from importlib import import_module

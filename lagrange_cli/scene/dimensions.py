@@ -1,4 +1,4 @@
-"""Dimensions: what becomes of every name of a scene when masses, lengths or times are scaled.
+"""Dimensions of the names of a scene: how each scales with masses, lengths and times.
 
 Two sides of an equation, and the terms of a sum, scale alike; arguments of functions do not
 scale; potentials scale as energies do. That is one linear equation for exponents each, over
@@ -17,6 +17,7 @@ from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import InputError, Mark
 from lagrange_cli.scene.language.expression import (
+    TIME_DERIVATIVES,
     Add,
     Call,
     Expression,
@@ -36,16 +37,20 @@ Base: TypeAlias = Literal["mass", "length", "time"]
 
 _BASES: tuple[Base, ...] = ("mass", "length", "time")
 
-#: Scenes of more names than this are not looked at: the work grows as the cube.
+#: Scenes of more names than this are not looked at: the work grows as the cube. Set by hand.
 _MOST_NAMES = 300
 
 _LinearForm: TypeAlias = dict[str, Fraction]
 """A linear form in the exponents of names."""
 
-#: Exponents that are not of names of a scene, whose names have no blanks.
-_TIME, _LENGTH, _ENERGY = "t", "a length", "an energy"
+#: Key of the exponent of time in a linear form.
+_TIME = "t"
+#: Key of the exponent of lengths; blanks set it apart from names of a scene.
+_LENGTH = "a length"
+#: Key of the exponent of energies.
+_ENERGY = "an energy"
 
-#: What of a number of dimension 1 is said of time, length and energy.
+#: Exponents of time, length and energy in each base dimension.
 _GENERATORS: dict[Base, tuple[int, int, int]] = {
     "mass": (0, 0, 1),
     "length": (0, 1, 2),
@@ -73,9 +78,6 @@ _UNITS: dict[str, _LinearForm] = {
 #: The blank in ``kg m^2``.
 _BETWEEN = re.compile(r"(?<=[\w)])\s+(?=[\w(])")
 
-#: Functions that take derivatives by time, so many.
-_RATES = {"dot": 1, "ddot": 2}
-
 
 @dataclass(frozen=True)
 class Dimensions:
@@ -91,11 +93,11 @@ class Dimensions:
         return tuple(self.exponents.get(base, {}).get(name, Fraction(0)) for base in _BASES)
 
     def factor(self, name: str, factors: Mapping[Base, float]) -> float:
-        """By what ``NAME`` or ``dot(NAME)`` is multiplied where masses, lengths, times are."""
+        """Multiplier of ``NAME`` or ``dot(NAME)`` if bases are multiplied by ``factors``."""
         rate = name.startswith("dot(")
         powers = zip(_BASES, self.of(name[4:-1] if rate else name), strict=True)
-        found = math.prod([math.pow(factors.get(base, 1.0), power) for base, power in powers])
-        return found / factors.get("time", 1.0) if rate else found
+        product = math.prod([math.pow(factors.get(base, 1.0), power) for base, power in powers])
+        return product / factors.get("time", 1.0) if rate else product
 
     @property
     def complete(self) -> bool:
@@ -115,19 +117,19 @@ def dimensions(scene: Scene) -> Dimensions:
     names.sort(key=lambda name: name in last)
     if len(names) > _MOST_NAMES:
         return Dimensions({})
-    found: dict[Base, Mapping[str, Fraction]] = {}
+    exponents: dict[Base, Mapping[str, Fraction]] = {}
     for base, values in _GENERATORS.items():
-        given = dict(zip((_TIME, _LENGTH, _ENERGY), map(Fraction, values), strict=True))
+        generator = dict(zip((_TIME, _LENGTH, _ENERGY), map(Fraction, values), strict=True))
         for equations in (said.equations, needed.equations):
-            solution = _solved(equations, given, names)
+            solution = _solved(equations, generator, names)
             if solution is not None:
-                found[base] = solution
+                exponents[base] = solution
                 break
-    return Dimensions(found)
+    return Dimensions(exponents)
 
 
 class _Reader:
-    """Equations between exponents, each a form that is zero, as expressions are read."""
+    """Collect equations between exponents, each a linear form that is zero."""
 
     def __init__(self) -> None:
         self.equations: list[_LinearForm] = []
@@ -166,11 +168,11 @@ class _Reader:
         for parameter in scene.parameters:
             if parameter.value is not None and any(_names(parameter.value)):
                 self._is(parameter.value, _form(parameter.name))
-        for given in scene.inputs:
-            if given.expression is not None:
-                self._is(given.expression, _form(given.name))
+        for declared in scene.inputs:
+            if declared.expression is not None:
+                self._is(declared.expression, _form(declared.name))
             else:
-                self.equations += [_form(given.name), _form(_TIME)]
+                self.equations += [_form(declared.name), _form(_TIME)]
 
     def _bodies(self, scene: Scene) -> None:
         length, mass = _form(_LENGTH), _form(_ENERGY, **{_LENGTH: -2, _TIME: 2})
@@ -195,25 +197,25 @@ class _Reader:
                 self._is(one_sided.restitution, {})
 
     def _is(self, expression: Expression, form: _LinearForm) -> None:
-        found = self._of(expression.node)
-        if found is not None:
-            self._same(found, form)
+        scaling = self._of(expression.node)
+        if scaling is not None:
+            self._same(scaling, form)
 
-    def _same(self, one: _LinearForm, other: _LinearForm) -> None:
-        difference = _sum(one, other, -1)
+    def _same(self, left: _LinearForm, right: _LinearForm) -> None:
+        difference = _sum(left, right, -1)
         if difference and difference not in self.equations:
             self.equations.append(difference)
 
     def _alike(self, nodes: Iterable[Node]) -> _LinearForm | None:
-        """The form of all of these, which is one."""
-        found: _LinearForm | None = None
+        """The common form of all of these, None if all are 0."""
+        common: _LinearForm | None = None
         for node in nodes:
             form = self._of(node)
-            if found is None:
-                found = form
+            if common is None:
+                common = form
             elif form is not None:
-                self._same(found, form)
-        return found
+                self._same(common, form)
+        return common
 
     def _of(self, node: Node) -> _LinearForm | None:
         """The form of an expression, None for 0, which scales in any way."""
@@ -232,13 +234,13 @@ class _Reader:
         return self._call(node)
 
     def _product(self, node: Mul) -> _LinearForm | None:
-        found: _LinearForm = {}
+        total: _LinearForm = {}
         for operator, factor in node.factors:
             form = self._of(factor)
             if form is None:
                 return None
-            found = _sum(found, form, -1 if operator == "/" else 1)
-        return found
+            total = _sum(total, form, -1 if operator == "/" else 1)
+        return total
 
     def _power(self, node: Pow) -> _LinearForm | None:
         exponent = _constant(node.exponent)
@@ -250,46 +252,50 @@ class _Reader:
         return {}
 
     def _call(self, node: Call) -> _LinearForm | None:
-        if node.function in _RATES:
+        order = TIME_DERIVATIVES.get(node.function)
+        if order is not None:
             form = self._of(node.arguments[0])
-            return None if form is None else _sum(form, _form(_TIME), -_RATES[node.function])
-        found = self._alike(node.arguments)
+            return None if form is None else _sum(form, _form(_TIME), -order)
+        common = self._alike(node.arguments)
         if node.function in ("abs", "min", "max", "norm"):
-            return found
+            return common
         if node.function == "sqrt":
-            return None if found is None else _sum({}, found, Fraction(1, 2))
+            return None if common is None else _sum({}, common, Fraction(1, 2))
         if node.function not in ("atan2", "sign"):
-            self._same(found or {}, {})
+            self._same(common or {}, {})
         return {}
 
 
 def _form(name: str, **others: int) -> _LinearForm:
-    return {name: Fraction(1)} | {other: Fraction(value) for other, value in others.items()}
+    return {name: Fraction(1)} | {symbol: Fraction(value) for symbol, value in others.items()}
 
 
 def _unit(text: str) -> _LinearForm | None:
-    """The form of a unit, those of electricity being names of their own; None where it is none."""
+    """The form of a unit, None if the text is not one.
+
+    Units that are not in the table, as of electricity, are bases themselves.
+    """
     product = _BETWEEN.sub("*", text)
     try:
         form = _Reader()._of(parse_expression(product, Mark("unit", 1, 1, product)).node)
     except InputError:
         return None
-    found: _LinearForm = {}
+    total: _LinearForm = {}
     for name, exponent in (form or {}).items():
-        found = _sum(found, _UNITS.get(name, _form(f"unit {name}")), exponent)
-    return found
+        total = _sum(total, _UNITS.get(name, _form(f"unit {name}")), exponent)
+    return total
 
 
 def _names(expression: Expression) -> Iterator[str]:
     return (name.name for name in names_in(expression.node) if name.name != "pi")
 
 
-def _sum(one: _LinearForm, other: _LinearForm, factor: Fraction | int) -> _LinearForm:
+def _sum(form: _LinearForm, added: _LinearForm, factor: Fraction | int) -> _LinearForm:
     """One form plus a multiple of another, without zeros."""
-    found = dict(one)
-    for name, value in other.items():
-        found[name] = found.get(name, Fraction(0)) + factor * value
-    return {name: value for name, value in found.items() if value}
+    total = dict(form)
+    for name, value in added.items():
+        total[name] = total.get(name, Fraction(0)) + factor * value
+    return {name: value for name, value in total.items() if value}
 
 
 def _constant(node: Node) -> Fraction | None:
@@ -300,28 +306,28 @@ def _constant(node: Node) -> Fraction | None:
         value = _constant(node.operand)
         return None if value is None else -value
     if isinstance(node, Mul):
-        found = Fraction(1)
+        product = Fraction(1)
         for operator, factor in node.factors:
             value = _constant(factor)
             if value is None or (operator == "/" and value == 0):
                 return None
-            found = found / value if operator == "/" else found * value
-        return found
+            product = product / value if operator == "/" else product * value
+        return product
     return None
 
 
 def _solved(
-    equations: Iterable[_LinearForm], given: _LinearForm, names: list[str]
+    equations: Iterable[_LinearForm], generator: _LinearForm, names: list[str]
 ) -> _LinearForm | None:
-    """Exponents that satisfy equations, those that stay open being 0; None where there are none."""
+    """Solve equations for exponents, undetermined ones being 0; None if they contradict."""
     rows: list[tuple[_LinearForm, Fraction]] = []  # a form, and what it comes to
     for equation in equations:
-        form = {name: value for name, value in equation.items() if name not in given}
-        fixed = (equation[name] * given[name] for name in given if name in equation)
+        form = {name: value for name, value in equation.items() if name not in generator}
+        fixed = (equation[name] * generator[name] for name in generator if name in equation)
         rows.append((form, -sum(fixed, Fraction(0))))
     solved: list[tuple[str, _LinearForm, Fraction]] = []
     for name in names:
-        if name in given:
+        if name in generator:
             continue
         pivot = next((k for k, (form, _) in enumerate(rows) if name in form), None)
         if pivot is None:
@@ -333,19 +339,19 @@ def _solved(
         solved.append((name, form, known))
     if any(known for _, known in rows):
         return None
-    found = dict(given)
+    solution = dict(generator)
     for name, form, known in reversed(solved):
-        rest = (value * found.get(n, Fraction(0)) for n, value in form.items() if n != name)
-        found[name] = known - sum(rest, Fraction(0))
-    return found
+        others = (value * solution.get(n, Fraction(0)) for n, value in form.items() if n != name)
+        solution[name] = known - sum(others, Fraction(0))
+    return solution
 
 
 def _without(
     name: str, row: tuple[_LinearForm, Fraction], form: _LinearForm, known: Fraction
 ) -> tuple[_LinearForm, Fraction]:
-    """A row from which a name is eliminated."""
-    own, right = row
-    factor = own.get(name)
+    """Eliminate a name from a row."""
+    row_form, right = row
+    factor = row_form.get(name)
     if factor is None:
         return row
-    return _sum(own, form, -factor), right - factor * known
+    return _sum(row_form, form, -factor), right - factor * known

@@ -2,27 +2,34 @@
 
 Helpers (``gravity``, ``spring``, ``distance``) and ``plane`` are already
 written out as the expressions they stand for, in the component names
-``x_NAME, y_NAME, z_NAME``; families are as their members, each with a name of
-its own such as ``p[3]``. Nothing else is evaluated.
+``x_NAME, y_NAME, z_NAME``; families are written out as their elements, each with a
+name such as ``p[3]``. Nothing else is evaluated.
+
+Of every value here ``name`` is as written in the file, and ``mark`` is its place there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.files import Recording
+from lagrange_cli.scene.conditions import Expect, InitialValue, SimulateDefaults
 from lagrange_cli.scene.language.expression import Equation, Expression
-
-#: Samples of any run: rows of a table that a disk may hold.
-MOST_SAMPLES = 10_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """A number of members of families; expressions hold its value."""
+    """A number of elements of families.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    value
+        The number, which expressions hold in its place.
+    """
 
     name: str
     mark: Mark
@@ -31,7 +38,19 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class DeclaredParameter:
-    """A named constant; without ``value`` it stays symbolic."""
+    """A named constant.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    value
+        Its value, None if it stays symbolic.
+    unit, description, latex
+        Texts for readers, None if absent.
+    positive
+        True if the scene declares it positive.
+    """
 
     name: str
     mark: Mark
@@ -44,7 +63,17 @@ class DeclaredParameter:
 
 @dataclass(frozen=True, slots=True)
 class DeclaredInput:
-    """What the user drives: an ``expression`` in t, or a ``recording``; the other is None."""
+    """A given function of time.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    expression
+        Its value over t and parameters, None if it is recorded.
+    recording
+        The file that holds its values, None if it is an expression.
+    """
 
     name: str
     mark: Mark
@@ -54,7 +83,17 @@ class DeclaredInput:
 
 @dataclass(frozen=True, slots=True)
 class Particle:
-    """A point mass; ``position`` has three expressions (bare fresh names are Cartesian names)."""
+    """A point mass.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    mass
+        Its mass.
+    position
+        Its x, y and z; a name that stands alone there and is not declared is a Cartesian name.
+    """
 
     name: str
     mark: Mark
@@ -64,7 +103,15 @@ class Particle:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A massless named position."""
+    """A massless named position.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    position
+        Its x, y and z.
+    """
 
     name: str
     mark: Mark
@@ -73,10 +120,17 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Constraint:
-    """One named holonomic constraint, of one or more equations.
+    """A named constraint of one or more equations.
 
     ``plane: xz`` becomes the constraint named ``plane`` with an equation for
     each particle.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    equations
+        Its equations, between positions or between velocities.
     """
 
     name: str
@@ -86,9 +140,16 @@ class Constraint:
 
 @dataclass(frozen=True, slots=True)
 class Unilateral:
-    """One inequality that holds the motion on one side, as the name of its contact says.
+    """An inequality between positions: a one-sided constraint.
 
-    ``restitution`` None: 0. Where a constraint has several inequalities their names are numbered.
+    Attributes
+    ----------
+    name, mark
+        Name of its contact, numbered if its constraint has several inequalities; its place.
+    inequality
+        The inequality as written.
+    restitution
+        Newton's coefficient of restitution, None for 0.
     """
 
     name: str
@@ -99,7 +160,15 @@ class Unilateral:
 
 @dataclass(frozen=True, slots=True)
 class DeclaredCoordinate:
-    """A declared generalized coordinate."""
+    """A declared generalized coordinate.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    latex, unit, description
+        Texts for readers, None if absent.
+    """
 
     name: str
     mark: Mark
@@ -110,7 +179,15 @@ class DeclaredCoordinate:
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """A Cartesian name in terms of coordinates, or an abbreviation."""
+    """A definition of a Cartesian name in terms of coordinates, or of an abbreviation.
+
+    Attributes
+    ----------
+    name, mark
+        The defined name and its place.
+    expression
+        Its meaning.
+    """
 
     name: str
     mark: Mark
@@ -119,7 +196,15 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A named term of ``potentials``, ``kinetic`` or ``dissipation``, or an output."""
+    """A named term of ``potentials``, ``kinetic`` or ``dissipation``, or an output.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    expression
+        Its value.
+    """
 
     name: str
     mark: Mark
@@ -128,7 +213,17 @@ class Term:
 
 @dataclass(frozen=True, slots=True)
 class Force:
-    """A force on a particle or point (three components) or a coordinate (one)."""
+    """A force on a particle, a point or a coordinate.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    on, on_mark
+        Name of what it acts on, and the place of that name.
+    components
+        Along x, y and z; one only if it acts on a coordinate.
+    """
 
     name: str
     mark: Mark
@@ -138,109 +233,35 @@ class Force:
 
 
 @dataclass(frozen=True, slots=True)
-class InitialValue:
-    """A value of ``initial`` or ``near``: of a name (``order`` 0) or its ``dot`` (1)."""
-
-    name: str
-    order: int
-    mark: Mark
-    value: Expression
-
-
-Formulation: TypeAlias = Literal["auto", "minimal", "multiplier"]
-"""Few coordinates, or more with constraints beside them; ``auto`` is the program's choice."""
-
-
-@dataclass(frozen=True, slots=True)
-class SimulateDefaults:
-    """The section ``simulate``; every number may be an expression in parameters."""
-
-    mark: Mark | None = None
-    until: Expression | None = None
-    start: Expression | None = None
-    accuracy: Expression | None = None
-    samples: Expression | None = None
-    step: Expression | None = None
-    method: str | None = None
-    rtol: Expression | None = None
-    atol: Expression | None = None
-    formulation: Formulation | None = None
-
-    def formulation_for(self, asked: Formulation | None) -> Formulation:
-        """The formulation that is asked for, else the scene's, else ``auto``."""
-        return asked or self.formulation or "auto"
-
-
-@dataclass(frozen=True)
-class SimulationDefaults:
-    """The scene's section ``simulate`` as numbers (None: absent), and its place."""
-
-    until: float | None = None
-    start: float = 0.0
-    accuracy: float | None = None
-    samples: int | None = None
-    step: float | None = None
-    method: str | None = None
-    rtol: float | None = None
-    atol: float | None = None
-    formulation: str | None = None
-    mark: Mark | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class StateExpectation:
-    """``state: {t: 1.0, x: 0.12, within: 1e-8}``; names may be ``dot(x)`` (order 1)."""
-
-    mark: Mark
-    time: Expression
-    values: tuple[InitialValue, ...]
-    within: Expression
-
-
-@dataclass(frozen=True, slots=True)
-class EventExpectation:
-    """``{name: release:sphere, t: 0.72, within: 1e-9}``; without ``t`` it happens at any time."""
-
-    name: str
-    mark: Mark
-    time: Expression | None = None
-    within: Expression | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class ErrorExpectation:
-    """``error: {kind: ..., contains: ...}``: the scene must be refused so."""
-
-    mark: Mark
-    kind: str | None
-    contains: str | None
-
-
-@dataclass(frozen=True, slots=True)
-class Expect:
-    """The section ``expect``; what is absent is None and not checked."""
-
-    mark: Mark | None = None
-    dof: int | None = None
-    dof_mark: Mark | None = None
-    cyclic: tuple[str, ...] | None = None
-    cyclic_mark: Mark | None = None
-    conserved: tuple[str, ...] | None = None
-    conserved_mark: Mark | None = None
-    equations: tuple[Equation, ...] | None = None
-    lagrangian: Expression | None = None
-    states: tuple[StateExpectation, ...] = ()
-    drift: tuple[tuple[str, Expression], ...] = ()
-    events: tuple[EventExpectation, ...] = ()
-    error: ErrorExpectation | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Scene:
     """Everything a scene file says.
 
-    ``file`` is the path as the user gave it (``<stdin>`` for standard input),
-    ``digest`` the SHA-256 of the text (hex).
+    Attributes
+    ----------
+    name
+        Name of the scene: of its section ``name``, or else of its file.
+    file
+        Path as the user gave it, ``<stdin>`` for standard input.
+    digest
+        SHA-256 of the text in hexadecimal digits.
+    title, description
+        Texts for readers, None if absent.
+    sizes, parameters, particles, points, definitions, inputs
+        Declarations of the sections of these names.
+    constraints, unilateral
+        Constraints by equations, and by inequalities.
+    coordinates, coordinates_mark
+        Declared coordinates and the place of their section, None if it is absent.
+    potentials, kinetic, dissipation, outputs
+        Named terms of the sections of these names.
+    forces
+        Forces besides potentials.
+    initial, near
+        Given initial values, and values near which a solution is sought.
+    simulate, expect
+        The sections of these names.
+    warnings
+        Warnings from reading.
     """
 
     name: str
@@ -270,7 +291,10 @@ class Scene:
     warnings: tuple[Problem, ...] = ()
 
     def expressions(self) -> Iterator[Expression]:
-        """What is derived from, in the order of the sections: without values and expectations."""
+        """Expressions that the equations are derived from, in a fixed order of the sections.
+
+        Values of parameters, initial values and expectations are not among them.
+        """
         for position in (*(p.position for p in self.particles), *(p.position for p in self.points)):
             yield from position
         yield from (p.mass for p in self.particles)

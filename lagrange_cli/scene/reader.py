@@ -19,9 +19,10 @@ from typing import Any
 from lagrange_cli.errors import LagrangeError
 from lagrange_cli.files import MAX_BYTES, read_bytes, too_large
 from lagrange_cli.scene.checks.names import check_names
+from lagrange_cli.scene.conditions import ErrorExpectation
 from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
-from lagrange_cli.scene.model import ErrorExpectation, Scene
+from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reading import conditions, declarations, physics
 from lagrange_cli.scene.reading.helpers import read_plane
 from lagrange_cli.scene.reading.overrides import (
@@ -35,7 +36,7 @@ from lagrange_cli.scene.reading.source import Mapping, SourceNode, compose, deco
 
 @dataclass(frozen=True, slots=True)
 class _Section:
-    """How a section is read; ``declares``: other sections use the names it declares."""
+    """Reader of a section; ``declares``: other sections use the names it declares."""
 
     read: Callable[[SourceNode, Reading], Any]
     declares: bool = False
@@ -122,7 +123,7 @@ def read_text(
     the others see :func:`read_file`.
     """
     root, digest = _root(data, file)
-    reading = Reading(file, given=parameters or {})
+    reading = Reading(file, overrides=parameters or {})
     nodes = _sections(root, reading)
     certain = not reading.problems.errors
     for name, section in SECTIONS.items():
@@ -200,7 +201,7 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
                     "'plane' is both a section and a constraint", constraint.mark, rule="clash"
                 )
         values["constraints"] = (plane, *values["constraints"])
-    if "expect" in values and not reading.sizes.keys().isdisjoint(reading.given):
+    if "expect" in values and not reading.sizes.keys().isdisjoint(reading.overrides):
         # Expected states and events are those of the file's sizes.
         values["expect"] = replace(values["expect"], states=(), events=())
     values.setdefault("name", _identifier(PurePath(file).stem))

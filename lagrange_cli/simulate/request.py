@@ -11,7 +11,7 @@ from decimal import Decimal
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
-from lagrange_cli.scene.model import MOST_SAMPLES, SimulationDefaults
+from lagrange_cli.scene.conditions import MOST_SAMPLES, SimulationDefaults
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.model.model import Model

@@ -13,7 +13,7 @@ import pytest
 from lagrange_cli.api import load
 from lagrange_cli.cli.options import FORMULATIONS
 from lagrange_cli.cli.reports.simulate import FORMATS, Simulated
-from lagrange_cli.scene.model import Formulation
+from lagrange_cli.scene.conditions import Formulation
 from tests.cli.terminal import lagrange, succeed
 
 SPHERICAL = "systems/pendulums/spherical_pendulum.yaml"

@@ -25,7 +25,7 @@ from lagrange_cli.mechanics.equations import (
     ParticleMotion,
     ShownEquation,
 )
-from lagrange_cli.scene.model import SimulationDefaults
+from lagrange_cli.scene.conditions import SimulationDefaults
 
 HALF = Rational(1, 2)
 

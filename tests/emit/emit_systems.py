@@ -17,7 +17,7 @@ from lagrange_cli.mechanics.equations import (
     Parameter,
     ParticleMotion,
 )
-from lagrange_cli.scene.model import SimulationDefaults
+from lagrange_cli.scene.conditions import SimulationDefaults
 
 T = sp.Symbol("t", real=True)
 

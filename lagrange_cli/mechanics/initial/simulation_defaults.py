@@ -10,8 +10,9 @@ from collections.abc import Callable
 
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.symbols.values import ParameterValues
+from lagrange_cli.scene.conditions import MOST_SAMPLES, SimulationDefaults
 from lagrange_cli.scene.language.expression import Expression
-from lagrange_cli.scene.model import MOST_SAMPLES, Scene, SimulationDefaults
+from lagrange_cli.scene.model import Scene
 
 
 def simulation_defaults(scene: Scene, values: ParameterValues) -> SimulationDefaults:

@@ -39,7 +39,7 @@ from lagrange_cli.mechanics.numerics.rank import (
 from lagrange_cli.mechanics.reduction.reduce import Reduced
 from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.mechanics.symbols.yaml_snippets import near_snippet
-from lagrange_cli.scene.model import InitialValue
+from lagrange_cli.scene.conditions import InitialValue
 
 #: Largest violation, relative to the scene's length, that is projected instead of refused.
 _TOLERANCE = mpf(10) ** -9

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
+from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import Expression, Name, names_in
-from lagrange_cli.scene.model import InitialValue, Scene, Unilateral
+from lagrange_cli.scene.model import Scene, Unilateral
 
 #: Text that needs no quotes within braces.
 _PLAIN = re.compile(r"[\w.+\-*/^() ]+", re.ASCII)

@@ -1,4 +1,4 @@
-"""What names stand for through other names: order, circles, and what is inside.
+"""Dependencies between names: their order, circles, and traits that expressions inherit.
 
 Definitions, position entries and parameter values refer to each other. Going
 through them once in dependency order answers what an expression holds when
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from lagrange_cli.scene.language.bounds import ANY_EXTENT, Extent, extent_of
 from lagrange_cli.scene.language.expression import (
+    TIME_DERIVATIVES,
     Call,
     Expression,
     Name,
@@ -28,18 +29,27 @@ NONSMOOTH = ("abs", "sign", "min", "max")
 
 @dataclass(frozen=True, slots=True)
 class ExpressionTraits:
-    """What an expression holds once its names are written out.
+    """Traits of an expression once its names are written out.
 
-    ``rate``: 0 for positions, 1 if it holds ``dot``, 2 if it holds ``ddot``.
-    ``rough``: the first of :data:`NONSMOOTH` in it. ``constant``: it rests on
-    parameters and numbers alone. ``driven``: the first input in it.
+    Attributes
+    ----------
+    rate
+        Time derivatives: 0 for positions, 1 with ``dot``, 2 with ``ddot``.
+    rough
+        First of :data:`NONSMOOTH` in it, None if it is smooth.
+    constant
+        True if it rests on parameters and numbers alone.
+    extent
+        Its value, or its largest power.
+    first_input
+        First input in it, None if it holds none.
     """
 
     rate: int = 0
     rough: str | None = None
     constant: bool = False
     extent: Extent = ANY_EXTENT
-    driven: str | None = None
+    first_input: str | None = None
 
 
 def dependency_order(meanings: Mapping[str, Expression]) -> tuple[list[str], list[list[str]]]:
@@ -53,7 +63,7 @@ def dependency_order(meanings: Mapping[str, Expression]) -> tuple[list[str], lis
         Each circle found, as the names along it.
     """
     order: list[str] = []
-    found: list[list[str]] = []
+    circles: list[list[str]] = []
     done: set[str] = set()
     for start in meanings:
         # The path from the start to the current name, with what remains to be visited of each.
@@ -69,10 +79,10 @@ def dependency_order(meanings: Mapping[str, Expression]) -> tuple[list[str], lis
                 order.append(name)
             elif following in path:
                 names = list(path)
-                found.append(names[names.index(following) :])
+                circles.append(names[names.index(following) :])
             elif following not in done:
                 path[following] = _uses(following, meanings)
-    return order, found
+    return order, circles
 
 
 def _uses(name: str, meanings: Mapping[str, Expression]) -> Iterator[str]:
@@ -88,19 +98,19 @@ def traits_of(node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTr
     ExpressionError
         At the part that exceeds a limit of :mod:`lagrange_cli.scene.language.bounds`.
     """
-    rough = driven = None
+    rough = first_input = None
     constant = True
     for part in walk(node):
         if isinstance(part, Name):
             traits = names.get(part.name, _POSITION)
             constant &= traits.constant
             rough = rough or traits.rough
-            driven = driven or traits.driven
+            first_input = first_input or traits.first_input
         elif isinstance(part, Call):
             rough = rough or (part.function if part.function in NONSMOOTH else None)
     extents = _Extents(names)
-    rates = _rates(node, names)
-    return ExpressionTraits(rates[id(node)], rough, constant, extent_of(node, extents), driven)
+    extent = extent_of(node, extents)
+    return ExpressionTraits(_rates(node, names)[id(node)], rough, constant, extent, first_input)
 
 
 _POSITION = ExpressionTraits()
@@ -124,19 +134,19 @@ class _Extents(Mapping[str, Extent]):
 
 def _rates(node: Node, names: Mapping[str, ExpressionTraits]) -> dict[int, int]:
     """The number of time derivatives in every part, by ``id``."""
-    found: dict[int, int] = {}
+    rates: dict[int, int] = {}
     for part in reversed(list(walk(node))):
         if isinstance(part, Name):
-            found[id(part)] = names.get(part.name, _POSITION).rate
+            rates[id(part)] = names.get(part.name, _POSITION).rate
             continue
-        inside = max((found[id(n)] for n in children(part)), default=0)
-        rates = {"dot": 1, "ddot": 2}.get(part.function, 0) if isinstance(part, Call) else 0
-        found[id(part)] = inside + rates
-    return found
+        inside = max((rates[id(n)] for n in children(part)), default=0)
+        outside = TIME_DERIVATIVES.get(part.function, 0) if isinstance(part, Call) else 0
+        rates[id(part)] = inside + outside
+    return rates
 
 
 def rate_node(node: Node, names: Mapping[str, ExpressionTraits], allowed: int) -> Node | None:
-    """The first smallest part with more than ``allowed`` time derivatives."""
-    found = _rates(node, names)
-    offending = [part for part in walk(node) if found[id(part)] > allowed]
+    """The first smallest part with more than ``allowed`` time derivatives; None if none has."""
+    rates = _rates(node, names)
+    offending = [part for part in walk(node) if rates[id(part)] > allowed]
     return min(offending, key=lambda part: part.span[1] - part.span[0], default=None)

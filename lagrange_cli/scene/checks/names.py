@@ -15,21 +15,27 @@ from lagrange_cli.scene.checks.dependencies import (
 )
 from lagrange_cli.scene.checks.table import NameTable, check_clashes, name_table
 from lagrange_cli.scene.checks.uses import Restrictions, Use, uses
-from lagrange_cli.scene.language.expression import Call, Expression, Name, names_in, walk
+from lagrange_cli.scene.conditions import InitialValue
+from lagrange_cli.scene.language.expression import (
+    TIME_DERIVATIVES,
+    Call,
+    Expression,
+    Name,
+    names_in,
+    walk,
+)
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
-from lagrange_cli.scene.model import Force, InitialValue, Scene
+from lagrange_cli.scene.model import Force, Scene
 
 _CONSTANT = ExpressionTraits(constant=True)
-_DOTS = ("dot", "ddot")
-#: What may happen to a one-sided constraint, as ``expect`` calls it.
+#: Events of a one-sided constraint, as ``expect`` calls them.
 _EVENT_KINDS = ("contact", "release", "zeno")
-#: What may stand where not all names may: in words, what is no constant of that, and which
-#: definitions may.
+#: Restricted names → wording, names besides parameters, terms that definitions may hold.
 _ALONE: dict[str, tuple[str, tuple[str, ...], str]] = {
     "constants": ("constant", (), "them"),
     "time": ("a function of t alone", ("t",), "parameters"),
 }
-#: What exceeds the allowed number of time derivatives, and what to say about it.
+#: Allowed time derivatives → function that exceeds them, and a hint.
 _RATES = {
     0: ("dot(...)", "positions and numbers do not depend on velocities"),
     1: ("ddot(...)", "second derivatives stand in 'equations' of 'expect' only"),
@@ -55,12 +61,12 @@ def check_names(
     """
     table = name_table(scene)
     check_clashes(scene, table, problems, indices)
-    found = list(uses(scene, table.cartesian))
+    all_uses = list(uses(scene, table.cartesian))
     before = len(problems.errors)
     reported: set[tuple[str, object]] = set()
     for expression, what in parts:
         _check_known(Use(expression, what, Restrictions()), table, reported, problems)
-    for use in found:
+    for use in all_uses:
         _check_known(use, table, reported, problems)
     _check_values(scene, table, problems)
     for force in scene.forces:
@@ -71,9 +77,9 @@ def check_names(
     for circle in circles:
         _report_circle(circle, scene, table, problems)
     if len(problems.errors) == before:
-        _check_places(found, scene, meanings, order, problems)
+        _check_places(all_uses, scene, meanings, order, problems)
     if scene.coordinates is None and not problems.errors:
-        _warn_of_lone_names(scene, table, found, problems)
+        _warn_of_lone_names(scene, table, all_uses, problems)
 
 
 def _check_known(
@@ -133,12 +139,12 @@ def _check_values(scene: Scene, table: NameTable, problems: Problems) -> None:
     sections = [("'initial'", scene.initial), ("'near'", scene.near)]
     sections += [("'state' of 'expect'", state.values) for state in scene.expect.states]
     for what, values in sections:
-        given: set[tuple[str, int]] = set()
+        seen: set[tuple[str, int]] = set()
         for value in values:
             _check_value(value, what, table, problems)
-            if (value.name, value.order) in given:
+            if (value.name, value.order) in seen:
                 problems.add(f"'{value.name}' is given twice", value.mark, rule="duplicate")
-            given.add((value.name, value.order))
+            seen.add((value.name, value.order))
 
 
 def _check_value(value: InitialValue, what: str, table: NameTable, problems: Problems) -> None:
@@ -216,11 +222,11 @@ def _quantities(positions: Iterable[str]) -> list[str]:
 
 
 def _meanings(scene: Scene, table: NameTable) -> dict[str, Expression]:
-    """What names stand for: definitions, components, values of parameters."""
+    """Map names to their expressions: definitions, components, values of parameters."""
     meanings = {d.name: d.expression for d in scene.definitions}
     for name, entry in table.components.items():
-        own = isinstance(entry.node, Name) and entry.node.name == name
-        if not own:
+        itself = isinstance(entry.node, Name) and entry.node.name == name
+        if not itself:
             meanings.setdefault(name, entry)
     for parameter in scene.parameters:
         if parameter.value:
@@ -244,7 +250,7 @@ def _declared(name: str, table: NameTable) -> Mark:
 
 
 def _check_places(
-    found: list[Use],
+    all_uses: list[Use],
     scene: Scene,
     meanings: dict[str, Expression],
     order: list[str],
@@ -253,14 +259,14 @@ def _check_places(
     """Check that every expression holds only what may stand in its place."""
     parameters = {p.name: _CONSTANT for p in scene.parameters}
     # In dynamics parameters are symbols; in numbers their values count.
-    inputs = {term.name: ExpressionTraits(driven=term.name) for term in scene.inputs}
+    inputs = {term.name: ExpressionTraits(first_input=term.name) for term in scene.inputs}
     symbolic: dict[str, ExpressionTraits] = {"pi": _CONSTANT, **parameters, **inputs}
     numeric: dict[str, ExpressionTraits] = dict(symbolic)
     for name in order:
         names = numeric if name in parameters else symbolic
         with problems.collect_at(meanings[name]):
             names[name] = traits_of(meanings[name].node, names)
-    for use in found:
+    for use in all_uses:
         names = numeric if use.place.names == "parameters" else symbolic
         with problems.collect_at(use.expression, use.what):
             _check_place(use, names, scene, problems)
@@ -283,8 +289,8 @@ def _check_place(
         )
     if use.place.names in _ALONE:
         _check_constant(use, names, problems)
-    elif traits.driven:
-        _check_driven(use, names, scene, problems)
+    elif traits.first_input:
+        _check_inputs(use, names, scene, problems)
 
 
 def _check_constant(use: Use, names: dict[str, ExpressionTraits], problems: Problems) -> None:
@@ -303,29 +309,33 @@ def _check_constant(use: Use, names: dict[str, ExpressionTraits], problems: Prob
         return
 
 
-def _check_driven(
+def _check_inputs(
     use: Use, names: dict[str, ExpressionTraits], scene: Scene, problems: Problems
 ) -> None:
     """Refuse inputs where their rates would be needed, which nothing gives."""
-    whole = [n for n in walk(use.expression.node) if isinstance(n, Call) and n.function in _DOTS]
+    whole = [
+        n
+        for n in walk(use.expression.node)
+        if isinstance(n, Call) and n.function in TIME_DERIVATIVES
+    ]
     for node in whole if use.place.inputs else [use.expression.node]:
         for name in names_in(node):
-            driven = names.get(name.name, ExpressionTraits()).driven
-            if driven:
+            first_input = names.get(name.name, ExpressionTraits()).first_input
+            if first_input:
                 where = f"dot(...) in {use.what}" if use.place.inputs else use.what
                 problems.add(
-                    f"the input '{driven}' cannot stand in {where}",
+                    f"the input '{first_input}' cannot stand in {where}",
                     use.expression.mark(name.span),
-                    hint=f"its rate would be needed; {without_rate(scene, driven)}",
+                    hint=f"its rate would be needed; {without_rate(scene, first_input)}",
                     rule="misplaced-input",
                 )
                 return
 
 
 def without_rate(scene: Scene, name: str) -> str:
-    """What can be done with an input whose rate would be needed."""
-    given = next(u for u in scene.inputs if u.name == name)
-    if given.recording is None:
+    """Advise what to write instead of an input whose rate would be needed."""
+    declared = next(u for u in scene.inputs if u.name == name)
+    if declared.recording is None:
         return "what is known in advance can be written as a definition in t"
     return (
         "it is not taken from files, but a force can follow the input:"
@@ -353,11 +363,11 @@ def _report_rate(use: Use, names: dict[str, ExpressionTraits], problems: Problem
 
 
 def _warn_of_lone_names(
-    scene: Scene, table: NameTable, found: list[Use], problems: Problems
+    scene: Scene, table: NameTable, all_uses: list[Use], problems: Problems
 ) -> None:
     """Warn of names that stand bare in one position and nowhere else."""
     mentions: dict[str, int] = {}
-    for use in found:
+    for use in all_uses:
         for node in _first_uses(use.expression):
             mentions[node.name] = mentions.get(node.name, 0) + 1
     for name in (*table.definitions, *(v.name for v in (*scene.initial, *scene.near))):

@@ -18,10 +18,18 @@ _PARTS = re.compile(r"[A-Za-z]+|[0-9]+|[^\s\\{}_A-Za-z0-9]")
 
 @dataclass(frozen=True, slots=True)
 class NameTable:
-    """Names by what they are, in the order of the file, with their places.
+    """Names of a scene by kind, in the order of the file, with their places.
 
-    ``cartesian``: names that stand bare in a position and are no parameter.
-    ``components``: every ``x_NAME`` with the position entry that it stands for.
+    Attributes
+    ----------
+    parameters, inputs, coordinates, definitions
+        Declared names.
+    cartesian
+        Names that stand bare in a position and are not parameters.
+    components
+        ``x_NAME`` → the position entry that it stands for.
+    bodies
+        Names of particles and points.
     """
 
     parameters: Mapping[str, Mark]
@@ -67,12 +75,12 @@ def name_table(scene: Scene) -> NameTable:
         for axis, entry in zip(AXES, body.position, strict=True)
     }
     cartesian: dict[str, Mark] = {}
-    for own, entry in components.items():
+    for name, entry in components.items():
         node = entry.node
         if not isinstance(node, Name) or node.name in (*parameters, *inputs, "t", "pi"):
             continue
         # The name of another component refers to that component.
-        if node.name == own or node.name not in components:
+        if node.name == name or node.name not in components:
             cartesian.setdefault(node.name, entry.mark(node.span))
     return NameTable(
         parameters,
@@ -150,9 +158,9 @@ def _check_components(table: NameTable, outputs: Mapping[str, Mark], problems: P
     """Refuse declaring ``x_bob`` where bob's position calls that component otherwise."""
     fixed = {**table.parameters, **table.inputs}
     for name, entry in table.components.items():
-        own = isinstance(entry.node, Name) and entry.node.name == name
+        itself = isinstance(entry.node, Name) and entry.node.name == name
         for kind in (fixed, table.coordinates, table.definitions, outputs):
-            if name in kind and not (own and kind is not fixed):
+            if name in kind and not (itself and kind is not fixed):
                 axis, _, body = name.partition("_")
                 problems.add(
                     f"'{name}' is already the {axis} position of '{body}'",

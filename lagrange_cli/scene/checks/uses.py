@@ -6,20 +6,30 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import Equation, Expression
-from lagrange_cli.scene.model import InitialValue, Particle, Point, Scene
+from lagrange_cli.scene.model import Particle, Point, Scene
 from lagrange_cli.scene.reading.declarations import AXES
 
 
 @dataclass(frozen=True, slots=True)
 class Restrictions:
-    """What an expression may hold.
+    """Restrictions on an expression at one place of a scene.
 
-    ``rate``: how many time derivatives. ``smooth``: only functions with a
-    derivative. ``names``: all names, t and those of constants, those of constants, or
-    parameters alone. ``inputs``: what the user drives, whose rates are not known.
-    ``multipliers``: names ``lambda_...``, which constraints may or may not have.
-    ``hint``: what to say where ``rate`` or ``smooth`` is not met.
+    Attributes
+    ----------
+    rate
+        Largest number of time derivatives.
+    smooth
+        True if all functions must have a derivative everywhere.
+    names
+        ``all``; ``time``: t and constants; ``constants``; or ``parameters`` alone.
+    inputs
+        True if inputs may occur, whose rates are not known.
+    multipliers
+        True if names ``lambda_...`` may occur, whether or not the constraint exists.
+    hint
+        Hint of a refusal by ``rate`` or ``smooth``.
     """
 
     rate: int = 0
@@ -44,7 +54,17 @@ _MOTION = Restrictions(rate=2, inputs=True, multipliers=True)
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """An expression at its place; ``what`` completes ``unknown name 'a' in ...``."""
+    """An expression at its place.
+
+    Attributes
+    ----------
+    expression
+        The expression as parsed.
+    what
+        Description of its place, which completes ``unknown name 'a' in ...``.
+    place
+        Restrictions on what may stand there.
+    """
 
     expression: Expression
     what: str
@@ -56,9 +76,9 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
     for parameter in scene.parameters:
         if parameter.value:
             yield Use(parameter.value, f"parameter '{parameter.name}'", _NUMBER)
-    for given in scene.inputs:
-        if given.expression:
-            yield Use(given.expression, f"input '{given.name}'", Restrictions(names="time"))
+    for declared in scene.inputs:
+        if declared.expression:
+            yield Use(declared.expression, f"input '{declared.name}'", Restrictions(names="time"))
     for particle in scene.particles:
         what = f"the mass of particle '{particle.name}'"
         yield Use(particle.mass, what, Restrictions(names="constants"))

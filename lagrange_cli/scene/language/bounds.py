@@ -42,10 +42,14 @@ _MAGNITUDE_BITS = MAX_EXPONENT * 3322 // 1000 + 1
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """What an expression may grow to.
+    """Value of a constant expression, or the largest power in another one.
 
-    ``value``: its value if it is constant, exact where it is rational.
-    ``power``: otherwise, the largest constant power in it.
+    Attributes
+    ----------
+    value
+        Its value, exact if it is rational; None if it is not constant.
+    power
+        Otherwise, the largest constant power in it.
     """
 
     value: Fraction | float | None = None
@@ -90,23 +94,23 @@ def extent_of(node: Node, names: Mapping[str, Extent]) -> Extent:
     ExpressionError
         At the part that exceeds a limit, or that is not a finite real number.
     """
-    found: dict[int, Extent] = {}
+    extents: dict[int, Extent] = {}
     for part in reversed(list(walk(node))):
         try:
-            found[id(part)] = _extent(part, found, names)
+            extents[id(part)] = _extent(part, extents, names)
         except OverflowError:
             raise _too_large(part) from None
         except ZeroDivisionError:
             raise NotRealExpressionError("division by zero", part.span, rule="not-real") from None
         except ValueError:
             raise _not_real(part) from None
-    return found[id(node)]
+    return extents[id(node)]
 
 
 def require_bounded(node: Node, values: Mapping[str, Fraction | float]) -> None:
-    """Refuse what becomes too large a constant once names have their values.
+    """Refuse an expression that becomes too large a constant once names have their values.
 
-    What is not real or not constant then is left to those who know more than rounded values.
+    Parts that are not real or not constant are left to the caller: rounded values do not decide.
 
     Raises
     ------
@@ -114,25 +118,25 @@ def require_bounded(node: Node, values: Mapping[str, Fraction | float]) -> None:
         At the part that exceeds a limit.
     """
     names = {name: Extent(value) for name, value in values.items()}
-    found: dict[int, Extent] = {}
+    extents: dict[int, Extent] = {}
     for part in reversed(list(walk(node))):
-        below = [found[id(inner)] for inner in children(part)]
+        below = [extents[id(inner)] for inner in children(part)]
         if not all(extent.value is not None for extent in below):
-            found[id(part)] = ANY_EXTENT
+            extents[id(part)] = ANY_EXTENT
             continue
         try:
-            found[id(part)] = _extent(part, found, names)
+            extents[id(part)] = _extent(part, extents, names)
         except OverflowError:
             raise _too_large(part) from None
         except (ZeroDivisionError, ValueError):
-            found[id(part)] = ANY_EXTENT
+            extents[id(part)] = ANY_EXTENT
         except ExpressionLimitError:
             raise
         except ExpressionError:
-            found[id(part)] = ANY_EXTENT
+            extents[id(part)] = ANY_EXTENT
 
 
-def _extent(node: Node, found: Mapping[int, Extent], names: Mapping[str, Extent]) -> Extent:
+def _extent(node: Node, extents: Mapping[int, Extent], names: Mapping[str, Extent]) -> Extent:
     match node:
         case Number(value=value):
             return Extent(value)
@@ -141,22 +145,22 @@ def _extent(node: Node, found: Mapping[int, Extent], names: Mapping[str, Extent]
         case Name(name=name):
             return names.get(name, ANY_EXTENT)
         case Neg(operand=operand):
-            inner = found[id(operand)]
+            inner = extents[id(operand)]
             return inner if inner.value is None else Extent(-inner.value)
         case Add():
-            return _sum(node, found)
+            return _sum(node, extents)
         case Mul():
-            return _product(node, found)
+            return _product(node, extents)
         case Pow():
-            return _power(node, found)
-    return _application(node, found)
+            return _power(node, extents)
+    return _application(node, extents)
 
 
-def _sum(node: Add, found: Mapping[int, Extent]) -> Extent:
+def _sum(node: Add, extents: Mapping[int, Extent]) -> Extent:
     total: Fraction | float | None = Fraction(0)
     power: float = 1
     for sign, term in node.terms:
-        part = found[id(term)]
+        part = extents[id(term)]
         power = max(power, part.power)
         if total is not None and part.value is not None:
             total = total + part.value if sign == "+" else total - part.value
@@ -166,12 +170,12 @@ def _sum(node: Add, found: Mapping[int, Extent]) -> Extent:
     return Extent(total, power)
 
 
-def _product(node: Mul, found: Mapping[int, Extent]) -> Extent:
+def _product(node: Mul, extents: Mapping[int, Extent]) -> Extent:
     coefficient: Fraction | float = Fraction(1)
     constant = True
     power: float = 1
     for operator, factor in node.factors:
-        part = found[id(factor)]
+        part = extents[id(factor)]
         power = max(power, part.power)
         if part.value is None:
             constant = False
@@ -185,8 +189,8 @@ def _product(node: Mul, found: Mapping[int, Extent]) -> Extent:
     return Extent(coefficient if constant else None, power)
 
 
-def _power(node: Pow, found: Mapping[int, Extent]) -> Extent:
-    base, exponent = found[id(node.base)], found[id(node.exponent)].value
+def _power(node: Pow, extents: Mapping[int, Extent]) -> Extent:
+    base, exponent = extents[id(node.base)], extents[id(node.exponent)].value
     if exponent is None:
         return ANY_EXTENT
     if base.value is not None:
@@ -222,9 +226,9 @@ def _check_bits(node: Pow, base: Fraction, exponent: Fraction | float) -> None:
         raise _too_large(node)
 
 
-def _application(node: Call, found: Mapping[int, Extent]) -> Extent:
+def _application(node: Call, extents: Mapping[int, Extent]) -> Extent:
     """The value of a function of constants; rates have none."""
-    values = [found[id(argument)].value for argument in node.arguments]
+    values = [extents[id(argument)].value for argument in node.arguments]
     known = [value for value in values if value is not None]
     function = _FUNCTIONS.get(node.function)
     if function is None or len(known) < len(values):

@@ -27,6 +27,9 @@ FUNCTIONS: dict[str, int | None] = {
     "ddot": 1,
 }
 
+#: Functions that take derivatives with respect to time, with the number of them.
+TIME_DERIVATIVES = {"dot": 1, "ddot": 2}
+
 #: A sum over ranges, until it is written out: ``Call(SUM, (body, range, ...))``.
 SUM = "sum"
 #: A range ``i=1..n``: ``Call(RANGE, (Name("i"), first, last))``.
@@ -41,7 +44,17 @@ Span: TypeAlias = tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A literal; ``value`` is exact, ``text`` is as written."""
+    """A literal.
+
+    Attributes
+    ----------
+    value
+        Its exact value.
+    text
+        As it was written.
+    span
+        Its place in the text.
+    """
 
     value: Fraction
     text: str
@@ -52,8 +65,14 @@ class Number:
 class Name:
     """A name, ``pi`` and ``t`` included.
 
-    ``indices`` are those of a family's member as written, ``x[i-1]``; written out,
-    the member is the plain name ``x[3]``.
+    Attributes
+    ----------
+    name
+        The name without indices; of an element that is written out, ``x[3]``.
+    span
+        Its place in the text.
+    indices
+        Indices of a family's element as written, as in ``x[i-1]``.
     """
 
     name: str
@@ -85,6 +104,16 @@ class Mul:
 
 @dataclass(frozen=True, slots=True)
 class Pow:
+    """A power.
+
+    Attributes
+    ----------
+    base, exponent
+        Its two parts.
+    span
+        Its place in the text.
+    """
+
     base: Node
     exponent: Node
     span: Span
@@ -92,7 +121,17 @@ class Pow:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A call of one of :data:`FUNCTIONS`; before it is written out, a sum or a range."""
+    """A call of a function; before families are written out, also a sum or a range.
+
+    Attributes
+    ----------
+    function
+        One of :data:`FUNCTIONS`, :data:`SUM` or :data:`RANGE`.
+    arguments
+        Its arguments, in order.
+    span
+        Its place in the text.
+    """
 
     function: str
     arguments: tuple[Node, ...]
@@ -108,10 +147,17 @@ Node: TypeAlias = Number | Name | Neg | Add | Mul | Pow | Call
 class Expression:
     """A parsed expression with its text and the place where the text begins.
 
-    ``origin`` marks the expression in the file. ``exact`` says that the spans of
-    its parts are offsets in that line (false for block scalars and quoted scalars
-    with escapes, whose parts are reported at ``origin``). In the ``text`` of a
-    family's member the indices have their values.
+    Attributes
+    ----------
+    node
+        Its syntax tree.
+    text
+        Its text; in that of a family's element the indices have their values.
+    origin
+        Its place in the file.
+    exact
+        True if spans of its parts are offsets in that line. They are not in block scalars and in
+        quoted scalars with escapes, whose parts are reported at ``origin``.
     """
 
     node: Node
@@ -129,7 +175,19 @@ class Expression:
 
 @dataclass(frozen=True, slots=True)
 class Equation:
-    """``left = right``, or an inequality, as written; both sides share its text and origin."""
+    """``left = right``, or an inequality, as written.
+
+    Attributes
+    ----------
+    left, right
+        Its sides, which share its text and origin.
+    text
+        Its text.
+    origin
+        Its place in the file.
+    relation
+        The sign between the sides.
+    """
 
     left: Expression
     right: Expression

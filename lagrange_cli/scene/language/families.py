@@ -286,7 +286,7 @@ def check_family(name: Name, ranges: Sequence[Node], values: IndexValues) -> Non
 
 
 def _family_size(ranges: Sequence[Node], values: IndexValues) -> int:
-    """How many members the ranges make; counting ends where they are too many."""
+    """Number of members that ranges make; counting ends beyond :data:`MAX_FAMILY`."""
     if not ranges:
         return 1
     index, span = _ends(ranges[0], values)

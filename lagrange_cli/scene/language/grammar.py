@@ -64,8 +64,8 @@ def parse_expression(
         tokens = _tokens(text, limited)
         for token in tokens:
             if _is_relation(token):
-                found = "an equation" if token.text in ("=", "==") else "an inequality"
-                raise ExpressionError(f"expected an expression, found {found}", token.span)
+                kind = "an equation" if token.text in ("=", "==") else "an inequality"
+                raise ExpressionError(f"expected an expression, found {kind}", token.span)
         node = _checked(tokens)
     except ExpressionError as error:
         raise _located(error, text, origin, exact) from None
@@ -159,23 +159,23 @@ def _is_relation(token: Token) -> bool:
 
 def _relation_sign(tokens: list[Token], allowed: tuple[Relation, ...]) -> int:
     """The index of the one relation of an equation or inequality."""
-    found = [i for i, token in enumerate(tokens) if _is_relation(token)]
-    for i in found:
+    signs = [i for i, token in enumerate(tokens) if _is_relation(token)]
+    for i in signs:
         _require_known(tokens, i)
     wanted = _wanted(allowed)
-    if not found:
+    if not signs:
         span = (tokens[0].start, max(tokens[-1].start, tokens[0].start + 1))
         missing = ", ".join(f"'{relation}'" for relation in allowed)
         missing = " or ".join(missing.rsplit(", ", 1))
         raise ExpressionError(f"expected {wanted}, found no {missing}", span)
-    texts = {tokens[i].text for i in found}
-    for i in found:
+    texts = {tokens[i].text for i in signs}
+    for i in signs:
         if tokens[i].text not in allowed:
             kind = "an equation" if tokens[i].text == "=" else "an inequality"
             raise ExpressionError(f"expected {wanted}, found {kind}", tokens[i].span)
-    if len(found) > 1:
-        _refuse_second(tokens[found[1]], texts)
-    return found[0]
+    if len(signs) > 1:
+        _refuse_second(tokens[signs[1]], texts)
+    return signs[0]
 
 
 def _wanted(allowed: tuple[Relation, ...]) -> str:

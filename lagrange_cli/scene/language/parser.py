@@ -44,11 +44,30 @@ def parse_tokens(tokens: Sequence[Token]) -> Node:
 
 @dataclass(slots=True)
 class _Bracket:
-    """What has been read since an opening bracket (or the beginning).
+    """Parts read since an opening bracket, or since the beginning.
 
-    ``pending`` holds the signs and bases that wait for the operand to their
-    right; ``factors`` the product and ``terms`` the sum so far. ``function`` is the
-    name before the bracket, ``index`` and ``first`` what was read of a range.
+    Attributes
+    ----------
+    opener
+        The bracket, None at the beginning.
+    function
+        Name before the bracket, if any.
+    arguments
+        Arguments that are complete.
+    terms
+        The sum so far, with signs.
+    sign
+        Sign of the term being read, if one is written.
+    start
+        Offset at which that term begins.
+    factors
+        The product so far, with operators.
+    operator
+        Operator before the factor being read.
+    pending
+        Signs and bases that wait for the operand to their right.
+    index, first
+        Index and first end of a range being read, if any.
     """
 
     opener: Token | None = None
@@ -139,9 +158,9 @@ class _Parser:
             )
         if token.kind == "end" and not before:
             raise ExpressionError("expected an expression, found nothing", (0, 1))
-        found = shown(token.text) if token.text else "the end"
+        text = shown(token.text) if token.text else "the end"
         after = f" after {shown(before)}" if before else ""
-        raise ExpressionError(f"expected an expression{after}, found {found}", _visible(token))
+        raise ExpressionError(f"expected an expression{after}, found {text}", _visible(token))
 
     def _operator(self, token: Token, value: Node) -> None:
         bracket = self.brackets[-1]
@@ -192,7 +211,7 @@ class _Parser:
         bracket.first = self._end_sum(value)
 
     def _argument(self, value: Node) -> Node:
-        """What stands between two commas: an expression or a range."""
+        """Finish an argument: an expression or a range."""
         bracket = self.brackets[-1]
         node = self._end_sum(value)
         index, first = bracket.index, bracket.first

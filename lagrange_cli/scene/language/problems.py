@@ -33,9 +33,9 @@ def suggestion(name: str, known: Collection[str], otherwise: str = "") -> str:
     """
     if len(name) > _MAX_SHOWN or len(known) > _MAX_CANDIDATES:
         return otherwise
-    for other in known:
-        if other.lower() == name.lower():
-            return f"did you mean '{other}'?"
+    for candidate in known:
+        if candidate.lower() == name.lower():
+            return f"did you mean '{candidate}'?"
     return nearest(name, known) or otherwise
 
 
@@ -69,7 +69,7 @@ class Problems:
     def collect(self, what: str = "") -> Iterator[None]:
         """Record the problems of an :class:`InputError` raised inside, and go on after it.
 
-        Where ``what`` is of one member of a family, they name it.
+        If ``what`` describes one element of a family, the messages name it.
         """
         try:
             yield
@@ -80,7 +80,7 @@ class Problems:
     def collect_at(self, expression: Expression, what: str = "") -> Iterator[None]:
         """Record an :class:`ExpressionError` raised inside, at its place in an expression.
 
-        Where ``what`` is of one member of a family, it is named.
+        If ``what`` describes one element of a family, the message names it.
         """
         try:
             yield
@@ -107,14 +107,14 @@ class Problems:
     def raise_if_any(self) -> None:
         """Raise :class:`InputError` with the errors found, in file order.
 
-        At most :data:`MAX_REPORTED` are given; the last one shown then says
-        how many more there are.
+        At most :data:`_MAX_REPORTED` are given; the last one shown then says how many more
+        there are.
         """
-        found = sorted(self.errors, key=_place)
-        if not found:
+        errors = sorted(self.errors, key=_place)
+        if not errors:
             return
-        shown = found[:_MAX_REPORTED]
-        more = len(found) - len(shown)
+        shown = errors[:_MAX_REPORTED]
+        more = len(errors) - len(shown)
         if more:
             last = shown[-1]
             hint = f"{last.hint}\n" if last.hint else ""

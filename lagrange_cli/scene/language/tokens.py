@@ -85,10 +85,16 @@ class NotRealExpressionError(ExpressionError):
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A lexical unit of kind number, name, operator, range or end.
+    """A lexical unit.
 
-    The operator ``**`` has the text ``^``, the end of the text ``""``; ``range`` is
-    the ``=`` of a range ``i=1..n``.
+    Attributes
+    ----------
+    kind
+        ``number``, ``name``, ``operator``, ``end``, or ``range``: the ``=`` of ``i=1..n``.
+    text
+        As written, but ``^`` for the operator ``**`` and empty for the end.
+    start, end
+        Offsets of its first character and behind its last one.
     """
 
     kind: str
@@ -115,16 +121,16 @@ def tokenize(text: str) -> list[Token]:
         match = _TOKEN.match(text, position)
         assert match is not None
         assert match.lastgroup is not None
-        kind, found = match.lastgroup, match.group(match.lastgroup)
+        kind, lexeme = match.lastgroup, match.group(match.lastgroup)
         start, position = match.span(kind)
         if kind == "other":
-            instead = _INSTEAD.get(found, "")
+            instead = _INSTEAD.get(lexeme, "")
             raise ExpressionError(
-                f"unexpected character '{found}'",
+                f"unexpected character '{lexeme}'",
                 (start, position),
                 f"write '{instead}' instead" if instead else "",
             )
-        tokens.append(Token(kind, "^" if found == "**" else found, start, position))
+        tokens.append(Token(kind, "^" if lexeme == "**" else lexeme, start, position))
     return tokens
 
 

@@ -6,9 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, get_args
 
-from lagrange_cli.scene.language.expression import Equation, Expression
-from lagrange_cli.scene.language.problems import shown, suggestion
-from lagrange_cli.scene.model import (
+from lagrange_cli.scene.conditions import (
     ErrorExpectation,
     EventExpectation,
     Expect,
@@ -17,6 +15,8 @@ from lagrange_cli.scene.model import (
     SimulateDefaults,
     StateExpectation,
 )
+from lagrange_cli.scene.language.expression import Equation, Expression
+from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.reading.overrides import initial_name
 from lagrange_cli.scene.reading.shapes import Reading, is_indexed
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
@@ -88,8 +88,8 @@ def _formulation(node: SourceNode, reading: Reading) -> Formulation | None:
             return name
     hint = suggestion(text, known, f"known are {', '.join(known)}")
     if text:
-        found = f"unknown formulation {shown(text)} in 'simulate'"
-        reading.problems.add(found, node.mark, hint=hint, rule="unknown-name")
+        message = f"unknown formulation {shown(text)} in 'simulate'"
+        reading.problems.add(message, node.mark, hint=hint, rule="unknown-name")
     else:
         reading.expected("a formulation", "'simulate'", node, hint)
     return None
@@ -180,12 +180,12 @@ def _state(node: SourceNode, reading: Reading) -> StateExpectation | None:
 def _drift(node: SourceNode, reading: Reading) -> tuple[tuple[str, Expression], ...]:
     what = "'drift' in 'expect'"
     mapping = reading.mapping(node, what, "a mapping of bounds")
-    found = []
+    bounds = []
     for key, value in mapping.entries if mapping else ():
         bound = reading.expression(value, f"'{key.text}' in {what}")
         if bound:
-            found.append((key.text, bound))
-    return tuple(found)
+            bounds.append((key.text, bound))
+    return tuple(bounds)
 
 
 def _events(node: SourceNode, reading: Reading) -> tuple[EventExpectation, ...]:

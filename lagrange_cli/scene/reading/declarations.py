@@ -34,24 +34,24 @@ def component(axis: str, name: str) -> str:
 
 def read_sizes(node: SourceNode, reading: Reading) -> tuple[Size, ...]:
     """Read ``sizes``; values given beside the scene replace those of the file."""
-    found = []
+    sizes = []
     mapping = reading.mapping(node, "'sizes'", "a mapping of names")
     for key, value in mapping.entries if mapping else ():
         if not reading.is_name(key, "sizes", symbols=True):
             continue
         number = reading.integer(value, f"size '{key.text}'")
-        if key.text in reading.given:
-            number = given_size(key.text, reading.given[key.text], reading.problems)
+        if key.text in reading.overrides:
+            number = given_size(key.text, reading.overrides[key.text], reading.problems)
             if number is None:
                 # The file is right: without its sizes it would only look wrong.
                 reading.problems.raise_if_any()
         elif number is not None and number < 0:
             reading.expected("a whole number from 0", f"size '{key.text}'", value)
         if number is not None:
-            found.append(Size(key.text, key.mark, number))
-    reading.sizes = {size.name: size.value for size in found}
+            sizes.append(Size(key.text, key.mark, number))
+    reading.sizes = {size.name: size.value for size in sizes}
     reading.indices = reading.sizes
-    return tuple(found)
+    return tuple(sizes)
 
 
 def read_parameters(node: SourceNode, reading: Reading) -> tuple[DeclaredParameter, ...]:
@@ -103,18 +103,18 @@ def read_inputs(node: SourceNode, reading: Reading) -> tuple[DeclaredInput, ...]
     if isinstance(node, Sequence):
         names = reading.listed(node.items, "inputs", "an input")
         return tuple(DeclaredInput(name.text, name.mark, _zero(name.mark)) for name in names)
-    found = []
+    inputs = []
     for key, value in reading.named(node, "inputs", symbols=True):
         what = f"input '{key.text}'"
         if isinstance(value, Mapping) and any(k.text in RECORDED for k, _ in value.entries):
             recording = read_recorded(value, what, reading)
             if recording:
-                found.append(DeclaredInput(key.text, key.mark, recording=recording))
+                inputs.append(DeclaredInput(key.text, key.mark, recording=recording))
             continue
         expression = reading.expression(value, what)
         if expression:
-            found.append(DeclaredInput(key.text, key.mark, expression))
-    return tuple(found)
+            inputs.append(DeclaredInput(key.text, key.mark, expression))
+    return tuple(inputs)
 
 
 def _zero(mark: Mark) -> Expression:
@@ -122,7 +122,7 @@ def _zero(mark: Mark) -> Expression:
 
 
 def read_particles(node: SourceNode, reading: Reading) -> tuple[Particle, ...]:
-    found = []
+    particles = []
     for key, value in reading.named(node, "particles", symbols=False):
         what = f"particle '{key.text}'"
         mapping = reading.mapping(value, what, "a mapping {mass, position}")
@@ -138,17 +138,17 @@ def read_particles(node: SourceNode, reading: Reading) -> tuple[Particle, ...]:
         if "mass" in fields:
             mass = reading.expression(fields["mass"], f"the mass of {what}")
         if mass and position:
-            found.append(Particle(key.text, key.mark, mass, position))
-    return tuple(found)
+            particles.append(Particle(key.text, key.mark, mass, position))
+    return tuple(particles)
 
 
 def read_points(node: SourceNode, reading: Reading) -> tuple[Point, ...]:
-    found = []
+    points = []
     for key, value in reading.named(node, "points", symbols=False):
         position = _position(value, f"point '{key.text}'", reading)
         if position:
-            found.append(Point(key.text, key.mark, position))
-    return tuple(found)
+            points.append(Point(key.text, key.mark, position))
+    return tuple(points)
 
 
 def _position(
@@ -203,9 +203,9 @@ def _coordinate(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredCoor
 
 
 def read_definitions(node: SourceNode, reading: Reading) -> tuple[Definition, ...]:
-    found = []
+    definitions = []
     for key, value in reading.named(node, "definitions", symbols=True):
         expression = reading.expression(value, f"definition '{key.text}'")
         if expression:
-            found.append(Definition(key.text, key.mark, expression))
-    return tuple(found)
+            definitions.append(Definition(key.text, key.mark, expression))
+    return tuple(definitions)

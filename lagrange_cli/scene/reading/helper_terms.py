@@ -1,4 +1,4 @@
-"""What helpers of one line are made of: their bodies, differences of positions, factors."""
+"""Parts of one-line helpers: their bodies, differences of positions, factors."""
 
 from __future__ import annotations
 
@@ -75,5 +75,5 @@ def as_factor(expression: Expression) -> str:
 
 
 def place_of(node: Mapping) -> Mark:
-    """Where a helper is reported: at its first key."""
+    """The place at which a helper is reported: its first key."""
     return node.entries[0][0].mark if node.entries else node.mark

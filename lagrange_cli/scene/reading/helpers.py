@@ -146,8 +146,10 @@ def _projection(direction: tuple[str, ...], name: str) -> str:
     parts = []
     for axis, factor in zip(AXES, direction, strict=True):
         if factor:
-            own = component(axis, name)
-            parts.append({"1": own, "-1": f"-{own}"}.get(factor, f"{factor}*{own}"))
+            coordinate = component(axis, name)
+            parts.append(
+                {"1": coordinate, "-1": f"-{coordinate}"}.get(factor, f"{factor}*{coordinate}")
+            )
     return parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
 
 

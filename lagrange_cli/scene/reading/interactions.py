@@ -69,14 +69,14 @@ def _amounts(
     if node is None:
         return []
     mapping = reading.mapping(node, f"'{key}' of {what}", "a mapping of particles and points")
-    found = []
+    amounts = []
     for name, value in mapping.entries if mapping else ():
         for member in reading.members(name):
             body = known_body(member, what, key, reading)
             amount = reading.part(value, key, what)
             if body is not None and amount is not None:
-                found.append((body, amount))
-    return found
+                amounts.append((body, amount))
+    return amounts
 
 
 def _over_pairs(

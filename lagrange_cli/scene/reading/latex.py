@@ -34,8 +34,8 @@ _PART = re.compile(
 def check_latex(text: str) -> str | None:
     """Say why a text is not an allowed LaTeX symbol; None if it is.
 
-    What passes is a complete formula: braces balance, every script and accent
-    has its argument, and no symbol has two scripts of one kind.
+    An allowed text is a complete formula: braces balance, every script and accent has its
+    argument, and no symbol has two scripts of one kind.
     """
     if not text.strip():
         return "is empty"

@@ -8,10 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 from lagrange_cli.errors import Mark
+from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.language.families import read_expression, whole_number
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
-from lagrange_cli.scene.model import InitialValue, Scene
+from lagrange_cli.scene.model import Scene
 
 _VELOCITY = re.compile(r"\s*dot\s*\(\s*(.*\S)\s*\)\s*")
 
@@ -56,14 +57,14 @@ def override_initial(scene: Scene, values: Mapping[str, str], problems: Problems
     """Replace or add initial values; a name may be ``dot(x)``."""
     if not values:
         return scene
-    found = {(value.name, value.order): value for value in scene.initial}
+    initial = {(value.name, value.order): value for value in scene.initial}
     sizes = {size.name: size.value for size in scene.sizes}
     for key, text in values.items():
         expression, mark = _given("-i", key, text, sizes, problems)
         if expression:
             name, order = initial_name(_without_blanks(key))
-            found[name, order] = InitialValue(name, order, mark, expression)
-    return replace(scene, initial=tuple(found.values()))
+            initial[name, order] = InitialValue(name, order, mark, expression)
+    return replace(scene, initial=tuple(initial.values()))
 
 
 def override_times(scene: Scene, times: Mapping[str, str]) -> Scene:

@@ -27,7 +27,7 @@ def read_constraints(
     node: SourceNode, reading: Reading
 ) -> tuple[tuple[Constraint, ...], tuple[Unilateral, ...]]:
     """Constraints by equations, and those by inequalities."""
-    found = []
+    constraints = []
     one_sided: list[tuple[Scalar, list[_OneSided]]] = []
     for key, value in reading.named(node, "constraints", symbols=False):
         relations = _relations(value, f"constraint '{key.text}'", reading)
@@ -37,9 +37,9 @@ def read_constraints(
         if inequalities:
             one_sided.append((key, inequalities))
         else:
-            found.append(Constraint(key.text, key.mark, tuple(r[0] for r in relations)))
-    taken = {*(c.name for c in found), *(key.text for key, _ in one_sided)}
-    return tuple(found), tuple(u for entry in one_sided for u in _unilateral(*entry, taken))
+            constraints.append(Constraint(key.text, key.mark, tuple(r[0] for r in relations)))
+    taken = {*(c.name for c in constraints), *(key.text for key, _ in one_sided)}
+    return tuple(constraints), tuple(u for entry in one_sided for u in _unilateral(*entry, taken))
 
 
 def _is_mixed(
@@ -86,7 +86,7 @@ def _unilateral(
 
 
 def read_potentials(node: SourceNode, reading: Reading) -> tuple[Term, ...]:
-    found = []
+    terms = []
     for key, value in reading.named(node, "potentials", symbols=False):
         what = f"potential '{key.text}'"
         expression: Expression | None
@@ -95,8 +95,8 @@ def read_potentials(node: SourceNode, reading: Reading) -> tuple[Term, ...]:
         else:
             expression = reading.expression(value, what)
         if expression:
-            found.append(Term(key.text, key.mark, expression))
-    return tuple(found)
+            terms.append(Term(key.text, key.mark, expression))
+    return tuple(terms)
 
 
 def read_kinetic(node: SourceNode, reading: Reading) -> tuple[Term, ...]:
@@ -114,19 +114,19 @@ def read_outputs(node: SourceNode, reading: Reading) -> tuple[Term, ...]:
 def _terms(
     node: SourceNode, section: str, word: str, reading: Reading, *, symbols: bool = False
 ) -> tuple[Term, ...]:
-    found = []
+    terms = []
     for key, value in reading.named(node, section, symbols=symbols):
         expression = reading.expression(value, f"{word} '{key.text}'")
         if expression:
-            found.append(Term(key.text, key.mark, expression))
-    return tuple(found)
+            terms.append(Term(key.text, key.mark, expression))
+    return tuple(terms)
 
 
 def read_forces(node: SourceNode, reading: Reading) -> tuple[Force, ...]:
-    found: list[Force] = []
+    forces: list[Force] = []
     for key, value in reading.named(node, "forces", symbols=False):
-        found += _forces(key, value, reading)
-    return tuple(found)
+        forces += _forces(key, value, reading)
+    return tuple(forces)
 
 
 def _forces(key: Scalar, node: SourceNode, reading: Reading) -> tuple[Force, ...]:

@@ -62,9 +62,9 @@ def _interpolation(node: SourceNode, what: str, reading: Reading) -> Interpolati
             return name
     text = node.text if isinstance(node, Scalar) else ""
     hint = suggestion(text, known, f"known are {', '.join(known)}")
-    found = f"unknown interpolation {shown(text)} of {what}"
+    message = f"unknown interpolation {shown(text)} of {what}"
     if text:
-        reading.problems.add(found, node.mark, hint=hint, rule="unknown-name")
+        reading.problems.add(message, node.mark, hint=hint, rule="unknown-name")
     else:
         reading.expected("an interpolation", what, node, hint)
     return None

@@ -54,23 +54,39 @@ _LONGEST_NAME = 100
 
 @dataclass(slots=True)
 class Reading:
-    """A scene being read: the problems so far and the sections read so far."""
+    """A scene being read: the problems so far and the sections read so far.
+
+    Attributes
+    ----------
+    file, problems
+        Name of the file in messages; problems so far.
+    values
+        Sections read so far, by name.
+    doubtful
+        Sections with problems, and those that an unknown section may be meant to be.
+    doubtful_bodies
+        Names in such sections of particles and points, without indices.
+    parts
+        Expressions given to helpers, each with a description of its place.
+    overrides
+        Values given beside the scene, by name; those of sizes are needed while reading.
+    sizes, indices
+        Sizes by name; the same with the indices of the family's element that is being read.
+    index_marks
+        Every index with the place where it was declared first.
+    budget
+        Names and numbers that families may still be written out to.
+    """
 
     file: str
     problems: Problems = field(default_factory=Problems)
     values: dict[str, Any] = field(default_factory=dict)
-    #: Sections with problems, and those that an unknown section may be meant to be; the
-    #: names in particles and points of this kind, without indices.
     doubtful: set[str] = field(default_factory=set)
     doubtful_bodies: set[str] = field(default_factory=set)
-    #: Expressions given to helpers, each with what it is part of.
     parts: list[tuple[Expression, str]] = field(default_factory=list)
-    #: Values given beside the scene, by name; those of sizes are needed while reading.
-    given: AbstractMapping[str, str] = field(default_factory=dict)
+    overrides: AbstractMapping[str, str] = field(default_factory=dict)
     sizes: dict[str, int] = field(default_factory=dict)
-    #: Sizes, and the indices of the family's member that is being read.
     indices: dict[str, int] = field(default_factory=dict)
-    #: Every index with the place where it was declared first.
     index_marks: dict[str, Mark] = field(default_factory=dict)
     budget: Budget = field(default_factory=Budget)
     _expressions: dict[Scalar, tuple[Expression, int]] = field(default_factory=dict)
@@ -264,18 +280,18 @@ class Reading:
         required: Collection[str] = (),
     ) -> dict[str, SourceNode]:
         """The entries of a mapping whose keys are fixed."""
-        found: dict[str, SourceNode] = {}
+        fields: dict[str, SourceNode] = {}
         for key, value in node.entries:
             if key.text in allowed:
-                found[key.text] = value
+                fields[key.text] = value
             elif key.text in later:
                 self.unsupported(f"'{key.text}' in {what} is", key.mark)
             else:
                 self.unknown_key(key, what, allowed)
         for name in required:
-            if name not in found:
+            if name not in fields:
                 self.problems.add(f"{what} has no '{name}'", node.mark, rule="missing")
-        return found
+        return fields
 
     def unknown_key(self, key: Scalar, what: str, allowed: Collection[str]) -> None:
         hint = suggestion(key.text, allowed, f"known are {', '.join(allowed)}")
@@ -358,7 +374,7 @@ class Reading:
             self.problems.raise_if_any()
 
     def _declared(self, key: Scalar) -> Expression | None:
-        """What declares a family, read once; None where it is not one."""
+        """Parse the key of a family, once; None if it is refused."""
         if key not in self._keys:
             with self.problems.collect():
                 parsed = parse_key(key.text, key.mark, exact=key.exact)

@@ -30,10 +30,18 @@ _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 
 @dataclass(frozen=True, slots=True)
 class Scalar:
-    """A scalar's text; ``mark`` is its first character.
+    """A scalar of YAML.
 
-    ``exact``: the text stands in the file character by character, on one line.
-    ``plain``: it was written without quotes, so that it may be a number.
+    Attributes
+    ----------
+    text
+        Its text, without quotes and escapes.
+    mark
+        The place of its first character.
+    exact
+        True if the text stands in the file character by character, on one line.
+    plain
+        True if it was written without quotes, so that it may be a number.
     """
 
     text: str
@@ -59,7 +67,19 @@ SourceNode: TypeAlias = Scalar | Sequence | Mapping
 
 @dataclass(slots=True)
 class _Open:
-    """A collection whose end has not been reached."""
+    """A collection whose end has not been reached.
+
+    Attributes
+    ----------
+    event
+        The parser's event that opened it.
+    mark
+        Its first character.
+    items
+        Nodes so far; of a mapping keys and values in turn.
+    size
+        Characters of the nodes so far, with aliases written out.
+    """
 
     event: Any
     mark: Mark
@@ -118,8 +138,8 @@ def _refusal(message: str, mark: Mark, hint: str = "", rule: str = "yaml") -> In
 def _mark_at(text: str, offset: int, file: str) -> Mark:
     """The place of an offset of ``text``."""
     start, line = 0, 1
-    for found in _BREAK.finditer(text, 0, offset):
-        start, line = found.end(), line + 1
+    for line_break in _BREAK.finditer(text, 0, offset):
+        start, line = line_break.end(), line + 1
     end = _BREAK.search(text, offset)
     content = text[start : end.start() if end else len(text)]
     return Mark(file, line, offset - start + 1, content)

@@ -18,7 +18,8 @@ from lagrange_cli.files.rows import DECIMAL_NUMBER
 from lagrange_cli.simulate.model.model import Model
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.model import Formulation, Scene
+    from lagrange_cli.scene.conditions import Formulation
+    from lagrange_cli.scene.model import Scene
     from lagrange_cli.simulate.ensemble.input_file import Members
 
 
@@ -172,7 +173,7 @@ def differ_in_numbers(recipe: Recipe, own: MemberValues, model: Model) -> bool:
 
 def _without_values(scene: Scene) -> Scene:
     """The scene where no value can choose anything."""
-    from lagrange_cli.scene.model import SimulateDefaults
+    from lagrange_cli.scene.conditions import SimulateDefaults
 
     parameters = tuple(replace(p, value=None) for p in scene.parameters)
     return replace(scene, parameters=parameters, initial=(), near=(), simulate=SimulateDefaults())
