@@ -1,4 +1,4 @@
-"""What was worked out before: a folder of verified files, found again by the hash of their inputs.
+"""Results of earlier runs: a folder of verified files, found by the hash of their inputs.
 
 Importing this room imports neither Click nor anything of mathematics, and takes milliseconds.
 
@@ -9,8 +9,8 @@ Importing this room imports neither Click nor anything of mathematics, and takes
 ...     text = work_it_out(scene_bytes)
 ...     cache.put(key, text)
 
-Nothing here raises because of the state of the disk: what cannot be kept is worked out again,
-and ``cache.reason`` says why.
+Nothing here raises because of the state of the disk: results that cannot be kept are worked out
+again, and ``cache.reason`` says why.
 """
 
 from lagrange_cli.cache.folder import open_cache

@@ -1,10 +1,9 @@
-"""The folder of the cache: where it is, and whether what lies in it can be trusted.
+"""Find the folder of the cache, and refuse it unless only the user can write there.
 
-What is found there is shown as lagrange's result, and loaded as a library. So
-nobody else may be able to write there: the folder belongs to the user and
-denies access to others, and no folder on the way to it belongs to a third, or
-lets everybody put another in its place. Whom the user's groups let in there
-is trusted.
+Files in it are shown as lagrange's results, and loaded as libraries. So nobody else may be able to
+write there: the folder belongs to the user and denies access to others, and each folder on the way
+to it belongs to the user or to root, and does not let everybody put another folder in its place.
+Members of a group that may write to a folder on the way are trusted.
 """
 
 from __future__ import annotations
@@ -18,20 +17,21 @@ from lagrange_cli.cache.store import Cache
 #: The environment variable that turns the cache off.
 _SWITCH = "LAGRANGE_CACHE"
 
-#: Permissions of the group and of others; those of writing among them.
+#: Permissions of the group and of others.
 _OTHERS = 0o077
+#: Those of them that allow writing.
 _OTHERS_WRITE = 0o022
 
 
 class _UnusableError(Exception):
-    """Why there is no folder to keep anything in."""
+    """There is no folder to keep anything in; the message says why."""
 
 
 def open_cache() -> Cache:
-    """Return the user's cache; where there can be none, one that is empty and says why.
+    """Return the user's cache; if there can be none, an empty one that says why.
 
-    The folder is ``$XDG_CACHE_HOME/lagrange``, else ``~/.cache/lagrange``, and
-    is made where it is missing.
+    The folder is ``$XDG_CACHE_HOME/lagrange``, else ``~/.cache/lagrange``. It is made if it is
+    missing.
     """
     try:
         _refuse_switched_off()
@@ -64,7 +64,7 @@ def _refuse_switched_off() -> None:
 
 
 def _base() -> str:
-    """The user's folder of caches, without symbolic links."""
+    """Return the real path of the user's folder of caches."""
     base = os.environ.get("XDG_CACHE_HOME", "")
     # The specification of base directories has relative paths ignored.
     if os.path.isabs(base):
@@ -92,25 +92,25 @@ def _prepared(folder: str) -> bool:
         _refuse_untrusted_parents(os.path.dirname(folder))
     with suppress(FileExistsError):
         os.mkdir(folder, 0o700)
-    found = os.lstat(folder)
-    if not stat.S_ISDIR(found.st_mode):
+    status = os.lstat(folder)
+    if not stat.S_ISDIR(status.st_mode):
         raise _UnusableError(f"'{folder}' is not a folder")
     if os.name != "posix":
         return False
-    if found.st_uid != os.geteuid():
+    if status.st_uid != os.geteuid():
         raise _UnusableError(f"'{folder}' belongs to another user")
-    if found.st_mode & _OTHERS:
+    if status.st_mode & _OTHERS:
         os.chmod(folder, 0o700)
-    return bool(found.st_mode & _OTHERS_WRITE)
+    return bool(status.st_mode & _OTHERS_WRITE)
 
 
 def _refuse_untrusted_parents(path: str) -> None:
-    """Refuse a path on which somebody else but root can put another folder in place of ours."""
+    """Refuse a path on which anybody but the user and root can replace a folder by another."""
     while True:
-        found = os.stat(path)
-        if found.st_uid not in (0, os.geteuid()):
+        status = os.stat(path)
+        if status.st_uid not in (0, os.geteuid()):
             raise _UnusableError(f"'{path}' belongs to another user")
-        if found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
+        if status.st_mode & stat.S_IWOTH and not status.st_mode & stat.S_ISVTX:
             raise _UnusableError(f"every user can write to '{path}'")
         parent = os.path.dirname(path)
         if parent == path:

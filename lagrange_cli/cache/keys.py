@@ -26,17 +26,17 @@ def digest(*parts: bytes | str) -> str:
     The length and the kind of each part count, so that different sequences
     have different hashes: ``("ab", "c")``, ``("a", "bc")`` and ``(b"ab", "c")``.
     """
-    found = sha256()
+    hasher = sha256()
     for part in parts:
         kind = b"s" if isinstance(part, str) else b"b"
         data = part.encode("utf-8", "surrogatepass") if isinstance(part, str) else part
-        found.update(b"%s%d:" % (kind, len(data)))
-        found.update(data)
-    return found.hexdigest()
+        hasher.update(b"%s%d:" % (kind, len(data)))
+        hasher.update(data)
+    return hasher.hexdigest()
 
 
 def fingerprint() -> str:
-    """Return what changes with lagrange's code, Python's version or that of a library.
+    """Return a hash that changes with lagrange's code, Python's version or that of a library.
 
     Nothing is imported: names, sizes and times of the package's files stand for
     its code, the file that states its version for each library.
@@ -53,21 +53,21 @@ def fingerprint() -> str:
 
 
 def _files(folder: str) -> Iterator[str]:
-    """Relative name, size and time of every source file below a folder."""
+    """Yield relative name, size and time of every source file below a folder."""
     waiting = [folder]
     while waiting:
         with os.scandir(waiting.pop()) as entries:
             for entry in entries:
                 if entry.name.endswith((".py", ".c", ".h", ".in")):
-                    found = entry.stat()
+                    status = entry.stat()
                     path = os.path.relpath(entry.path, folder)
-                    yield f"{path} {found.st_size} {found.st_mtime_ns}"
+                    yield f"{path} {status.st_size} {status.st_mtime_ns}"
                 elif entry.name != "__pycache__" and entry.is_dir(follow_symlinks=False):
                     waiting.append(entry.path)
 
 
 def _library(name: str, file: str) -> tuple[str | bytes, ...]:
-    """Where a library is, and the text that states its version."""
+    """Return a library's name, its place, and the text that states its version."""
     spec = find_spec(name)
     if spec is None or spec.origin is None:
         return (name, "absent")

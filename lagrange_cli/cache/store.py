@@ -1,11 +1,10 @@
 """Entries of the cache: one file each, its name saying what its content must be.
 
-An entry is called ``KEY-HASH.json``, ``.so`` or ``.db``: KEY is the hash of
-what the entry was made from, HASH that of KEY, the suffix and the entry's
-bytes. It is written to a temporary file and renamed, and what does not have the
-hash of its name is removed and counts as missing. So writers need no lock, and
-neither a crash nor a full disk nor decay of the disk nor an entry under another's
-name yields a wrong result.
+An entry is called ``KEY-HASH.json``, ``.so`` or ``.db``: KEY is the hash of the inputs that the
+entry was made from, HASH that of KEY, the suffix and the entry's bytes. It is written to a
+temporary file and renamed. A file that does not have the hash of its name is removed and counts as
+missing. So writers need no lock, and neither a crash nor a full disk nor decay of the disk nor an
+entry under another's name yields a wrong result.
 """
 
 from __future__ import annotations
@@ -20,13 +19,15 @@ from typing import NamedTuple
 from lagrange_cli.cache.keys import digest
 from lagrange_cli.files import is_temporary, temporary_file
 
-#: Bounds of what is kept; beyond, what was not used for the longest time goes.
+#: Bytes of all entries; beyond, those that were not used for the longest time go. Set by hand.
 MAX_CACHE_BYTES = 256 * 2**20
+#: Number of entries, likewise.
 MAX_CACHE_ENTRIES = 2048
 
 #: A use is noted on an entry that was not used for this long, in seconds.
 _USE_NOTED_AFTER = 24 * 3600.0
 
+#: Suffixes that entries have.
 _SUFFIXES = (".json", ".so", ".db")
 
 #: The mark of a file system whose files cannot be run or loaded; 0 where none is known.
@@ -36,7 +37,17 @@ _DIGITS = frozenset("0123456789abcdef")
 
 
 class Entry(NamedTuple):
-    """A file of the cache: its name, its bytes, and when it was last used."""
+    """A file of the cache.
+
+    Attributes
+    ----------
+    name
+        Name of the file, ``KEY-HASH.SUFFIX``.
+    size
+        Its bytes.
+    used
+        When it was last used, in seconds since 1970; exact to a day.
+    """
 
     name: str
     size: int
@@ -44,22 +55,26 @@ class Entry(NamedTuple):
 
     @property
     def suffix(self) -> str:
-        """What kind of file it is: ``.json``, ``.so`` or ``.db``."""
+        """Return ``.json``, ``.so`` or ``.db``."""
         return os.path.splitext(self.name)[1]
 
 
 class Removed(NamedTuple):
-    """How many files were removed, and their bytes."""
+    """The number of files that were removed, and their bytes."""
 
     files: int
     size: int
 
 
 class Cache:
-    """Bytes by key, kept in a folder.
+    """Bytes by key, kept in a folder. Keys are hashes as :func:`digest` gives them.
 
-    ``reason`` says why nothing can be kept, None where all is well; a failure
-    to write sets it. Keys are hashes as :func:`digest` gives them.
+    Attributes
+    ----------
+    folder
+        Path of the folder; None if there is none.
+    reason
+        Why nothing can be kept; None if all is well. A failure to write sets it.
     """
 
     def __init__(self, folder: str | None, reason: str | None = None) -> None:
@@ -68,17 +83,17 @@ class Cache:
 
     def get(self, key: str, suffix: str = ".json") -> bytes | None:
         """Return the bytes kept under a key, or None."""
-        found = self._find(key, suffix)
-        return found[1] if found else None
+        entry = self._find(key, suffix)
+        return entry[1] if entry else None
 
     def path(self, key: str, suffix: str = ".so") -> str | None:
         """Return the path of the file kept under a key, its content just verified, or None.
 
-        The file can be gone at any time after (another process clears the
-        cache): whoever opens it must be ready for that.
+        The file can be gone at any time afterwards, as another process may clear the cache:
+        whoever opens it must be ready for that.
         """
-        found = self._find(key, suffix)
-        return found[0] if found else None
+        entry = self._find(key, suffix)
+        return entry[0] if entry else None
 
     def put(self, key: str, data: bytes, suffix: str = ".json") -> bool:
         """Keep bytes under a key; say whether they are kept."""
@@ -98,14 +113,14 @@ class Cache:
         return True
 
     def entries(self) -> list[Entry]:
-        """Return what is kept, the last used first."""
-        found = []
+        """Return all entries, the last used first."""
+        entries = []
         for entry in self._files():
             if _is_entry(entry.name):
                 with suppress(OSError):
-                    of = entry.stat(follow_symlinks=False)
-                    found.append(Entry(entry.name, of.st_size, of.st_mtime))
-        return sorted(found, key=lambda entry: (-entry.used, entry.name))
+                    status = entry.stat(follow_symlinks=False)
+                    entries.append(Entry(entry.name, status.st_size, status.st_mtime))
+        return sorted(entries, key=lambda entry: (-entry.used, entry.name))
 
     def clear(self) -> Removed:
         """Remove every file of the cache, and no other; return how many, and their bytes."""
@@ -120,11 +135,11 @@ class Cache:
     def _files(self) -> Iterator[os.DirEntry[str]]:
         if self.folder is None:
             return
-        with suppress(OSError), os.scandir(self.folder) as found:
-            yield from found
+        with suppress(OSError), os.scandir(self.folder) as entries:
+            yield from entries
 
     def _find(self, key: str, suffix: str) -> tuple[str, bytes] | None:
-        """The path and content of an entry; of several, made side by side, the first by name."""
+        """Find path and content of an entry; of several, made side by side, the first by name."""
         _check(key, suffix)
         if self.folder is None:
             return None
@@ -144,7 +159,7 @@ class Cache:
             os.replace(made.path, path)
 
     def _bound(self, new: str) -> None:
-        """Remove what exceeds the bounds, but not the new entry."""
+        """Remove entries that exceed the bounds, but not the new one."""
         assert self.folder is not None
         total = 0
         for count, entry in enumerate(self.entries(), 1):
@@ -170,7 +185,7 @@ def _is_entry(name: str) -> bool:
 
 
 def _name(key: str, suffix: str, data: bytes) -> str:
-    """The name of an entry; its hash binds what is kept to the question that it answers."""
+    """Name an entry; its hash binds the bytes to the question that they answer."""
     return f"{key}-{digest(key, suffix, data)}{suffix}"
 
 
@@ -180,13 +195,13 @@ def _is_inert(folder: str) -> bool:
 
 
 def _remove(path: str) -> int | None:
-    """Remove what is called as a file of the cache; return its size, None if it stays.
+    """Remove a path named like an entry; return its size, None if it stays.
 
     A folder goes with all that is in it. No link is followed.
     """
     try:
-        found = os.lstat(path)
-        if stat.S_ISDIR(found.st_mode):
+        status = os.lstat(path)
+        if stat.S_ISDIR(status.st_mode):
             # Here and not above: it is slow to import, and hardly ever needed.
             from shutil import rmtree
 
@@ -195,11 +210,11 @@ def _remove(path: str) -> int | None:
             os.unlink(path)
     except OSError:
         return None
-    return found.st_size
+    return status.st_size
 
 
 def _verified(path: str) -> bytes | None:
-    """The content of an entry, if it is what its name says; else it is removed."""
+    """Read an entry whose content has the hash in its name; remove any other and return None."""
     name = os.path.basename(path)
     try:
         data = _read(path)
@@ -212,17 +227,17 @@ def _verified(path: str) -> bytes | None:
 
 
 def _read(path: str) -> bytes | None:
-    """The content of a regular file of this user, None of any other; notes that it was used."""
+    """Read a regular file of this user and note its use; None if it is anything else."""
     flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     flags |= getattr(os, "O_NONBLOCK", 0)
     handle = os.open(path, flags)
     try:
-        found = os.fstat(handle)
-        if not stat.S_ISREG(found.st_mode) or found.st_size > MAX_CACHE_BYTES:
+        status = os.fstat(handle)
+        if not stat.S_ISREG(status.st_mode) or status.st_size > MAX_CACHE_BYTES:
             return None
-        if os.name == "posix" and found.st_uid != os.geteuid():
+        if os.name == "posix" and status.st_uid != os.geteuid():
             return None
-        if abs(time.time() - found.st_mtime) > _USE_NOTED_AFTER:
+        if abs(time.time() - status.st_mtime) > _USE_NOTED_AFTER:
             with suppress(OSError):
                 os.utime(path)
         with os.fdopen(handle, "rb", closefd=False) as stream:

@@ -1,4 +1,9 @@
-"""Files: read with bounds, written whole or not at all."""
+"""Files: read with bounds, written whole or not at all.
+
+Paths and bytes go in, bytes and rows come out; refusals are located. Around them: locks of
+outputs, temporary files that outlive no process for long, and recorded inputs with their
+interpolation. Read :mod:`.writing` first.
+"""
 
 from lagrange_cli.files.identity import Named, require_apart, same_file
 from lagrange_cli.files.locks import lock_of, sole_writer

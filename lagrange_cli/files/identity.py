@@ -1,7 +1,7 @@
-"""Which files are the same, so that no output takes the place of what is read.
+"""Tell whether two paths lead to one file, so that no output replaces what is read.
 
-A file has many names: other spellings of its path, links of both kinds. It is the same where device
-and number on it are.
+A file has many names: other spellings of its path, and links of both kinds. Two names are of one
+file if its device and its number on that device are the same.
 """
 
 from __future__ import annotations
@@ -21,7 +21,15 @@ _Place: TypeAlias = tuple[int, int] | str
 
 
 class Named(NamedTuple):
-    """A file as a message has it: what it is (``the scene``, ``--plot``), and its path."""
+    """A file as messages name it.
+
+    Attributes
+    ----------
+    what
+        The file's role: ``the scene``, ``--plot``.
+    path
+        The path as it was typed; ``-`` is standard input.
+    """
 
     what: str
     path: str
@@ -61,16 +69,16 @@ def same_file(first: str, second: str) -> bool:
 
 
 def _identity(path: str) -> tuple[int, int] | None:
-    """What a regular file has and no other; None where there is no such file."""
+    """Device and number there of a regular file; None where there is no such file."""
     try:
-        found = os.fstat(_STDIN) if path == "-" else os.stat(path)
+        status = os.fstat(_STDIN) if path == "-" else os.stat(path)
     except (OSError, ValueError):
         return None
-    return (found.st_dev, found.st_ino) if stat.S_ISREG(found.st_mode) else None
+    return (status.st_dev, status.st_ino) if stat.S_ISREG(status.st_mode) else None
 
 
 def _place(path: str) -> str | None:
-    """Where a file will be that is not there yet; None where there is something else."""
+    """The real path of a file that does not exist yet; None where something else exists."""
     return None if os.path.exists(path) or "\0" in path else os.path.realpath(path)
 
 

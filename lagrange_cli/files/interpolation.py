@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files.recordings import Interpolation, Recording, read_recording
 
-#: Coefficients of the polynomials of each interpolation.
+#: Number of coefficients of the polynomials of each interpolation.
 COEFFICIENTS: dict[Interpolation, int] = {"previous": 1, "linear": 2, "cubic": 4}
 
 _Array: TypeAlias = NDArray[np.float64]
@@ -26,9 +26,18 @@ _Array: TypeAlias = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Polynomials:
-    """What an input is from each of ``starts`` to the next, and until ``end`` (or infinity).
+    """A recorded input as a polynomial in time between each two of its rows.
 
-    ``coefficients`` of the time since the start, the lowest first: shape (len(starts), k).
+    Attributes
+    ----------
+    recording
+        The column that it was read from.
+    starts
+        Times at which the polynomials begin, shape (n,), increasing.
+    coefficients
+        Of the powers of the time since the start, the lowest first, shape (n, k).
+    end
+        Time until which the last polynomial holds; infinite if the last value is held.
     """
 
     recording: Recording
@@ -38,17 +47,17 @@ class Polynomials:
 
 
 def polynomials(recording: Recording) -> Polynomials:
-    """Read a recording.
+    """Read a recording and interpolate between its rows.
 
     Raises
     ------
     InputError
         Located: it cannot be read, or changes faster than doubles can say.
     """
-    found = read_recording(recording)
-    times, values = np.array(found.times), np.array(found.values)
+    rows = read_recording(recording)
+    times, values = np.array(rows.times), np.array(rows.values)
     if recording.interpolation == "previous":
-        # What is held until the next row is held after the last one too.
+        # A value that is held until the next row is held after the last row too.
         return Polynomials(recording, times, values[:, None], math.inf)
     with np.errstate(all="ignore"):
         coefficients = _coefficients(recording.interpolation, times, values)
@@ -57,12 +66,12 @@ def polynomials(recording: Recording) -> Polynomials:
         raise InputError(
             Problem(
                 f"'{recording.file}' changes faster than doubles can say"
-                f" after t = {found.times[bad[0]]!r}",
+                f" after t = {rows.times[bad[0]]!r}",
                 recording.mark,
                 rule="recording",
             )
         )
-    return Polynomials(recording, times[:-1], coefficients, found.times[-1])
+    return Polynomials(recording, times[:-1], coefficients, rows.times[-1])
 
 
 def _coefficients(interpolation: Interpolation, times: _Array, values: _Array) -> _Array:

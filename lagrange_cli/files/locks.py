@@ -19,8 +19,9 @@ from lagrange_cli.files.refusals import cannot_write
 if TYPE_CHECKING:
     from types import ModuleType
 
-#: What a lock file holds: the process, and its machine.
+#: The content of a lock file: the process, and its machine.
 _CONTENT = re.compile(rb"lagrange ([0-9]{1,20}) ([^\n]{0,255})\n", re.ASCII)
+#: Bytes that are read of a file that may be a lock.
 _LONGEST = 512
 
 _FLAGS = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
@@ -35,7 +36,7 @@ def _fcntl() -> ModuleType | None:
 
 
 def try_lock(handle: int) -> bool | None:
-    """Lock an open file for this process; False where another has it, None where that is unknown.
+    """Lock an open file for this process; False if another has it, None if that is unknown.
 
     The lock ends when any handle of this file is closed in this process.
     """
@@ -51,7 +52,7 @@ def try_lock(handle: int) -> bool | None:
 
 
 def lock_of(output: str) -> str:
-    """The file whose lock says that an output is being made."""
+    """Return the path of the file whose lock says that an output is being made."""
     return f"{output}.lock"
 
 
@@ -75,7 +76,7 @@ def sole_writer(output: str) -> Iterator[None]:
 
 
 def _acquired(path: str, output: str) -> int:
-    """The handle of the locked file."""
+    """Open the lock file and lock it; return its handle."""
     while True:
         try:
             handle = os.open(path, _FLAGS, 0o600)
@@ -91,7 +92,7 @@ def _acquired(path: str, output: str) -> int:
 
 
 def _take(handle: int, path: str, output: str) -> bool:
-    """Lock the file and sign it; False where it was removed meanwhile."""
+    """Lock the file and sign it; False if it was removed meanwhile."""
     try:
         content = os.read(handle, _LONGEST)
         if content and not _CONTENT.fullmatch(content):
@@ -113,11 +114,11 @@ def _machine() -> str:
 
 
 def _held(content: bytes, output: str) -> InputError:
-    """The refusal of an output that another process makes; one that begins has no number yet."""
-    found = _CONTENT.fullmatch(content)
-    if found is None:
+    """The refusal of an output that another process makes; it may not have signed the lock yet."""
+    holder = _CONTENT.fullmatch(content)
+    if holder is None:
         return _refused(f"another process is making '{output}'", "wait for it to end")
-    process, machine = found[1].decode(), found[2].decode("utf-8", "replace")
+    process, machine = holder[1].decode(), holder[2].decode("utf-8", "replace")
     where = "" if machine == _machine() else f" on {machine}"
     return _refused(
         f"process {process}{where} is making '{output}'",

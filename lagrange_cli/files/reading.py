@@ -1,4 +1,4 @@
-"""Reading the bytes of scenes and what they name: bounded, and only from what has an end."""
+"""Read scenes and the files that they name: bounded, and only regular files."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import sys
 
 from lagrange_cli.errors import InputError, LimitError, Mark, Problem
 
+#: Bytes of the largest file that is read: a scene, or a file that it names.
 MAX_BYTES = 4 * 2**20
 
 
@@ -38,12 +39,12 @@ def _standard_input() -> bytes:
 
 
 def too_large(file: str) -> InputError:
-    """The refusal of a text of more than :data:`MAX_BYTES`."""
+    """Return the refusal of a text of more than :data:`MAX_BYTES`."""
     return _too_large(Mark(file, 1, 1))
 
 
 def read_regular(path: str, mark: Mark, what: str) -> bytes:
-    """Read a regular file of at most :data:`MAX_BYTES`; ``what`` it should be.
+    """Read a regular file of at most :data:`MAX_BYTES`; messages call it ``what``.
 
     Raises
     ------

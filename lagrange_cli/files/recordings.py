@@ -1,7 +1,7 @@
 """Recordings: values over time in a CSV file beside a scene.
 
 The first row names the columns; ``t`` is the time. Cells are separated by commas and
-decimals written with a point. What is wrong is reported at its place in the file.
+decimals written with a point. Mistakes are reported at their place in the file.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import LONGEST_QUOTED, CsvRows, decoded, quoted_cell
 
-#: The rule of what is wrong with a recording.
+#: The rule that problems of recordings bear.
 _RULE = "recording"
 
 #: The column of times.
@@ -33,16 +33,28 @@ _BETWEEN: dict[Interpolation, str] = {
     "previous": "each row until the next",
 }
 
-#: Columns that are named in a message, and among which a close name is looked for.
-_MOST_NAMED, _MOST_COMPARED = 20, 1000
+#: Columns that a message names.
+_MOST_NAMED = 20
+#: Columns among which a name is looked for that is close to a missing one.
+_MOST_COMPARED = 1000
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """Where an input's values are: a column of a file, and what holds between its rows.
+    """A recorded input as a scene declares it: a column of a file, and its interpolation.
 
-    ``file`` is the name that the scene gives, within ``folder``, the scene's own;
-    ``mark`` and ``column_mark`` are the places in the scene of ``file`` and ``column``.
+    Attributes
+    ----------
+    file
+        Name of the file in the scene, relative to ``folder``.
+    folder
+        The scene's folder.
+    column
+        Heading of the column with the values.
+    interpolation
+        What the input is between two rows.
+    mark, column_mark
+        Places of ``file`` and ``column`` in the scene.
     """
 
     file: str
@@ -54,7 +66,7 @@ class Recording:
 
     @property
     def described(self) -> str:
-        """What the values are, in words."""
+        """Column, file and interpolation in words."""
         return f"column {self.column} of {self.file}, {_BETWEEN[self.interpolation]}"
 
     @property
@@ -65,14 +77,14 @@ class Recording:
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """Times, strictly increasing, and the value at each; all finite."""
+    """Times, strictly increasing, and the value at each time; all are finite."""
 
     times: tuple[float, ...]
     values: tuple[float, ...]
 
 
 def read_recording(recording: Recording) -> Recorded:
-    """The times and values of a recording.
+    """Read the times and values of a recording.
 
     Raises
     ------
@@ -104,7 +116,7 @@ def read_recording(recording: Recording) -> Recorded:
 
 
 def _inside(recording: Recording) -> str:
-    """The file's real path.
+    """Return the file's real path.
 
     Raises
     ------
@@ -129,7 +141,7 @@ def _in_scene(message: str, mark: Mark, hint: str = "") -> InputError:
 
 
 def _header(rows: CsvRows, recording: Recording) -> list[str]:
-    """The names of the columns, with those of time and of the recording among them once."""
+    """Read the names of the columns; require time and the recording's column once each."""
     header = [name.strip() for name in next(iter(rows), [])]
     if not header:
         raise _in_scene(

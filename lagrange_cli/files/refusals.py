@@ -1,4 +1,4 @@
-"""What is said of a file that cannot be written."""
+"""The refusal of a file that cannot be written."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ from lagrange_cli.errors import InputError, Problem
 
 
 def cannot_write(name: str, error: OSError) -> InputError:
-    """The refusal for something that cannot be written."""
+    """Return the refusal of something that cannot be written, with the system's reason."""
     return InputError(Problem(f"cannot write {name}: {error.strerror or error}", rule="output"))

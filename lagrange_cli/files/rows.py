@@ -1,4 +1,4 @@
-"""Rows of CSV files: cells with their places, and what is wrong with them reported there."""
+"""Rows of CSV files: cells with their places, at which mistakes are reported."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ LONGEST_QUOTED = 40
 
 
 def decoded(data: bytes, path: str, rule: str) -> list[str]:
-    """The lines of a text, ends included.
+    """Decode a file into its lines, line ends included.
 
     Raises
     ------
     InputError
-        Of this ``rule``, at the first byte that is no text.
+        It bears ``rule`` and stands at the first byte that is no text.
     """
     if b"\0" in data:
         line = data[: data.index(b"\0")].count(b"\n") + 1
@@ -53,9 +53,16 @@ def decoded(data: bytes, path: str, rule: str) -> list[str]:
 
 
 class CsvRows:
-    """The rows of a file, empty ones left out, with the place of the last one.
+    """The rows of a CSV file, without empty ones; it knows the place of the last one read.
 
-    ``rule`` is that of what is wrong with them.
+    Parameters
+    ----------
+    lines
+        Lines of the file with their ends.
+    path
+        The file as messages name it.
+    rule
+        The rule that problems of its rows bear.
     """
 
     def __init__(self, lines: Sequence[str], path: str, rule: str) -> None:
@@ -75,7 +82,7 @@ class CsvRows:
                 yield row
 
     def place(self, index: int = 0) -> Mark:
-        """The place of a cell of the last row."""
+        """Return the place of a cell of the last row."""
         number = max(self._reader.line_num, 1)
         line = self._lines[number - 1].rstrip("\r\n") if self._lines else ""
         cells = _CELL.findall(line)
@@ -86,11 +93,11 @@ class CsvRows:
         return Mark(self.path, number, start + 1, line, max(1, len(cell.strip())))
 
     def refused(self, message: str, hint: str = "", mark: Mark | None = None) -> InputError:
-        """What is wrong, at ``mark`` or else in the last row."""
+        """Return the refusal of something at ``mark``, or else in the last row."""
         return InputError(Problem(message, mark or self.place(), hint, self._rule))
 
     def number(self, row: Sequence[str], index: int) -> float:
-        """The finite number in a cell."""
+        """Read the finite number in a cell."""
         text = row[index].strip()
         if DECIMAL_NUMBER.fullmatch(text):
             value = float(text)
@@ -99,13 +106,13 @@ class CsvRows:
             raise self.refused(
                 f"{quoted_cell(text)} is beyond the range of doubles", "", self.place(index)
             )
-        found = quoted_cell(text) if text else "nothing"
+        shown = quoted_cell(text) if text else "nothing"
         hint = ""
         if _NOT_FINITE.fullmatch(text):
             hint = "leave out rows without a measurement"
         elif _DECIMAL_COMMA.fullmatch(text):
             hint = f"decimals are written with a point: {text.replace(',', '.')[:LONGEST_QUOTED]}"
-        raise self.refused(f"expected a finite number, found {found}", hint, self.place(index))
+        raise self.refused(f"expected a finite number, found {shown}", hint, self.place(index))
 
 
 def quoted_cell(text: str) -> str:

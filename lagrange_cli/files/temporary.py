@@ -17,9 +17,11 @@ from typing import NamedTuple
 
 from lagrange_cli.files.locks import try_lock
 
-#: Names say whose they are, for a person: the number of the process, and 32 random digits.
+#: Temporary files: the number of the process, for a person, and 32 random digits.
 _FILE = re.compile(r"\.lagrange-([0-9]+)-[0-9a-f]{32}\.tmp", re.ASCII)
+#: Temporary folders, named likewise.
 _FOLDER = re.compile(r"lagrange-([0-9]+)-[0-9a-f]{32}", re.ASCII)
+#: Folders that are being removed.
 _REFUSE = re.compile(r"\.lagrange-([0-9]+)-[0-9a-f]{32}\.old", re.ASCII)
 
 _READ_WRITE = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
@@ -39,7 +41,7 @@ def is_temporary(name: str) -> bool:
 
 @contextmanager
 def temporary_file(folder: str | os.PathLike[str]) -> Iterator[Temporary]:
-    """Open a file of a new name, for this user alone; what is not renamed by the end is removed.
+    """Open a file of a new name, for this user alone; unless renamed, it is removed in the end.
 
     Raises
     ------
@@ -79,9 +81,9 @@ def temporary_folder() -> Iterator[str]:
 
 
 def discard(folder: str | os.PathLike[str]) -> None:
-    """Remove a folder with all that is in it: at once, or not at all, for whoever looks.
+    """Remove a folder with all that is in it; other processes see all of it or nothing.
 
-    What cannot be removed stays, under a name by which the next run knows it.
+    Files that cannot be removed stay, under a name by which the next run knows them.
     """
     from shutil import rmtree
 
@@ -97,7 +99,7 @@ def _unique() -> str:
 
 
 def _new_file(folder: str) -> Temporary:
-    """A locked file of a new name."""
+    """Make a locked file of a new name."""
     while True:
         path = os.path.join(folder, f".lagrange-{_unique()}.tmp")
         handle = os.open(path, _READ_WRITE | os.O_CREAT | os.O_EXCL, 0o600)
@@ -108,11 +110,11 @@ def _new_file(folder: str) -> Temporary:
 
 
 def _remove_abandoned(folder: str) -> None:
-    """Remove temporary files that no living process writes, and what is left of folders."""
+    """Remove temporary files that no living process writes, and folders left half removed."""
     for entry in _entries(folder):
-        found = _FILE.fullmatch(entry.name)
+        named = _FILE.fullmatch(entry.name)
         # This process's own are locked against others, not against itself.
-        if found is not None and int(found[1]) != os.getpid():
+        if named is not None and int(named[1]) != os.getpid():
             _remove_dead(entry.path)
         elif _REFUSE.fullmatch(entry.name) and _is_own_folder(entry.path):
             from shutil import rmtree
@@ -121,27 +123,27 @@ def _remove_abandoned(folder: str) -> None:
 
 
 def remove_abandoned_folders() -> None:
-    """Remove temporary folders whose locked file is free, or that are empty and of the dead."""
+    """Remove temporary folders whose locks are free, and empty ones of dead processes."""
     from tempfile import gettempdir
 
     for entry in _entries(gettempdir()):
-        found = _FOLDER.fullmatch(entry.name)
-        if found is None or int(found[1]) == os.getpid() or not _is_own_folder(entry.path):
+        named = _FOLDER.fullmatch(entry.name)
+        if named is None or int(named[1]) == os.getpid() or not _is_own_folder(entry.path):
             continue
         locks = [file.path for file in _entries(entry.path) if is_temporary(file.name)]
         if locks and all(_remove_dead(path) for path in locks):
             from shutil import rmtree
 
             rmtree(entry.path, ignore_errors=True)
-        elif not _lives(int(found[1])):
+        elif not _lives(int(named[1])):
             with suppress(OSError):
                 os.rmdir(entry.path)
 
 
 def _entries(folder: str) -> list[os.DirEntry[str]]:
     try:
-        with os.scandir(folder or os.curdir) as found:
-            return list(found)
+        with os.scandir(folder or os.curdir) as entries:
+            return list(entries)
     except OSError:
         return []
 
@@ -153,8 +155,8 @@ def _remove_dead(path: str) -> bool:
     except OSError:
         return False
     try:
-        found = os.fstat(handle)
-        if not stat.S_ISREG(found.st_mode) or not _is_own(found) or not try_lock(handle):
+        status = os.fstat(handle)
+        if not stat.S_ISREG(status.st_mode) or not _is_own(status) or not try_lock(handle):
             return False
         os.unlink(path)
     except OSError:
@@ -166,14 +168,14 @@ def _remove_dead(path: str) -> bool:
 
 def _is_own_folder(path: str) -> bool:
     try:
-        found = os.lstat(path)
+        status = os.lstat(path)
     except OSError:
         return False
-    return stat.S_ISDIR(found.st_mode) and _is_own(found)
+    return stat.S_ISDIR(status.st_mode) and _is_own(status)
 
 
-def _is_own(found: os.stat_result) -> bool:
-    return os.name != "posix" or found.st_uid == os.geteuid()
+def _is_own(status: os.stat_result) -> bool:
+    return os.name != "posix" or status.st_uid == os.geteuid()
 
 
 def _lives(process: int) -> bool:

@@ -52,7 +52,7 @@ def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """Open a file to be written in parts; it takes its place when all is written without error.
+    """Open a file to be written in parts; it takes its place once all is written without error.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def _write(files: Mapping[str, str | bytes]) -> None:
 
 
 def _staged(stack: ExitStack, target: str, data: bytes) -> Temporary | None:
-    """A temporary file with the data; None where they went at once to what is no regular file
+    """Write the data to a temporary file; None if they went straight to what is no regular file
     (``/dev/null``)."""
     _admit(target)
     if os.path.exists(target) and not os.path.isfile(target):
@@ -136,8 +136,8 @@ def _staged(stack: ExitStack, target: str, data: bytes) -> Temporary | None:
 
 
 def _finish(made: Temporary, target: str) -> None:
-    """See to it that the data are on the disk, with owner and permissions of what they replace,
-    or those that the umask leaves a new file."""
+    """Bring the data to the disk, with owner and permissions of the file that they replace, or
+    with those that the umask leaves a new file."""
     os.fsync(made.handle)
     try:
         before = os.stat(target)
@@ -167,7 +167,7 @@ def _uninterrupted() -> Iterator[None]:
     before = {number: signal.getsignal(number) for number in _ENDING}
     heard = {n: handler for n, handler in before.items() if handler not in (signal.SIG_IGN, None)}
     for number in heard:
-        signal.signal(number, lambda given, _: waiting.setdefault(given))
+        signal.signal(number, lambda signal_number, _: waiting.setdefault(signal_number))
     try:
         yield
     finally:
