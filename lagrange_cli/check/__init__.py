@@ -1,4 +1,7 @@
-"""Many scenes: check each against what it expects, and report."""
+"""Many scenes: check each against its own expectations, and report.
+
+Paths of files and folders go in, a :class:`Report` comes out. Read :mod:`.check` first.
+"""
 
 from lagrange_cli.check.check import check_paths, check_scene
 from lagrange_cli.check.model import Report, SceneReport

@@ -39,31 +39,31 @@ def check_paths(
     strict
         Warnings make a scene invalid.
     jobs
-        How many scenes are checked at the same time, each in its own process
-        where it is more than 1 (not for standard input).
+        Number of scenes checked at the same time, each in its own process if more than 1 (not
+        for standard input).
     progress
         Called with each scene's report as it is ready.
 
     Raises
     ------
     InputError
-        A path does not exist. Nothing that is wrong with a scene raises.
+        A path does not exist. Problems of scenes do not raise: they are in the report.
     """
     scenes = scenes_in(paths)
     job = partial(check_scene, parameters=parameters, strict=strict)
     side_by_side = jobs > 1 and "-" not in scenes
-    found: dict[str, SceneReport] = {}
+    reports: dict[str, SceneReport] = {}
     for report in in_processes(scenes, jobs, job) if side_by_side else map(job, scenes):
-        found[report.path] = report
+        reports[report.path] = report
         if progress is not None:
             progress(report)
-    return Report(tuple(found[path] for path in scenes))
+    return Report(tuple(reports[path] for path in scenes))
 
 
 def check_scene(
     path: str, *, parameters: Mapping[str, str] | None = None, strict: bool = False
 ) -> SceneReport:
-    """Check one scene; whatever goes wrong with it stays within its report."""
+    """Check one scene; errors of any kind become part of its report."""
     started = perf_counter()
     trace = ""
     try:
@@ -84,7 +84,7 @@ def _check(path: str, parameters: Mapping[str, str] | None, strict: bool) -> _Ou
         return _refused(error, _expected(path))
     try:
         equations = derive(scene)
-        for recording in filter(None, (given.recording for given in equations.inputs)):
+        for recording in filter(None, (entry.recording for entry in equations.inputs)):
             read_recording(recording)
     except InputError as error:
         return _refused(error, scene.expect.error)
@@ -102,7 +102,7 @@ def _check(path: str, parameters: Mapping[str, str] | None, strict: bool) -> _Ou
 
 
 def _expected(path: str) -> ErrorExpectation | None:
-    """The refusal that an unreadable scene expects of itself; standard input is read by now."""
+    """Read the refusal that an unreadable scene expects; None for standard input, read by now."""
     if path == "-":
         return None
     try:
@@ -112,7 +112,7 @@ def _expected(path: str) -> ErrorExpectation | None:
 
 
 def _refused(error: InputError, expected: ErrorExpectation | None) -> _OutcomeOfScene:
-    """A refusal is what an ``error`` expectation asks for, and else makes the scene invalid."""
+    """Return the outcome of a refused scene: ``pass`` if the refusal is expected."""
     if expected is None:
         return "invalid", error.problems
     if any(_is_expected(problem, expected) for problem in error.problems):
@@ -153,7 +153,7 @@ def _out_of_memory(path: str) -> Problem:
 
 
 def _crash(error: Exception) -> Problem:
-    """Name what failed and where in the program."""
+    """Return the problem of an unexpected exception, with its place in the program."""
     if isinstance(error, LagrangeError):
         return error.problems[0]
     frames = traceback.extract_tb(error.__traceback__)

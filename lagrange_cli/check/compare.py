@@ -1,10 +1,10 @@
-"""Decide whether equations of motion, or Lagrangians, say the same.
+"""Decide if equations of motion, or Lagrangians, are equivalent.
 
 Agreement is proven by zero tests that look at every side of every switching function
 (:mod:`lagrange_cli.mechanics.proofs.zero_test`). Real states at which two expressions differ refute
 it. Analytic expressions with functions of which the tests know little (logarithms, inverse
 functions) are compared at real states over many magnitudes, unless a term could be too small
-there to be seen. What is left is undecided, and never passes.
+there to be seen. All other comparisons are undecided, and never pass.
 """
 
 from __future__ import annotations
@@ -32,23 +32,25 @@ from lagrange_cli.mechanics.proofs.zero_test import (
     vanish,
 )
 
-#: Real states that must agree where states prove it, and decimal digits there.
-_POINTS, _DIGITS = 12, 120
-#: Relative difference that refutes, beside rounding errors of 1e-120 and what cancels.
+#: Real states at which expressions must agree, if states alone prove it. Set by hand.
+_FEWEST_STATES = 12
+#: Relative difference that refutes: well above rounding errors of 1e-120 and their cancellation.
 _TOLERANCE = mpf(10) ** -90
-#: States near the scene's own and of order one.
+#: Number of random states of order one and near the scene's own, in turn.
 _NEARBY_STATES = 24
 #: Terms that one term of a Lagrangian may be multiplied out to.
 _TERM_BUDGET = 200
-#: Numbers and exponents beyond which a term may be too small to be seen at random states.
-_EXTREME, _STEEP = 10**12, 12
+#: Numerators and denominators from which on a term may be too small to be seen at random states.
+_EXTREME = 10**12
+#: Exponents beyond which it may be, likewise.
+_STEEP = 12
 
 _State: TypeAlias = dict[Symbol, mpf]
 _Row: TypeAlias = list[Expr]
 
 
 class Agreement(Enum):
-    """What is known of two expressions."""
+    """The verdict of a comparison of two expressions."""
 
     SAME = "same"
     DIFFERENT = "different"
@@ -56,7 +58,7 @@ class Agreement(Enum):
 
 
 def _row(residual: Expr, equations: Equations) -> _Row | None:
-    """Coefficients of the accelerations and the rest, of a residual linear in them; else None."""
+    """Coefficients of the accelerations, then the remainder; None if it is not linear in them."""
     accelerations = [c.a for c in equations.coordinates]
     row = [derivative(residual, a) for a in accelerations]
     if any(entry.has(a) for entry in row for a in accelerations):
@@ -64,27 +66,27 @@ def _row(residual: Expr, equations: Equations) -> _Row | None:
     return [*row, residual.xreplace(dict.fromkeys(accelerations, sympy.S.Zero))]
 
 
-def proportional(first: Expr, second: Expr, equations: Equations) -> Agreement:
-    """Say whether one residual is a nonzero factor times the other.
+def proportional(expected: Expr, derived: Expr, equations: Equations) -> Agreement:
+    """Compare two residuals up to a nonzero factor.
 
     The factor may hold positions, velocities and time, as equations multiplied by a coordinate
     do, but no acceleration: residuals linear in accelerations are compared by their rows of
     coefficients, which must be parallel. It may vanish at single places, and nowhere else: not
     on a side of a switching function.
     """
-    one, other = _row(first, equations), _row(second, equations)
-    if one is None or other is None:
+    first, second = _row(expected, equations), _row(derived, equations)
+    if first is None or second is None:
         return Agreement.DIFFERENT
-    places = [k for k, pair in enumerate(zip(one, other, strict=True)) if any(pair)]
-    one, other = [one[k] for k in places], [other[k] for k in places]
-    if not any(one) or not any(other):
+    places = [k for k, pair in enumerate(zip(first, second, strict=True)) if any(pair)]
+    first, second = [first[k] for k in places], [second[k] for k in places]
+    if not any(first) or not any(second):
         return Agreement.DIFFERENT
     n = len(places)
-    if relation_holds([*one, *other], lambda found, p: _parallel(found[:n], found[n:], p)):
-        return Agreement.SAME if _have_nonzero_factor(one, other) else Agreement.UNDECIDED
+    if relation_holds([*first, *second], lambda values, p: _parallel(values[:n], values[n:], p)):
+        return Agreement.SAME if _have_nonzero_factor(first, second) else Agreement.UNDECIDED
 
-    def parallel(found: Sequence[mpf]) -> bool:
-        a, b = found[:n], found[n:]
+    def parallel(values: Sequence[mpf]) -> bool:
+        a, b = values[:n], values[n:]
         sizes = max(map(abs, a)), max(map(abs, b))
         return 0 not in sizes and all(
             abs(a[i] * b[j] - a[j] * b[i]) <= _TOLERANCE * sizes[0] * sizes[1]
@@ -92,8 +94,8 @@ def proportional(first: Expr, second: Expr, equations: Equations) -> Agreement:
             for j in range(i)
         )
 
-    verdict = _by_states([*one, *other], parallel, equations)
-    if verdict is Agreement.SAME and not _have_nonzero_factor(one, other):
+    verdict = _by_states([*first, *second], parallel, equations)
+    if verdict is Agreement.SAME and not _have_nonzero_factor(first, second):
         return Agreement.UNDECIDED
     return verdict
 
@@ -103,37 +105,37 @@ def _parallel(a: Sequence[int], b: Sequence[int], p: int) -> bool:
     return not any((a[i] * b[j] - a[j] * b[i]) % p for i in range(len(a)) for j in range(i))
 
 
-def _have_nonzero_factor(one: _Row, other: _Row) -> bool:
-    """Say whether rows that are parallel are zero nowhere but at single places.
+def _have_nonzero_factor(first: _Row, second: _Row) -> bool:
+    """Say whether parallel rows are zero nowhere but at single places.
 
-    An analytic entry that is not zero somewhere is so almost everywhere.
+    An analytic entry that is nonzero somewhere is nonzero almost everywhere.
     """
-    for pair in zip(one, other, strict=True):
-        held = set().union(*(e.free_symbols for e in pair))
-        if all(is_analytic(e, held) and is_nonzero(e) for e in pair):
+    for pair in zip(first, second, strict=True):
+        symbols = set().union(*(e.free_symbols for e in pair))
+        if all(is_analytic(e, symbols) and is_nonzero(e) for e in pair):
             return True
-    known = [e for pair in zip(one, other, strict=True) if not _has_opaque(pair) for e in pair]
+    known = [e for pair in zip(first, second, strict=True) if not _has_opaque(pair) for e in pair]
     try:
         return all(
-            any(v % p for v in found[::2]) and any(v % p for v in found[1::2])
-            for found, p in values_on_sides(known)
+            any(v % p for v in values[::2]) and any(v % p for v in values[1::2])
+            for values, p in values_on_sides(known)
         )
     except UndecidableError:
         return False
 
 
 def _has_opaque(pair: Sequence[Expr]) -> bool:
-    """Say whether functions occur of which the field does not know where they vanish."""
+    """Say whether functions occur whose zeros arithmetic in finite fields does not show."""
     inverse = (sympy.asin, sympy.acos, sympy.atan, sympy.atan2, sympy.asinh, sympy.acosh)
     return any(e.has(sympy.log, sympy.atanh, *inverse) for e in pair)
 
 
 def lagrangians_agree(expected: Expr, equations: Equations) -> Agreement:
-    """Say whether a Lagrangian is the derived one up to a total time derivative.
+    """Compare a Lagrangian with the derived one, up to a total time derivative.
 
-    It is if and only if both have the same Euler–Lagrange expressions
-    (Courant and Hilbert, Methods of Mathematical Physics I, IV §3.5), and neither what they
-    differ by nor its momenta jump: the impulses are not in these expressions.
+    They agree if and only if both have the same Euler–Lagrange expressions (Courant and Hilbert,
+    Methods of Mathematical Physics I, IV §3.5), and neither their difference nor its momenta jump:
+    the impulses are not in these expressions.
     """
     difference = _expanded(expected - equations.lagrangian)
     if vanish(difference):
@@ -146,8 +148,8 @@ def lagrangians_agree(expected: Expr, equations: Equations) -> Agreement:
         return Agreement.SAME if calm else Agreement.UNDECIDED
     terms = [sympy.Add.make_args(row) for row in rows]
 
-    def agree(found: Sequence[mpf]) -> bool:
-        pending = iter(found)
+    def agree(values: Sequence[mpf]) -> bool:
+        pending = iter(values)
         parts = [[next(pending) for _ in row] for row in terms]
         return all(abs(sum(p)) <= _TOLERANCE * sum(map(abs, p)) for p in parts)
 
@@ -155,7 +157,7 @@ def lagrangians_agree(expected: Expr, equations: Equations) -> Agreement:
 
 
 def _expanded(e: Expr) -> Expr:
-    """Products of sums multiplied out, within a budget, so that equal terms cancel."""
+    """Multiply out products of sums, within a budget, so that equal terms cancel."""
     terms = [expand_terms(t, _TERM_BUDGET) or [t] for t in sympy.Add.make_args(e)]
     return sympy.Add(*(t for parts in terms for t in parts))
 
@@ -178,20 +180,20 @@ def _euler_lagrange(lagrangian: Expr, equations: Equations) -> _Row:
 def _by_states(
     expressions: _Row, agree: Callable[[Sequence[mpf]], bool], equations: Equations
 ) -> Agreement:
-    """What real states say: one can refute, and many prove of what is analytic and tame."""
+    """Compare at real states: one can refute; many prove it of analytic, tame expressions."""
     points = 0
     far = states_for(expressions, _symbols(equations))
-    for found in values_at(expressions, chain(_states(equations), far)):
-        if not agree(found):
+    for values in values_at(expressions, chain(_states(equations), far)):
+        if not agree(values):
             return Agreement.DIFFERENT
         points += 1
-    if points >= _POINTS and all(_shows_at_states(e) for e in expressions):
+    if points >= _FEWEST_STATES and all(_shows_at_states(e) for e in expressions):
         return Agreement.SAME
     return Agreement.UNDECIDED
 
 
 def _shows_at_states(e: Expr) -> bool:
-    """Say whether an expression that is not zero cannot be next to zero at many random states."""
+    """Say whether an expression, unless it is zero, shows so at many random states."""
     steep = (sympy.exp, sympy.sinh, sympy.cosh, sympy.tanh)
     return (
         is_analytic(e, e.free_symbols)
@@ -204,12 +206,12 @@ def _shows_at_states(e: Expr) -> bool:
 def _symbols(equations: Equations) -> list[Symbol]:
     moving = [s for c in equations.coordinates for s in (c.q, c.v, c.a)]
     driven = [closure.multiplier for closure in equations.pushing]
-    driven += [given.symbol for given in equations.inputs]
+    driven += [entry.symbol for entry in equations.inputs]
     return [equations.t, *moving, *(p.symbol for p in equations.parameters), *driven]
 
 
 def _states(equations: Equations) -> Iterator[_State]:
-    """Random states: of order one, and in turn near the scene's parameters and initial state."""
+    """Yield random states: in turn of order one, and near the scene's parameters and start."""
     random = Random(1788)
 
     def between(low: int, high: int) -> mpf:

@@ -1,9 +1,8 @@
-"""What a scene may expect, one check a key.
+"""The checks of expectations, one for each key of ``expect``.
 
-To add a key, add its field to :class:`~lagrange_cli.scene.conditions.Expect` and a
-function to :data:`CHECKS`. A check is given what the scene expects and the
-equations, yields a located problem for everything that does not hold, and
-yields nothing for what the scene does not mention.
+To add a key, add its field to :class:`~lagrange_cli.scene.conditions.Expect` and a function to
+:data:`CHECKS`. A check takes the scene's expectations and the equations. It yields a located
+problem for each expectation that does not hold, and nothing for keys that the scene does not have.
 """
 
 from __future__ import annotations
@@ -28,8 +27,9 @@ if TYPE_CHECKING:
 
 _Check: TypeAlias = Callable[[Expect, Equations], Iterator[Problem]]
 
-#: A state is computed ten times closer than it is compared, where doubles allow.
+#: States and times are computed ten times closer than they are compared, if doubles allow it.
 _STATE_MARGIN = 0.1
+#: Smallest and largest accuracy that is asked for, relative to scales.
 _FINEST_ACCURACY = 1e-12
 _COARSEST_ACCURACY = 1e-6
 
@@ -72,7 +72,7 @@ def _cyclic(expect: Expect, equations: Equations) -> Iterator[Problem]:
 
 
 def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
-    """Every quantity listed is conserved; an empty list says that none is."""
+    """Require each listed quantity to be conserved; an empty list says that none is."""
     if expect.conserved is None:
         return
     names = {c.name for c in equations.coordinates}
@@ -85,36 +85,36 @@ def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
                     hint="leave 'conserved' out: an empty list says that nothing is",
                     rule="conserved",
                 )
-    found = tuple(c.name for c in equations.conserved)
-    if not expect.conserved and found:
+    conserved = tuple(c.name for c in equations.conserved)
+    if not expect.conserved and conserved:
         yield Problem(
-            f"expected no conserved quantity; found: {_listed(found)}",
+            f"expected no conserved quantity; found: {_listed(conserved)}",
             expect.conserved_mark,
             rule="conserved",
         )
     for name in expect.conserved:
-        if name not in found:
+        if name not in conserved:
             yield Problem(
-                f"'{name}' is not found to be conserved; found: {_listed(found)}",
+                f"'{name}' is not found to be conserved; found: {_listed(conserved)}",
                 expect.conserved_mark,
-                hint=nearest(name, found),
+                hint=nearest(name, conserved),
                 rule="conserved",
             )
 
 
 def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
-    """Each expected equation is a nonzero multiple of a derived one, each of another."""
-    left = list(equations.shown)
+    """Require each expected equation to be a nonzero multiple of a derived one, each of another."""
+    unmatched = list(equations.shown)
     for expected in expect.equations or ():
         residual, undecided = _residual(equations, expected), False
-        for derived in left:
+        for derived in unmatched:
             verdict = proportional(residual, derived.residual, equations)
             if verdict is Agreement.SAME:
-                left.remove(derived)
+                unmatched.remove(derived)
                 break
             undecided = undecided or verdict is Agreement.UNDECIDED
         else:
-            found = [
+            listed = [
                 f"{derived.coordinate}: {to_scene_language(derived.residual, equations)} = 0"
                 for derived in equations.shown
             ]
@@ -123,7 +123,7 @@ def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
                 if undecided
                 else "no derived equation is a multiple of this one",
                 expected.mark(),
-                hint="derived\n  " + "\n  ".join(found),
+                hint="derived\n  " + "\n  ".join(listed),
                 rule="equations",
             )
 
@@ -149,7 +149,7 @@ def _lagrangian(expect: Expect, equations: Equations) -> Iterator[Problem]:
 
 
 def _value(equations: Equations, expression: Expression) -> float:
-    """The number that an expression in parameters stands for."""
+    """Evaluate an expression in parameters."""
     known = {p.symbol: p.value for p in equations.parameters if p.value is not None}
     value = interpret(equations, expression).subs(known)
     if value.free_symbols:
@@ -161,7 +161,7 @@ def _value(equations: Equations, expression: Expression) -> float:
 
 
 def _incomplete(trajectory: Trajectory, mark: Mark | None) -> Iterator[Problem]:
-    """What to say of a simulation that did not reach its end."""
+    """Yield a problem if a simulation did not reach its end."""
     if trajectory.status == "stopped":
         raise KeyboardInterrupt
     if trajectory.status != "ok":
@@ -176,7 +176,7 @@ def _incomplete(trajectory: Trajectory, mark: Mark | None) -> Iterator[Problem]:
 def _simulated(
     equations: Equations, *, until: float | None = None, accuracy: float | None = None
 ) -> Trajectory:
-    """Integrate; SciPy is imported only for scenes that ask for this."""
+    """Simulate the scene. SciPy is imported here, only for scenes that need it."""
     from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
     from lagrange_cli.simulate.model.build import model_of
     from lagrange_cli.simulate.request import SimulationOptions
@@ -195,10 +195,10 @@ def _name(entry: InitialValue) -> str:
 
 
 def _close_enough(equations: Equations, state: StateExpectation) -> Trajectory:
-    """Integrate so that errors are well below ``within``, which is in the scene's units.
+    """Simulate so that errors are well below ``within``, which is in the scene's units.
 
-    Accuracy is relative to scales, which a first run finds. A Cartesian name
-    may move with every coordinate.
+    Accuracy is relative to scales, which a first run finds. A Cartesian name has no scale of its
+    own, and may move with every coordinate: the largest scale stands for it.
     """
     time, within = _value(equations, state.time), _value(equations, state.within)
     wanted = min(max(_STATE_MARGIN * within, _FINEST_ACCURACY), _COARSEST_ACCURACY)
@@ -220,11 +220,11 @@ def _one_state(state: StateExpectation, equations: Equations) -> Iterator[Proble
         return
     for entry in state.values:
         name = _name(entry)
-        expected, found = _value(equations, entry.value), trajectory.state[name]
-        if not math.fabs(found - expected) <= within:
+        expected, reached = _value(equations, entry.value), trajectory.state[name]
+        if not math.fabs(reached - expected) <= within:
             yield Problem(
                 f"at t = {time:g}: expected {name} = {expected!r} within {within:g}, "
-                f"found {found!r}",
+                f"found {reached!r}",
                 entry.mark,
                 rule="state",
             )
@@ -236,20 +236,20 @@ def _drift(expect: Expect, equations: Equations) -> Iterator[Problem]:
     trajectory = _simulated(equations)
     yield from _incomplete(trajectory, expect.mark)
     for name, expression in expect.drift:
-        bound, found = _value(equations, expression), trajectory.energy_drift
+        bound, drift = _value(equations, expression), trajectory.energy_drift
         if name != "energy":
             message = f"no drift of '{name}' is known; expected 'energy'"
-        elif found is None:
+        elif drift is None:
             message = "energy is not found to be conserved; no drift is measured"
-        elif not found <= bound:
-            message = f"expected a drift of energy within {bound:g}, found {found:.3g}"
+        elif not drift <= bound:
+            message = f"expected a drift of energy within {bound:g}, found {drift:.3g}"
         else:
             continue
         yield Problem(message, expression.mark(), rule="drift")
 
 
 def _events(expect: Expect, equations: Equations) -> Iterator[Problem]:
-    """Each listed event happens, after those before it in the list."""
+    """Require each listed event to happen, after those before it in the list."""
     if not expect.events:
         return
     bounds = [None if e.within is None else _value(equations, e.within) for e in expect.events]
@@ -272,15 +272,20 @@ def _events(expect: Expect, equations: Equations) -> Iterator[Problem]:
 
 
 def _accuracy_for(equations: Equations, bounds: Sequence[float | None]) -> float | None:
-    """The accuracy that locates events well within the bounds: it is relative to the span."""
-    given = [bound for bound in bounds if bound is not None]
+    """The accuracy that locates events well within the bounds; None for the scene's own.
+
+    Times of events are accurate relative to the span of the simulation.
+    """
+    known = [bound for bound in bounds if bound is not None]
     until = equations.simulate.until
-    if not given or until is None or not until > equations.simulate.start:
+    if not known or until is None or not until > equations.simulate.start:
         return None  # a run that has no span is refused where it begins
-    needed = _STATE_MARGIN * min(given) / (until - equations.simulate.start)
+    needed = _STATE_MARGIN * min(known) / (until - equations.simulate.start)
     return min(equations.simulate.accuracy or _COARSEST_ACCURACY, max(needed, _FINEST_ACCURACY))
 
 
+#: Name of a key of ``expect`` → its check, in the order in which they are made. ``error`` is not
+#: among them: it is met by a refusal, and then there are no equations to check.
 CHECKS: dict[str, _Check] = {
     "dof": _dof,
     "cyclic": _cyclic,
@@ -291,8 +296,3 @@ CHECKS: dict[str, _Check] = {
     "drift": _drift,
     "events": _events,
 }
-"""Every key of ``expect`` by its name, in the order in which they are checked.
-
-``error`` is not among them: it is met by a refusal, and then there are no
-equations to check.
-"""

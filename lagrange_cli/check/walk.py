@@ -1,4 +1,4 @@
-"""From paths to scene files."""
+"""Find the scene files that paths name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _SUFFIXES = (".yaml", ".yml")
 
 
 def _in_folder(folder: str) -> Iterator[str]:
-    """Scene files below a folder in sorted order; hidden folders are passed over."""
+    """Yield scene files below a folder in sorted order, without hidden files and folders."""
     for parent, folders, files in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         for name in sorted(files):
@@ -28,7 +28,7 @@ def scenes_in(paths: Sequence[str]) -> list[str]:
     InputError
         A path does not exist, or a folder holds no scene.
     """
-    found: dict[str, None] = {}
+    scene_paths: dict[str, None] = {}
     problems = []
     for path in paths:
         scenes = list(_in_folder(path)) if os.path.isdir(path) else [path]
@@ -38,7 +38,7 @@ def scenes_in(paths: Sequence[str]) -> list[str]:
             problems.append(
                 Problem(f"no scene in folder '{path}'", hint="scenes end in .yaml", rule="path")
             )
-        found.update(dict.fromkeys(scenes))
+        scene_paths.update(dict.fromkeys(scenes))
     if problems:
         raise InputError(*problems)
-    return list(found)
+    return list(scene_paths)

@@ -1,7 +1,6 @@
-"""Scenes checked side by side, each in a process of its own.
+"""Check scenes in parallel, each in a process of its own.
 
-A process that dies (out of memory, a crash of a compiled library) takes only
-its scene with it.
+If a process dies (out of memory, a crash of a compiled library), only its scene crashes.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ _Job = Callable[[str], SceneReport]
 
 
 def _context() -> BaseContext:
-    """Processes that are forked from a server with everything imported, where there is one."""
+    """Fork processes from a server with everything imported; spawn them if there is none."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
@@ -41,8 +40,8 @@ def _work(answer: Connection, job: _Job, path: str) -> None:
 def _died(path: str, process: BaseProcess) -> SceneReport:
     process.join()
     code = process.exitcode or 0
-    how = f"by signal {-code}" if code < 0 else f"with exit code {code}"
-    problem = Problem(f"the process that checked this scene ended {how}", rule="crash")
+    cause = f"by signal {-code}" if code < 0 else f"with exit code {code}"
+    problem = Problem(f"the process that checked this scene ended {cause}", rule="crash")
     return SceneReport(path, "crash", 0.0, (problem,))
 
 
@@ -54,7 +53,7 @@ def in_processes(paths: Sequence[str], jobs: int, job: _Job) -> Iterator[SceneRe
     paths
         The scenes, each once.
     jobs
-        How many processes run at the same time.
+        Number of processes that run at the same time.
     job
         Checks one scene; must be picklable.
     """
@@ -81,7 +80,7 @@ def in_processes(paths: Sequence[str], jobs: int, job: _Job) -> Iterator[SceneRe
 
 
 def _received(answer: Connection, path: str, process: BaseProcess) -> SceneReport:
-    """The report that a worker sent, or that of its death."""
+    """Receive a worker's report, or make that of its death."""
     with answer:
         try:
             report: SceneReport = answer.recv()
