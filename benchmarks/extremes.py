@@ -185,8 +185,8 @@ def axis_rows(runs: Sequence[StressRun]) -> Iterator[str]:
         own = [run for run in runs if run.point.axis == axis]
         of = Counter(run.outcome for run in own)
         errors = [(run, run.error) for run in own if run.error is not None]
-        over = [max(e - r.own, 0.0) / r.requested for r, e in errors if r.requested]
-        ratios = [max(e - r.own, 0.0) / r.estimated for r, e in errors if r.estimated]
+        over = [max(e - r.uncertainty, 0.0) / r.requested for r, e in errors if r.requested]
+        ratios = [max(e - r.uncertainty, 0.0) / r.estimated for r, e in errors if r.estimated]
         counted = " | ".join(str(of[outcome]) for outcome in COUNTED)
         most = " | ".join(f"{max(x, default=0.0):.2g}" for x in (over, ratios))
         yield f"| {axis} | {len(own)} | {counted} | {most} |"

@@ -1,16 +1,16 @@
 """Reference solutions, of much higher accuracy than the runs compared with them.
 
-Where the machine has wider arithmetic than doubles it is DOP853's in that, at two tolerances
-whose distance is the error that is stated, and a run by another method in doubles says that
-both are solutions of the same problem. Elsewhere two methods in doubles are compared with each
-other.
+On machines with wider arithmetic than doubles the reference is DOP853's in that arithmetic, at
+two tolerances: the distance of the two runs is the stated error. A run by another method in doubles
+confirms that both solve the same problem. On other machines two methods in doubles are compared
+with each other.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,34 +27,46 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import ModeChange
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, ulps
 from lagrange_cli.simulate.runs.run import Failure, Run
 
-#: Tolerances of the two runs in wider arithmetic, in parts of the scales.
+#: Tolerances of the two runs in wider arithmetic, relative to scales; set by hand.
 _WIDER_TOLERANCES = (1e-19, 2e-18)
 
-#: Tolerances in doubles, of methods for smooth and of those for stiff systems.
+#: Is a method implicit? → its tolerance in doubles, relative to scales; set by hand.
 _TOLERANCES = {False: 1e-16, True: 1e-13}
 
-#: What the distance of two runs counts: one of them may be all of it, and a little more.
+#: Factor of the distance of two runs that counts as error: more than all of it may be of one.
 _WEIGHT = 2.0
 
-#: Part of the rounding error of a step that its error estimate feels.
+#: Part of the rounding error of a step that shows in its error estimate; set by hand.
 _NOISE_PART = 1 / 16
 
 #: Evaluations of the coarse run per step.
 _PER_STEP = 12
 
-#: A reference that is worse is of no use to anyone, and the error that shorter ones, which
-#: are suggested, are to have.
-_WORST, _SUGGESTED = 1e-4, 1e-8
+#: Largest error of a useful reference, relative to scales; set by hand.
+_WORST = 1e-4
+
+#: Error that a reference has at the earlier end that a hint suggests; set by hand.
+_SUGGESTED = 1e-8
 
 #: Part of the way to a singularity after which it is near.
 _CLEAR = 0.99
 
-#: How far a run by another method in doubles may be away: rounding grows there sooner.
+#: Largest distance of a run by another method in doubles, where rounding grows sooner.
 _FARTHEST = 1e-2
 
 
 class Motion(NamedTuple):
-    """Samples of a run, what happened to contacts, and how far it came."""
+    """The motion that a run found.
+
+    Attributes
+    ----------
+    states
+        Coordinates and velocities at the samples that it reached, shape (samples, 2n).
+    switches
+        Changes of contacts, in order of time.
+    t
+        Time that it reached.
+    """
 
     states: Array
     switches: tuple[ModeChange, ...]
@@ -65,9 +77,20 @@ class Motion(NamedTuple):
 class Reference:
     """The solution that errors are measured from.
 
-    ``scales`` are those of its coordinates and velocities, shape (2n,); ``error`` is its own,
-    as :func:`errors` counts. ``checked`` names another method where the error is the distance
-    of two runs of one, and ``difference`` is how far away its run in doubles is.
+    Attributes
+    ----------
+    motion
+        Its samples and events.
+    scales
+        Those of its coordinates and velocities, shape (2n,).
+    method
+        Its method in words, with the arithmetic or the method it was compared with.
+    error
+        Its own error relative to scales, as :func:`errors` counts.
+    checked
+        Another method that confirmed it in doubles; None if there was none.
+    difference
+        Distance of that method's run at the end, relative to scales; None if there was none.
     """
 
     motion: Motion
@@ -79,27 +102,27 @@ class Reference:
 
 
 def motion_of(run: Run) -> Motion:
-    """Gather the states, the events and the end of a run."""
+    """Return the states, the events and the end of a run."""
     return Motion(run.states, tuple(run.switches), run.t)
 
 
-def errors(problem: InitialValueProblem, scales: Array, one: Motion, other: Motion) -> Array:
-    """Largest distance of two motions up to each sample that both have, over the scales.
+def errors(problem: InitialValueProblem, scales: Array, first: Motion, second: Motion) -> Array:
+    """Return the largest distance of two motions up to each sample, relative to scales.
 
-    Times of events count over the span; velocities at samples that are as close to a jump as
-    its times are to each other do not count. Infinite from where different things happen.
+    Differences of times of events count relative to the span. Velocities do not count at samples
+    between the two times of a jump.
 
     Returns
     -------
-    Shape (samples,).
+    Shape (samples that both have,); infinite from the first event that is not in both.
     """
-    common = min(len(one.states), len(other.states))
+    common = min(len(first.states), len(second.states))
     times, n = problem.times[:common], len(problem.kinds)
-    ratios = np.abs(one.states[:common] - other.states[:common]) / scales
+    ratios = np.abs(first.states[:common] - second.states[:common]) / scales
     ratios = np.where(np.isfinite(ratios), ratios, np.inf)
-    if not (one.switches or other.switches):
+    if not (first.switches or second.switches):
         return np.asarray(np.maximum.accumulate(ratios.max(axis=1)))
-    events = event_agreement([one.switches, other.switches], [one.t, other.t], (0.0, 1.0))
+    events = event_agreement([first.switches, second.switches], [first.t, second.t], (0.0, 1.0))
     ratios[events.exempt(times), n:] = 0.0
     of_events = events.ratios(times, problem.span)
     return np.asarray(np.maximum(np.maximum.accumulate(ratios.max(axis=1)), of_events))
@@ -107,16 +130,16 @@ def errors(problem: InitialValueProblem, scales: Array, one: Motion, other: Moti
 
 def reference(
     problem: InitialValueProblem,
-    found: CoarseResult,
+    coarse: CoarseResult,
     budget: float,
     progress: Callable[[float], None] | None = None,
 ) -> Reference:
-    """The solution at the sample times.
+    """Compute a reference at the sample times.
 
     Parameters
     ----------
-    found
-        What a coarse run knows of the motion.
+    coarse
+        Scales, noise and steps from a coarse run.
     budget
         Seconds that each run may take.
 
@@ -126,21 +149,21 @@ def reference(
         There is none: the motion is chaotic and its runs part, or it ends, or the budget is
         too small.
     """
-    makers = _Makers(problem, found, budget, progress)
+    makers = _Makers(problem, coarse, budget, progress)
     wide = makers.wider()
     doubles = list(makers.doubles(1 if wide else 2))
     _require(problem, [run for run, _ in (*wide, *doubles)], makers, 1 if wide else 2)
     if not wide:
-        (best, method), (second, other) = doubles
-        return _compared(problem, best, second, f"{method} against {other}")
+        (best, method), (second, second_method) = doubles
+        return _compared(problem, best, second, f"{method} against {second_method}")
     (best, method), (second, _) = wide
     sure = _compared(problem, best, second, f"{method} in long doubles")
     if not doubles:
         return sure
-    check, other = doubles[0]
+    check, check_method = doubles[0]
     ratios = errors(problem, sure.scales, sure.motion, motion_of(check))
     _require_agreement(problem, ratios, _FARTHEST)
-    return Reference(sure.motion, sure.scales, sure.method, sure.error, other, float(ratios[-1]))
+    return replace(sure, checked=check_method, difference=float(ratios[-1]))
 
 
 #: A run that reached the end, and the name of its method.
@@ -148,54 +171,62 @@ _Ended = tuple[Run, str]
 
 
 class _Makers:
-    """Runs of highest accuracy; ``failures`` and ``spent`` say what became of the others."""
+    """Makes the runs of highest accuracy.
+
+    Attributes
+    ----------
+    failures
+        Those of runs that did not reach the end.
+    spent
+        True if a run took longer than its budget.
+    """
 
     def __init__(
         self,
         problem: InitialValueProblem,
-        found: CoarseResult,
+        coarse: CoarseResult,
         budget: float,
         progress: Callable[[float], None] | None,
     ) -> None:
-        self._problem, self._found = problem, found
+        self._problem, self._coarse = problem, coarse
         self._budget, self._progress = budget, progress
         self.failures: list[Failure] = []
         self.spent = False
 
     def wider(self) -> list[_Ended]:
-        """Two runs in wider arithmetic; none where there is no such, or they do not end."""
+        """Make two runs in wider arithmetic; none if there is no such, or they do not end."""
         wider = self._problem.wider()
         if wider is None:
             return []
-        finer = self._found.finer(wider.epsilon / self._problem.epsilon)
+        finer = self._coarse.finer(wider.epsilon / self._problem.epsilon)
         made = [self._run("DOP853", wider, finer, x) for x in _WIDER_TOLERANCES]
         ended = [(run, "DOP853") for run in made if run is not None]
         return ended if len(ended) == len(_WIDER_TOLERANCES) else []
 
     def doubles(self, number: int) -> Iterator[_Ended]:
-        """So many runs in doubles by different methods, fewer where they do not end."""
+        """Yield ``number`` runs in doubles by different methods, fewer if they do not end."""
         for name in self._methods():
             if number == 0:
                 return
             implicit = INTEGRATORS[name].implicit
-            run = self._run(name, self._problem, self._found, _TOLERANCES[implicit])
+            run = self._run(name, self._problem, self._coarse, _TOLERANCES[implicit])
             if run is not None:
                 number -= 1
                 yield run, name
 
     def _methods(self) -> Sequence[str]:
-        if not self._found.stiff:
+        if not self._coarse.stiff:
             return ("Gauss16", "DOP853")
         projects = projection(self._problem.rhs) is not None
         return ("DOP853", "Radau", "BDF" if projects else "LSODA")
 
     def _run(
-        self, name: str, problem: InitialValueProblem, found: CoarseResult, tolerance: float
+        self, name: str, problem: InitialValueProblem, coarse: CoarseResult, tolerance: float
     ) -> Run | None:
-        """A run that reached the end, or None."""
-        absolute = np.maximum(tolerance * found.scales[-1], _noise(problem, found) + LEAST)
-        control = Control(np.zeros_like(absolute), absolute, found.first_step, problem.longest_step)
-        run = Run(INTEGRATORS[name], problem, control)
+        """Return a run that reached the end, or None."""
+        absolute = np.maximum(tolerance * coarse.scales[-1], _noise(problem, coarse) + LEAST)
+        steps = coarse.first_step, problem.longest_step
+        run = Run(INTEGRATORS[name], problem, Control(np.zeros_like(absolute), absolute, *steps))
         watch = Watch(RunProgress(self._progress), Deadline.after(self._budget))
         try:
             while run.go(len(problem.times)):
@@ -209,24 +240,27 @@ class _Makers:
         return run
 
 
-def _noise(problem: InitialValueProblem, found: CoarseResult) -> Array:
-    """Bound the accuracy of steps from below: the effect of the last place of each number of the
-    start on a step, and the rounding of coordinates that are large beside their scales."""
+def _noise(problem: InitialValueProblem, coarse: CoarseResult) -> Array:
+    """Bound the accuracy of steps from below, in units of coordinates and velocities, shape (2n,).
+
+    It is the larger of two: the effect of the last place of each number of the start on a step,
+    and the rounding of coordinates that are large beside their scales.
+    """
     y0, t0, n = problem.y0, problem.start, len(problem.kinds)
-    last_places, h = ulps(y0), _PER_STEP * problem.span / found.evaluations
+    last_places, h = ulps(y0), _PER_STEP * problem.span / coarse.evaluations
     moved = [
         np.abs(problem.rhs(t0, y0 + row) - problem.rhs(t0, y0)) for row in np.diag(last_places)
     ]
     of_start = h * np.sum(moved, axis=0)
     of_start = np.where(np.isfinite(of_start), of_start, 0.0)
     finer = problem.epsilon / float(np.finfo(float).eps)
-    noise = np.maximum(found.noise_so_far(len(found.scales)), finer * of_start)
+    noise = np.maximum(coarse.noise_so_far(len(coarse.scales)), finer * of_start)
     noise[:n] = np.maximum(noise[:n], finer * last_places[:n])
     return np.asarray(_NOISE_PART * noise)
 
 
 def _compared(problem: InitialValueProblem, best: Run, second: Run, method: str) -> Reference:
-    """The first of two runs, whose error is what lies between them."""
+    """Make a reference of the first of two runs; its error is estimated by their distance."""
     motion = motion_of(best)
     scales = running_scales(problem, best.states)[-1]
     ratios = _WEIGHT * errors(problem, scales, motion, motion_of(second))
@@ -238,7 +272,7 @@ def _compared(problem: InitialValueProblem, best: Run, second: Run, method: str)
 def _require(
     problem: InitialValueProblem, ended: Sequence[Run], makers: _Makers, number: int
 ) -> None:
-    """Refuse where fewer runs than needed reached the end, or what follows is not determined."""
+    """Refuse if fewer runs than needed reached the end, or impacts accumulate before it."""
     bounces = min((first_zeno_time(run.switches) for run in ended), default=math.inf)
     if bounces < problem.until:
         raise _refused(
@@ -258,7 +292,7 @@ def _require(
 
 
 def _require_agreement(problem: InitialValueProblem, ratios: Array, most: float) -> None:
-    """Refuse where runs of highest accuracy part."""
+    """Refuse if runs of highest accuracy are farther apart than ``most``, relative to scales."""
     if len(ratios) == len(problem.times) and ratios[-1] <= most:
         return
     what = f"differ by {ratios[-1]:.1e} of the scales at the end"
@@ -272,13 +306,13 @@ def _require_agreement(problem: InitialValueProblem, ratios: Array, most: float)
 
 
 def _before(problem: InitialValueProblem, end: float) -> Array:
-    """Nothing clearly before an end, infinity from there on."""
+    """Return 0 for samples clearly before an end, infinity for those from there on."""
     clear = problem.start + _CLEAR * (end - problem.start)
     return np.where(problem.times[:] < clear, 0.0, np.inf)
 
 
 def _until(problem: InitialValueProblem, ratios: Array) -> str:
-    """An end that has a reference, as an option; nothing where there is none."""
+    """Suggest an end that has a reference, as an option; empty if there is none."""
     good = problem.times[: len(ratios)][ratios <= _SUGGESTED]
     if len(good) < 2:
         return ""
@@ -288,7 +322,7 @@ def _until(problem: InitialValueProblem, ratios: Array) -> str:
 
 
 def no_time() -> AccuracyError:
-    """The refusal where the budget is too small for anything."""
+    """Return the refusal of a budget that is too small for any reference."""
     return _refused(
         "no reference: runs of highest accuracy do not end within the budget", "--budget 60"
     )

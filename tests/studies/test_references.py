@@ -22,7 +22,7 @@ from tests.studies.trade_systems import (
     OSCILLATOR,
     RUNAWAY,
     model,
-    problem_and_pilot,
+    problem_and_coarse_run,
 )
 
 
@@ -118,9 +118,9 @@ def test_velocities_beside_a_jump_do_not_count_but_its_time_does():
 
 
 def test_a_reference_is_within_its_error_of_the_closed_form(oscillator):
-    _, _, problem, found = problem_and_pilot(oscillator)
+    _, _, problem, coarse = problem_and_coarse_run(oscillator)
     with np.errstate(all="ignore"):
-        known = reference(problem, found, 30.0)
+        known = reference(problem, coarse, 30.0)
     t = problem.times
     off = np.abs(known.motion.states - np.column_stack([np.cos(t), -np.sin(t)])) / known.scales
     assert off.max() <= known.error + 2 * np.finfo(float).eps
@@ -190,7 +190,7 @@ def test_no_time_for_a_reference_is_a_refusal(oscillator):
 
 
 def test_scales_of_a_reference_are_those_of_the_promise(oscillator):
-    _, _, problem, coarse = problem_and_pilot(oscillator)
+    _, _, problem, coarse = problem_and_coarse_run(oscillator)
     with np.errstate(all="ignore"):
         known = reference(problem, coarse, 30.0)
     assert known.scales.tolist() == running_scales(problem, known.motion.states)[-1].tolist()

@@ -27,7 +27,7 @@ from tests.studies.trade_systems import (
     ROD,
     made,
     model,
-    problem_and_pilot,
+    problem_and_coarse_run,
 )
 
 
@@ -131,10 +131,10 @@ def test_it_is_the_same_again_but_for_the_time(oscillator):
 
 
 def test_a_run_beyond_the_budget_is_given_up_with_its_count(oscillator):
-    request, functions, problem, found = problem_and_pilot(oscillator)
+    request, functions, problem, coarse = problem_and_coarse_run(oscillator)
     with np.errstate(all="ignore"):
-        known = reference(problem, found, 30.0)
-        bench = Bench(oscillator, functions, problem, request, found, known, -1.0)
+        known = reference(problem, coarse, 30.0)
+        bench = Bench(oscillator, functions, problem, request, coarse, known, -1.0)
         point = bench.explore(Setting("RK45", rtol=1e-9))
     assert point.outcome == "given_up"
     assert point.error is None
@@ -170,10 +170,10 @@ def test_the_end_of_a_method_is_where_it_gets_no_better():
 
 
 def test_ladders_go_from_coarse_to_fine(oscillator):
-    request, functions, problem, found = problem_and_pilot(oscillator)
+    request, functions, problem, coarse = problem_and_coarse_run(oscillator)
     with np.errstate(all="ignore"):
-        known = reference(problem, found, 30.0)
-    bench = Bench(oscillator, functions, problem, request, found, known, 1.0)
+        known = reference(problem, coarse, 30.0)
+    bench = Bench(oscillator, functions, problem, request, coarse, known, 1.0)
     for name, method in INSTALLED.items():
         settings = list(ladder(bench, name))
         given_values = [s.rtol if method.adaptive else s.step for s in settings]
@@ -223,7 +223,7 @@ def test_constraints_beside_coordinates_are_measured_like_closed_ones():
     assert rod.formulation == "multiplier"
     found = trade(rod, methods=["DOP853", "RK4"], repeat=1)
     exact = simulate(minimal, accuracy=1e-12)
-    _, _, problem, coarse = problem_and_pilot(rod)
+    _, _, problem, coarse = problem_and_coarse_run(rod)
     with np.errstate(all="ignore"):
         states = reference(problem, coarse, 30.0).motion.states
     assert np.abs(states[:, 0] - exact.columns["x"]).max() < 1e-11
@@ -244,8 +244,8 @@ def test_methods_that_cannot_project_or_stop_at_events_are_left_out():
 
 @pytest.mark.slow
 def test_the_bounces_of_a_ball_are_those_of_the_closed_form():
-    of = model(BALL)
-    _, _, problem, coarse = problem_and_pilot(of)
+    ball = model(BALL)
+    _, _, problem, coarse = problem_and_coarse_run(ball)
     with np.errstate(all="ignore"):
         known = reference(problem, coarse, 30.0)
     # Falls for 1 s; flights last 2 e^k s.
@@ -254,7 +254,7 @@ def test_the_bounces_of_a_ball_are_those_of_the_closed_form():
         end += 2 * 0.5 ** len(expected)
         expected.append(end)
     assert [s.t for s in known.motion.switches] == pytest.approx(expected, abs=1e-12)
-    found = trade(of, methods=["DOP853", "auto"], repeat=1)
+    found = trade(ball, methods=["DOP853", "auto"], repeat=1)
     assert all(p.error < 1e-9 for p in found.points)
     assert found.points[0].drift < 1e-12
 

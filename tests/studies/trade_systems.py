@@ -82,10 +82,10 @@ def model(scene, form=""):
     return model_of(loads(scene.replace("FORM", form)).derive().equations)
 
 
-def problem_and_pilot(of):
-    request = resolve(of, SimulationOptions(method="DOP853", rtol=1e-6))
-    functions = right_hand_side(of)
-    problem = problem_of(of, request, functions)
+def problem_and_coarse_run(system):
+    request = resolve(system, SimulationOptions(method="DOP853", rtol=1e-6))
+    functions = right_hand_side(system)
+    problem = problem_of(system, request, functions)
     with np.errstate(all="ignore"):
         return request, functions, problem, coarse_result(problem, 1e-9, Watch())
 

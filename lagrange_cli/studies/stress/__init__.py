@@ -1,6 +1,6 @@
-"""A scene at its extremes: where results hold, are refused, or degrade.
+"""A scene at its extremes: which results hold, are refused, or degrade.
 
-A scene goes in; points at extreme values come out, each with what became of it. Read
+A scene goes in; points at extreme values come out, each with its outcome. Read
 :mod:`.measure` first.
 """
 

@@ -1,8 +1,8 @@
-"""A scene at its extremes: where results hold, are refused, or degrade.
+"""Push a scene to its extremes, and count which results hold, are refused, or degrade.
 
-Every point is simulated as ``lagrange simulate`` would with its values, and what is kept is
-compared with a :mod:`reference <.reference>` of much higher accuracy, by other methods and in
-wider arithmetic, else with another formulation.
+Every point is simulated as ``lagrange simulate`` would with its values. Its trajectory is compared
+with a :mod:`reference <.reference>` of much higher accuracy, by other methods and in wider
+arithmetic, else with another formulation.
 """
 
 from __future__ import annotations
@@ -22,9 +22,18 @@ from lagrange_cli.studies.stress.runs import StressRun, StressTask, run_point
 
 @dataclass(frozen=True)
 class Stress:
-    """Results of the points of a scene, in the order of the axes.
+    """Results of the points of a scene.
 
-    ``left_out``: axes of which the scene has no points.
+    Attributes
+    ----------
+    name
+        Name of the scene.
+    runs
+        Results in the order of the axes.
+    left_out
+        Axes of which the scene has no points.
+    budget
+        Seconds that the run of a point was allowed.
     """
 
     name: str
@@ -34,8 +43,8 @@ class Stress:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Count each outcome; ``unchecked``: those that could be compared with nothing,
-        ``underestimated``: whose error is larger than its estimate."""
+        """Count each outcome, beside them runs that could be compared with nothing (``unchecked``)
+        and those whose error is larger than its estimate (``underestimated``)."""
         outcomes = Counter(run.outcome for run in self.runs)
         return {
             "runs": len(self.runs),
@@ -66,12 +75,12 @@ def stress(
     axes
         Names of :data:`~.points.STRESS_AXES`; by default all.
     accuracy
-        What each point is asked for; by default the scene's.
+        Accuracy that each point is asked for; by default the scene's.
     budget
         Seconds that the run of a point may take; each run of its reference may take twice as
         long.
     jobs
-        How many points at a time, see :func:`.simulate.parallel.in_any_order`.
+        Number of points at a time, see :func:`.simulate.parallel.in_any_order`.
     progress
         Called with a fraction from 0 to 1 that never falls.
 
@@ -91,11 +100,11 @@ def stress(
         runs.append(run)
         if progress is not None:
             progress(len(runs) / len(tasks))
-    there = {point.axis for point in points}
+    with_points = {point.axis for point in points}
     return Stress(
         ground.model.name,
         tuple(sorted(runs, key=lambda run: run.number)),
-        tuple(axis for axis in axes or STRESS_AXES if axis not in there),
+        tuple(axis for axis in axes or STRESS_AXES if axis not in with_points),
         budget,
     )
 
@@ -111,11 +120,11 @@ def _require_known(axis: str) -> None:
 def _ground(recipe: Recipe) -> Ground:
     """Gather the numbers of a scene that the axes start from."""
     scene, model = recipe.scene(), recipe.model(MemberValues())
-    given, start = numeric_values(scene)
+    parameters, start = numeric_values(scene)
     return Ground(
         scene,
         model,
-        {name: x for name, x in given.items() if x is not None},
+        {name: x for name, x in parameters.items() if x is not None},
         {name: x for name, x in start.items() if x is not None},
         dimensions(scene),
     )

@@ -1,9 +1,9 @@
 """Extreme points of a scene: parameters, start, end and accuracy.
 
-What a parameter is follows from its dimension (:mod:`lagrange_cli.scene.dimensions`). An axis is
-a function of a scene's :class:`Ground` that yields points; to add one, write the function and
-list it in :data:`STRESS_AXES`. The first line of its docstring says what it sets, the second
-what the ``value`` of its points is.
+The dimension of a parameter tells its kind (:mod:`lagrange_cli.scene.dimensions`). An axis is a
+function of a scene's :class:`Ground` that yields points; to add one, write the function and list it
+in :data:`STRESS_AXES`. The first line of its docstring says what it sets, the second what the
+``value`` of its points is. Values along the axes are set by hand.
 """
 
 from __future__ import annotations
@@ -29,15 +29,25 @@ if TYPE_CHECKING:
 #: Most parameters, or coordinates, of one kind that an axis goes through.
 _MOST_OF_A_KIND = 3
 
-_RATIOS = (1e-12, 1e-9, 1e-6, 1e6, 1e9, 1e12)
-_LENGTHS = (1e-6, 1e-3, 1e3, 1e6)
+#: One mass over the largest other one.
+_MASS_RATIOS = (1e-12, 1e-9, 1e-6, 1e6, 1e9, 1e12)
+#: One length over the largest other one.
+_LENGTH_RATIOS = (1e-6, 1e-3, 1e3, 1e6)
+#: Factors of stiffnesses.
 _STIFFNESSES = (1e3, 1e6, 1e9, 1e12)
-_OTHERS = (1e-6, 1e6)
+#: Factors of parameters of any other kind.
+_FACTORS = (1e-6, 1e6)
+#: Factors of all velocities of the start.
 _SPEEDS = (0.0, 1e-6, 1e-3, 1e3)
+#: Factors of the simulated time.
 _DURATIONS = (10.0, 100.0)
+#: Sizes of an angle, in radians.
 _ANGLES = (1e2, 1e4, 1e8, 1e12)
+#: Distances of an angle from π, in radians.
 _DISTANCES = (1e-3, 1e-6, 1e-9, 1e-12)
+#: Distances of a coordinate from a singular configuration, in its unit.
 _NEAR = (0.0, 1e-12, 1e-6)
+#: Accuracies that are asked for, relative to scales.
 _ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12, 1e-15)
 
 #: Units of mass, length and time: powers of two, then those of atoms and of galaxies.
@@ -49,20 +59,31 @@ _UNITS: tuple[Mapping[Base, float], ...] = (
     {"mass": 1e30, "length": 1e16},
 )
 
-#: Random points: by so many powers of ten parameters change at most.
+#: Random points: powers of ten by which parameters change at most.
 _DECADES = (1, 2, 3, 4, 5, 6)
 
-#: A factor that is this small vanishes.
+#: Factors of a chart that are smaller vanish.
 _VANISHES = 1e-9
 
 
 @dataclass(frozen=True)
 class StressPoint:
-    """One extreme: ``value`` on its axis, and what makes it.
+    """One extreme of a scene, and the options that make it.
 
-    ``parameters`` and ``initial`` map names to texts as options take them; ``until`` (a text)
-    and ``accuracy`` are None where the scene's hold. ``scaled``: factors of mass, length and
-    time where the motion is that of the scene in other units.
+    Attributes
+    ----------
+    axis
+        Name of its axis.
+    value
+        Its place on the axis, in the axis's unit.
+    parameters, initial
+        Name → text, as ``--param`` and ``--initial`` take them.
+    until
+        End of the motion as a text; None for the scene's.
+    accuracy
+        Accuracy to ask for, relative to scales; None for the scene's.
+    scaled
+        Base dimension → factor, if this is the scene's own motion in other units; else None.
     """
 
     axis: str
@@ -76,10 +97,20 @@ class StressPoint:
 
 @dataclass(frozen=True)
 class Ground:
-    """Start of the axes: a scene, its model, and the numbers it gives.
+    """The start of all axes.
 
-    ``parameters``: those with a number of their own; ``initial``: values by name, ``dot(NAME)``
-    for velocities.
+    Attributes
+    ----------
+    scene
+        The scene, with the values that options give.
+    model
+        Its model.
+    parameters
+        Name → value of parameters that have a number.
+    initial
+        Name → initial value, ``dot(NAME)`` for velocities.
+    dimensions
+        Those of all names of the scene.
     """
 
     scene: Scene
@@ -89,55 +120,52 @@ class Ground:
     dimensions: Dimensions
 
     def alike(self, mass: int, length: int, time: int) -> list[str]:
-        """Parameters of a dimension that are not 0, the first few."""
+        """The first parameters of a dimension that are not 0; none if dimensions are unclear."""
         wanted = tuple(map(Fraction, (mass, length, time)))
         if not self.dimensions.complete:
             return []
-        found = [name for name, x in self.parameters.items() if x and self.of(name) == wanted]
-        return found[:_MOST_OF_A_KIND]
+        names = [name for name, x in self.parameters.items() if x and self.of(name) == wanted]
+        return names[:_MOST_OF_A_KIND]
 
     def of(self, name: str) -> tuple[Fraction, ...]:
         return self.dimensions.of(name)
 
     @cached_property
     def angles(self) -> list[str]:
-        """Angles among the coordinates that the scene starts from."""
+        """The first angles among the coordinates that the scene gives an initial value."""
         kinds = zip(self.model.coordinates, self.model.kinds, strict=True)
-        found = [name for name, kind in kinds if kind == "angle" and name in self.initial]
-        return found[:_MOST_OF_A_KIND]
+        names = [name for name, kind in kinds if kind == "angle" and name in self.initial]
+        return names[:_MOST_OF_A_KIND]
 
     def felt(self, name: str) -> bool:
-        """Tell whether accelerations at the start depend on a coordinate, if that is known."""
+        """Say whether accelerations at the start depend on a coordinate; True with recordings."""
         model, start = self.model, self.model.initial
         if start is None or model.recordings:
             return start is not None
         function, k = functions_of(model.code.python)["rhs"], model.coordinates.index(name)
-        numbers, t = _given(model), model.defaults.start
+        numbers, t = _numbers(model), model.defaults.start
         moved = [*start[:k], start[k] + 1.0, *start[k + 1 :]]
-        here, there = (
-            function(t, list(start), numbers),
-            function(t, moved, numbers),
-        )
+        here, there = (function(t, state, numbers) for state in (list(start), moved))
         return not np.array_equal(here, there, equal_nan=True)
 
     @property
     def speeds(self) -> dict[str, float]:
-        """Velocities of the start that are not 0."""
+        """Name → velocity of the start, without those that are 0."""
         return {name: v for name, v in self.initial.items() if name.startswith("dot(") and v}
 
     @property
     def at_rest(self) -> dict[str, str]:
-        """The start without its velocities."""
+        """Initial values that set all velocities of the start to 0."""
         return dict.fromkeys(self.speeds, "0")
 
 
-def _given(model: Model) -> list[float]:
-    """Parameters, and contacts that are open."""
+def _numbers(model: Model) -> list[float]:
+    """Return the numbers that compiled functions take: parameters, and open contacts."""
     return list(map(float, parameter_values(model)))
 
 
 def points_of(ground: Ground, axes: Sequence[str] | None = None) -> list[StressPoint]:
-    """The points of some axes, by default of all."""
+    """Return the points of some axes, by default of all."""
     return [point for axis in axes or STRESS_AXES for point in STRESS_AXES[axis](ground)]
 
 
@@ -150,8 +178,8 @@ def _mass_ratio(ground: Ground) -> Iterator[StressPoint]:
     the ratio"""
     masses = ground.alike(1, 0, 0)
     for name in masses if len(masses) > 1 else ():
-        other = max(abs(ground.parameters[m]) for m in masses if m != name)
-        yield from (_changed("mass_ratio", name, x, x * other) for x in _RATIOS)
+        largest = max(abs(ground.parameters[m]) for m in masses if m != name)
+        yield from (_changed("mass_ratio", name, x, x * largest) for x in _MASS_RATIOS)
 
 
 def _length_ratio(ground: Ground) -> Iterator[StressPoint]:
@@ -159,8 +187,8 @@ def _length_ratio(ground: Ground) -> Iterator[StressPoint]:
     the ratio"""
     lengths = ground.alike(0, 1, 0)
     for name in lengths if len(lengths) > 1 else ():
-        other = max(abs(ground.parameters[m]) for m in lengths if m != name)
-        yield from (_changed("length_ratio", name, x, x * other) for x in _LENGTHS)
+        largest = max(abs(ground.parameters[m]) for m in lengths if m != name)
+        yield from (_changed("length_ratio", name, x, x * largest) for x in _LENGTH_RATIOS)
 
 
 def _stiffness(ground: Ground) -> Iterator[StressPoint]:
@@ -180,7 +208,7 @@ def _parameter(ground: Ground) -> Iterator[StressPoint]:
     others = [name for name, x in ground.parameters.items() if x and name not in known]
     for name in others[:_MOST_OF_A_KIND]:
         number = ground.parameters[name]
-        yield from (_changed("parameter", name, x, x * number) for x in _OTHERS)
+        yield from (_changed("parameter", name, x, x * number) for x in _FACTORS)
 
 
 def _degenerate(ground: Ground) -> Iterator[StressPoint]:
@@ -229,17 +257,17 @@ def _chart(ground: Ground) -> Iterator[StressPoint]:
 
 
 def _vanishing(ground: Ground) -> Iterator[tuple[str, float]]:
-    """Values of one coordinate of the start at which a chart is singular."""
+    """Yield values of one coordinate of the start at which a chart is singular."""
     model, start = ground.model, ground.model.initial
     if start is None:
         return
     function = functions_of(model.code.singular)["outputs"]
-    numbers = _given(model)
+    numbers = _numbers(model)
     for k, (name, kind) in enumerate(zip(model.coordinates, model.kinds, strict=True)):
         for number in (0.0, math.pi / 2, math.pi) if kind == "angle" else (0.0,):
             state = [*start[:k], number, *start[k + 1 :]]
-            found = function(model.defaults.start, state, numbers)
-            if name in ground.initial and any(abs(x) < _VANISHES for x in found):
+            factors = function(model.defaults.start, state, numbers)
+            if name in ground.initial and any(abs(x) < _VANISHES for x in factors):
                 yield name, number
 
 
@@ -275,7 +303,7 @@ def _units(ground: Ground) -> Iterator[StressPoint]:
     """The same motion in other units of mass, length and time.
     the factor of lengths, or of what else is scaled"""
     known, defaults = ground.dimensions.exponents, ground.model.defaults
-    # What cannot be given as an option stays in the scene's units.
+    # Options cannot change these, so they would stay in the scene's units.
     if defaults.until is None or ground.scene.near or defaults.start or defaults.step:
         return
     for factors in _UNITS:

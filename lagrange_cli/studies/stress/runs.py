@@ -1,4 +1,4 @@
-"""One extreme point: what ``simulate`` makes of it, and whether that is right."""
+"""Simulate one extreme point, and judge the result by a reference."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from lagrange_cli.simulate.system.functions import right_hand_side
 from lagrange_cli.studies.reference import Motion, errors, reference
 from lagrange_cli.studies.stress.points import StressPoint
 
-#: Budgets of a point that each run of its reference may take: of one for all that is kept, and
-#: of those for parts of it where there is none.
+#: Part of a trajectory → seconds that each run of a reference for it may take, in budgets of a
+#: point. The parts are tried in turn until one has a reference. Set by hand.
 _PATIENCE = {1.0: 2.0, 0.5: 1.0, 0.1: 0.5}
 
-#: How much finer the accuracy of another formulation is that is compared with.
+#: Accuracy that is asked for over that of the other formulation that it is compared with.
 _FINER = 10.0
 
 _Outcome = Literal["holds", "degraded", "refused", "wrong"]
@@ -37,7 +37,21 @@ _Outcome = Literal["holds", "degraded", "refused", "wrong"]
 
 @dataclass(frozen=True)
 class StressTask:
-    """A point of a scene; ``number`` is its place among others, ``budget`` seconds of a run."""
+    """A point of a scene that is to be run.
+
+    Attributes
+    ----------
+    number
+        Its place among all points, from 0.
+    recipe
+        Makes models of the scene.
+    point
+        The point.
+    accuracy
+        Accuracy to ask for, relative to scales, unless the point has one; None for the scene's.
+    budget
+        Seconds that its run may take.
+    """
 
     number: int
     recipe: Recipe
@@ -48,13 +62,29 @@ class StressTask:
 
 @dataclass(frozen=True)
 class StressRun:
-    """Result of a point.
+    """Result of a point. All errors are relative to scales.
 
-    ``outcome``: it ``holds`` to the end as promised; it is ``degraded``, the promise holding
-    for a part; it is ``refused``, nothing being promised; or it is ``wrong``: what is promised
-    is not so. ``error`` is measured against ``reference`` (in words), None where there is
-    none; ``own`` of it may be the reference's. ``estimated`` is the program's estimate;
-    the promise holds until ``holds_until``.
+    Attributes
+    ----------
+    number, point
+        Its place among all points, and the point itself.
+    outcome
+        It ``holds`` to the end as promised; it is ``degraded``: the promise holds for a part; it is
+        ``refused``: nothing is promised; or it is ``wrong``: the promise is broken.
+    requested
+        Accuracy that was promised; None if there was nothing to promise.
+    error
+        Distance from the reference; None if there is no reference.
+    estimated
+        The program's own estimate of the error; None if there is none.
+    holds_until
+        Time until which the promise holds.
+    uncertainty
+        Part of ``error`` that may be the reference's.
+    reason
+        Why it does not hold; empty if it does.
+    reference
+        The reference in words.
     """
 
     number: int
@@ -64,13 +94,13 @@ class StressRun:
     error: float | None = None
     estimated: float | None = None
     holds_until: float | None = None
-    own: float = 0.0
+    uncertainty: float = 0.0
     reason: str = ""
     reference: str = ""
 
     @property
     def checked(self) -> bool:
-        """True if there was something to compare with, or nothing was promised."""
+        """True if there was a reference, or nothing was promised."""
         return self.outcome == "refused" or self.error is not None
 
     @property
@@ -78,17 +108,26 @@ class StressRun:
         """True if the error is larger than its estimate."""
         if self.error is None or self.estimated is None:
             return False
-        return self.error - self.own > self.estimated
+        return self.error - self.uncertainty > self.estimated
 
 
 class _Compared(NamedTuple):
-    """The error of what is kept, how much of that may be the reference's, and what it is.
+    """A trajectory beside its reference; all errors are relative to scales.
 
-    ``doubt``: how far a run by another method is from the reference.
+    Attributes
+    ----------
+    error
+        Distance of the two.
+    uncertainty
+        Part of it that may be the reference's.
+    reference
+        The reference in words.
+    doubt
+        Distance of another method's run from the reference; 0 if there was none.
     """
 
     error: float
-    own: float
+    uncertainty: float
     reference: str
     doubt: float = 0.0
 
@@ -96,36 +135,36 @@ class _Compared(NamedTuple):
 class _Forms:
     """The models of a point: that of the scene's formulation, and the one with multipliers."""
 
-    def __init__(self, recipe: Recipe, own: MemberValues) -> None:
-        self.first = recipe.model(own)
-        self._recipe, self._own = recipe, own
+    def __init__(self, recipe: Recipe, values: MemberValues) -> None:
+        self.first = recipe.model(values)
+        self._recipe, self._values = recipe, values
 
-    def _other(self) -> Model:
-        return self._recipe.model(self._own, "multiplier")
+    def _with_multipliers(self) -> Model:
+        return self._recipe.model(self._values, "multiplier")
 
     def simulated(self, options: SimulationOptions) -> Trajectory:
-        """Run ``simulate`` on it; compiling does not count to the budget."""
+        """Simulate the point; compiling does not count to the budget."""
         context = RunContext(right_hand_side(self.first))
-        other = multiplier_form(self.first, self._recipe.formulation, self._other)
-        return simulate_past_singularities(self.first, options, other, context)
+        other_form = multiplier_form(self.first, self._recipe.formulation, self._with_multipliers)
+        return simulate_past_singularities(self.first, options, other_form, context)
 
     def of(self, formulation: str) -> Model:
-        """The one that ran."""
-        return self.first if formulation == self.first.formulation else self._other()
+        """Return the model of a formulation."""
+        return self.first if formulation == self.first.formulation else self._with_multipliers()
 
     def but(self, formulation: str) -> Model | None:
-        """One of another formulation, None where there is none."""
+        """Return the model of another formulation; None if there is none."""
         if formulation != self.first.formulation:
             return None
         try:
-            found = self._other()
+            model = self._with_multipliers()
         except InputError:
             return None
-        return found if found.formulation != formulation else None
+        return model if model.formulation != formulation else None
 
 
 def run_point(task: StressTask) -> StressRun:
-    """Simulate a point as the command does, and compare with a reference."""
+    """Simulate a point as the command does, and compare it with a reference."""
     point = task.point
     values, recipe = MemberValues(point.parameters, point.initial), _recipe(task)
     accuracy = point.accuracy or task.accuracy
@@ -147,69 +186,69 @@ def _recipe(task: StressTask) -> Recipe:
     return replace(task.recipe, times={**task.recipe.times, "until": until})
 
 
-def _judged(task: StressTask, found: Trajectory, compared: _Compared | None) -> StressRun:
-    """The outcome, and what it rests on."""
-    promised = found.requested or 0.0
-    outcome: _Outcome = "holds" if found.status == "ok" else "degraded"
+def _judged(task: StressTask, trajectory: Trajectory, compared: _Compared | None) -> StressRun:
+    """Judge the outcome; ``compared`` is None if there is no reference."""
+    promised = trajectory.requested or 0.0
+    outcome: _Outcome = "holds" if trajectory.status == "ok" else "degraded"
     run = StressRun(
         task.number,
         task.point,
         outcome,
-        found.requested,
-        estimated=found.estimated,
-        holds_until=found.holds_until,
-        reason=found.reason,
+        trajectory.requested,
+        estimated=trajectory.estimated,
+        holds_until=trajectory.holds_until,
+        reason=trajectory.reason,
     )
     if compared is None:
         return replace(run, reference="none")
-    run = replace(run, reference=compared.reference)
-    if compared.error - compared.own > promised:
-        # Where another method is as far from the reference it may be that which is wrong.
-        if compared.error - compared.doubt > promised:
-            return replace(run, outcome="wrong", error=compared.error, own=compared.own)
-        return replace(run, reference=f"none: other methods are not as {compared.reference}")
-    if compared.own > promised:
-        return replace(run, reference=f"none: {compared.reference} is good to {compared.own:.0e}")
-    return replace(run, error=compared.error, own=compared.own)
+    error, uncertainty, name, doubt = compared
+    if error - uncertainty > promised:
+        # If another method is as far from the reference, the reference may be wrong.
+        if error - doubt <= promised:
+            return replace(run, reference=f"none: other methods are not as {name}")
+        run = replace(run, outcome="wrong")
+    elif uncertainty > promised:
+        return replace(run, reference=f"none: {name} is good to {uncertainty:.0e}")
+    return replace(run, error=error, uncertainty=uncertainty, reference=name)
 
 
 # The same motion by other means.
 
 
-def _compared(forms: _Forms, found: Trajectory, budget: float) -> _Compared | None:
-    """The error by the reference, else by another formulation."""
-    model = forms.of(found.formulation)
+def _compared(forms: _Forms, trajectory: Trajectory, budget: float) -> _Compared | None:
+    """Compare with a reference, else with another formulation; None if there is neither."""
+    model = forms.of(trajectory.formulation)
     for part, patience in _PATIENCE.items():
-        times = found.t[: max(2, round(part * len(found.t)))]
+        times = trajectory.t[: max(2, round(part * len(trajectory.t)))]
         with suppress(AccuracyError, StoppedError):
-            return _by_reference(model, found, times, patience * budget)
-    other = forms.but(found.formulation)
-    return None if other is None else _by_formulation(other, found, budget)
+            return _by_reference(model, trajectory, times, patience * budget)
+    other_model = forms.but(trajectory.formulation)
+    return None if other_model is None else _by_formulation(other_model, trajectory, budget)
 
 
-def _by_reference(model: Model, found: Trajectory, times: Array, budget: float) -> _Compared:
-    """The error of the first samples by a solution of much higher accuracy.
+def _by_reference(model: Model, trajectory: Trajectory, times: Array, budget: float) -> _Compared:
+    """Compare the first samples with a solution of much higher accuracy.
 
     Raises
     ------
     AccuracyError, StoppedError
-        There is none.
+        There is no such solution.
     """
     request = resolve(model, SimulationOptions(method="DOP853", rtol=1e-6))
     problem = problem_of(model, replace(request, times=times), right_hand_side(model))
     with np.errstate(all="ignore"):
         coarse = coarse_result(problem, 1e-9, Watch(deadline=Deadline.after(budget)))
         known = reference(problem, coarse, budget)
-        error = errors(problem, known.scales, _motion(model, found, times), known.motion)
-    until = "" if len(times) == len(found.t) else f" until t = {times[-1]:.6g}"
+        error = errors(problem, known.scales, _motion(model, trajectory, times), known.motion)
+    until = "" if len(times) == len(trajectory.t) else f" until t = {times[-1]:.6g}"
     return _Compared(float(error[-1]), known.error, known.method + until, known.difference or 0.0)
 
 
-def _motion(model: Model, found: Trajectory, times: Array) -> Motion:
-    """The first samples of a trajectory in the coordinates of a model, with its events."""
+def _motion(model: Model, trajectory: Trajectory, times: Array) -> Motion:
+    """Return the first samples of a trajectory in a model's coordinates, with its events."""
     names = (*model.coordinates, *(f"dot({name})" for name in model.coordinates))
-    states = np.column_stack([found.columns[name][: len(times)] for name in names])
-    switches = tuple(_switch(model, names, e) for e in found.events if e.t <= times[-1])
+    states = np.column_stack([trajectory.columns[name][: len(times)] for name in names])
+    switches = tuple(_switch(model, names, e) for e in trajectory.events if e.t <= times[-1])
     return Motion(states, switches, float(times[-1]))
 
 
@@ -222,53 +261,53 @@ def _switch(model: Model, names: tuple[str, ...], event: Event) -> ModeChange:
     return ModeChange(event.t, number, cast(ContactEventKind, kind), before, after, flags)
 
 
-def _by_formulation(model: Model, found: Trajectory, budget: float) -> _Compared | None:
-    """The error by the motion in other coordinates, as accurate as it can be had."""
+def _by_formulation(model: Model, trajectory: Trajectory, budget: float) -> _Compared | None:
+    """Compare with the motion in other coordinates; None if the two have no samples in common."""
+    options = SimulationOptions(accuracy=(trajectory.requested or 0.0) / _FINER, budget=budget)
     try:
-        accuracy = (found.requested or 0.0) / _FINER
-        other = simulate_past_singularities(
-            model, SimulationOptions(accuracy=accuracy, budget=budget)
-        )
+        second = simulate_past_singularities(model, options)
     except InputError:
         return None
-    common = min(len(found.t), len(other.t))
-    if common < 2 or found.events or not np.array_equal(found.t[:common], other.t[:common]):
+    common = min(len(trajectory.t), len(second.t))
+    same_times = np.array_equal(trajectory.t[:common], second.t[:common])
+    if common < 2 or trajectory.events or not same_times:
         return None
-    names = [name for name in found.scales if name in other.columns]
     distances = [
-        np.abs(found.columns[name][:common] - other.columns[name][:common]).max() / scale
-        for name, scale in found.scales.items()
-        if name in names
+        np.abs(trajectory.columns[name][:common] - second.columns[name][:common]).max() / scale
+        for name, scale in trajectory.scales.items()
+        if name in second.columns
     ]
-    if not names or np.isnan(distances).any():
+    if not distances or np.isnan(distances).any():
         return None
-    until = "" if common == len(found.t) else f" until t = {found.t[common - 1]:.6g}"
-    said = f"{other.formulation} form{until}"
-    return _Compared(float(max(distances)), other.estimated or 0.0, said)
+    until = "" if common == len(trajectory.t) else f" until t = {trajectory.t[common - 1]:.6g}"
+    said = f"{second.formulation} form{until}"
+    return _Compared(float(max(distances)), second.estimated or 0.0, said)
 
 
 # The same motion in other units.
 
 
-def _with_units(task: StressTask, run: StressRun, found: Trajectory) -> StressRun:
-    """The run beside that in the scene's units, to which it is equal bit by bit where units
-    change by powers of two."""
+def _with_units(task: StressTask, run: StressRun, trajectory: Trajectory) -> StressRun:
+    """Compare a run with that in the scene's units as well.
+
+    If units change by powers of two, the two are equal bit by bit.
+    """
     point, recipe = task.point, task.recipe
     known, factors = dimensions(recipe.scene()), point.scaled or {}
     options = SimulationOptions(accuracy=task.accuracy, budget=task.budget)
     plain = _Forms(recipe, MemberValues()).simulated(options)
-    common = min(len(found.t), len(plain.t))
-    jumps = [np.isin(of.t[:common], of.exempt) for of in (found, plain)]
+    common = min(len(trajectory.t), len(plain.t))
+    jumps = [np.isin(motion.t[:common], motion.exempt) for motion in (trajectory, plain)]
     distance = 0.0
     for name, scale in plain.scales.items():
-        here = found.columns[name][:common] / known.factor(name, factors)
+        here = trajectory.columns[name][:common] / known.factor(name, factors)
         difference = np.abs(here - plain.columns[name][:common])
         if name not in plain.coordinates:
             difference[jumps[0] | jumps[1]] = 0.0
         distance = max(distance, float(difference.max()) / scale)
     powers_of_two = all(math.frexp(x)[0] == 0.5 for x in factors.values())
     said = f"{run.reference}; the scene's units"
-    if powers_of_two and (distance > 0 or len(found.t) != len(plain.t)):
+    if powers_of_two and (distance > 0 or len(trajectory.t) != len(plain.t)):
         reason = f"not bit by bit as in the scene's units, off by {distance:.1e}"
         run = replace(run, reason="; ".join(filter(None, (reason, run.reason))))
     wrong = distance > 2 * (run.requested or 0.0)

@@ -1,9 +1,9 @@
-"""Speed against accuracy, measured: methods × tolerances on one scene and one machine.
+"""Measure speed against accuracy: methods × tolerances on one scene and one machine.
 
-Every run is made once to learn its error, then again and again, all in turn, with everything
-warm and no garbage collected, to learn its seconds. Its error is the largest, over the samples,
-of any coordinate or velocity over its scale, from a :mod:`reference <.reference>` that is
-computed before.
+Every run is made once to learn its error, then repeatedly, in turn with all others, with everything
+warm and no garbage collected, to learn its seconds. Its error is the largest distance of any
+coordinate or velocity, relative to its scale, at any sample, from a :mod:`reference <.reference>`
+that is computed before.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, StoppedError
-from lagrange_cli.simulate.accuracy.method_selection import CoarseResult, coarse_result
+from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.model.model import Model
@@ -30,7 +30,6 @@ from lagrange_cli.simulate.request import (
     require_fit,
     resolve,
 )
-from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.start_checks import require_a_start
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
@@ -48,10 +47,10 @@ from lagrange_cli.studies.tradeoff.runs import (
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
 
-#: Seconds that each run of the reference may take, in budgets of a run.
+#: Seconds that each run of the reference may take, in budgets of a run; set by hand.
 _PATIENCE = 30.0
 
-#: Errors of more than this are of no motion: nothing is cheaper than that.
+#: Largest error on a front, relative to scales: beyond, a run shows nothing of the motion.
 _NOTHING = 1.0
 
 
@@ -65,10 +64,16 @@ class Recommendation:
 
 @dataclass(frozen=True)
 class CostRatios:
-    """Costs of ``auto`` relative to the cheapest runs that are as good; None if unknown.
+    """Costs of a run of ``auto`` relative to the cheapest runs; None if there is none as good.
 
-    ``seconds`` and ``evaluations``: of the cheapest run that is as good as it turned out;
-    ``seconds_needed`` and ``evaluations_needed``: of the cheapest with the accuracy asked for.
+    Attributes
+    ----------
+    point
+        The run of ``auto``.
+    seconds, evaluations
+        Relative to the cheapest run that is as accurate as this one turned out.
+    seconds_needed, evaluations_needed
+        Relative to the cheapest run with the accuracy that was asked for.
     """
 
     point: WorkPrecisionPoint
@@ -82,8 +87,32 @@ class CostRatios:
 class Trade:
     """Speed against accuracy of one scene.
 
-    ``points`` are the runs of methods, ``automatic`` those of ``auto``; ``left_out`` maps
-    methods that cannot run here to the reason.
+    Attributes
+    ----------
+    name
+        Name of the scene.
+    until
+        Time of the last sample.
+    samples
+        Number of samples.
+    formulation
+        Minimal or multiplier form.
+    implementation
+        The code that ran, in words.
+    stiff
+        True if the coarse run found the system stiff.
+    reference
+        The solution that errors are measured from.
+    points
+        Runs of methods.
+    automatic
+        Runs of ``auto``.
+    left_out
+        Method that cannot run here → the reason.
+    repeat
+        Number of times that each run was timed.
+    budget
+        Seconds after which a run was given up.
     """
 
     name: str
@@ -101,15 +130,15 @@ class Trade:
 
     @property
     def recommended(self) -> tuple[Recommendation, ...]:
-        """The fastest run for each accuracy that one reaches, reference's error included."""
-        found = []
+        """The fastest run for each accuracy that one reaches, the reference's error added."""
+        recommendations = []
         for accuracy in ACCURACIES:
             most = accuracy - self.reference.error
             good = [p for p in self.points if p.distance <= most]
             best = cheapest(good, lambda p: p.median, lambda p: p.evaluations)
             if best is not None:
-                found.append(Recommendation(accuracy, best))
-        return tuple(found)
+                recommendations.append(Recommendation(accuracy, best))
+        return tuple(recommendations)
 
 
 def trade(
@@ -131,7 +160,7 @@ def trade(
         Names of :data:`~lagrange_cli.simulate.integrators.INTEGRATORS`, and ``auto``; by
         default all that can run here.
     repeat
-        How often each run is timed.
+        Number of times that each run is timed.
     until
         Time of the last sample; by default the scene's.
     budget
@@ -149,48 +178,59 @@ def trade(
     options = SimulationOptions(until=until, method="DOP853", rtol=1e-6, budget=budget)
     request = resolve(model, options)
     chosen, left_out = _fitting(model, methods)
-    functions = functions or right_hand_side(model, cache)
-    problem = _problem(model, request, functions)
     stages = _Stages(progress)
+    functions = functions or right_hand_side(model, cache)
+    bench = _bench(model, functions, request, budget, stages.part(0.2))
     with np.errstate(all="ignore"):
-        found = _pilot(problem, budget)
-        known = reference(problem, found, _PATIENCE * budget, stages.part(0.2))
-        bench = Bench(model, functions, problem, request, found, known, budget)
         points = _explored(bench, chosen, stages.part(0.5))
         timed = timed_points(bench, points, repeat, stages.part(1.0))
-    own = _with_fronts([p for p in timed if p.setting.method != AUTO])
+    compared = _with_fronts([p for p in timed if p.setting.method != AUTO])
+    automatic = [p for p in timed if p.setting.method == AUTO]
     return Trade(
         name=model.name,
-        until=problem.until,
-        samples=len(problem.times),
+        until=bench.problem.until,
+        samples=len(bench.problem.times),
         formulation=model.formulation,
         implementation=functions.implementation,
-        stiff=found.stiff,
-        reference=known,
-        points=tuple(own),
-        automatic=tuple(_cost_ratios(p, own, known) for p in timed if p.setting.method == AUTO),
+        stiff=bench.coarse.stiff,
+        reference=bench.reference,
+        points=tuple(compared),
+        automatic=tuple(_cost_ratios(p, compared, bench.reference) for p in automatic),
         left_out=left_out,
         repeat=repeat,
         budget=budget,
     )
 
 
-def _problem(model: Model, request: Request, functions: RightHandSide) -> InitialValueProblem:
-    """Make the problem that methods integrate, if they can."""
+def _bench(
+    model: Model,
+    functions: RightHandSide,
+    request: Request,
+    budget: float,
+    progress: Callable[[float], None],
+) -> Bench:
+    """Make the problem that methods integrate, and its coarse run and reference."""
     problem = problem_of(model, request, functions)
     if functions.drive is not None:
         functions.drive.require(problem.start, problem.until)
     require_a_start(model, problem)
-    return problem
+    patience = _PATIENCE * budget
+    with np.errstate(all="ignore"):
+        try:
+            coarse = coarse_result(problem, 1e-9, Watch(deadline=Deadline.after(patience)))
+        except StoppedError:
+            raise no_time() from None
+        known = reference(problem, coarse, patience, progress)
+    return Bench(model, functions, problem, request, coarse, known, budget)
 
 
 def _fitting(model: Model, methods: Sequence[str] | None) -> tuple[list[str], dict[str, str]]:
-    """Methods that can run here, and the reasons why the others cannot.
+    """Return methods that can run here, and the reasons why others cannot.
 
     Raises
     ------
     InputError
-        One that was asked for is unknown or cannot.
+        A method that was asked for is unknown or cannot run here.
     """
     fitting, left_out = [AUTO], {}
     for name, method in INTEGRATORS.items():
@@ -209,7 +249,7 @@ def _fitting(model: Model, methods: Sequence[str] | None) -> tuple[list[str], di
 
 
 class _Stages:
-    """One progress from 0 to 1 made of the progress of parts."""
+    """Makes one progress from 0 to 1 of the progress of parts."""
 
     def __init__(self, progress: Callable[[float], None] | None) -> None:
         self._progress, self._done, self._shown = progress, 0.0, 0.0
@@ -226,20 +266,13 @@ class _Stages:
         return tell
 
 
-def _pilot(problem: InitialValueProblem, budget: float) -> CoarseResult:
-    try:
-        return coarse_result(problem, 1e-9, Watch(deadline=Deadline.after(_PATIENCE * budget)))
-    except StoppedError:
-        raise no_time() from None
-
-
 # Which runs.
 
 
 def _explored(
     bench: Bench, methods: Sequence[str], progress: Callable[[float], None]
 ) -> list[WorkPrecisionPoint]:
-    """Every method from coarse to fine, as far as it gets better and within the budget."""
+    """Run every method from coarse to fine, as long as it gets better and keeps the budget."""
     points: list[WorkPrecisionPoint] = []
     for number, name in enumerate(methods):
         progress(number / len(methods))
@@ -258,7 +291,7 @@ def _explored(
 
 @contextmanager
 def _no_garbage() -> Iterator[None]:
-    """Nothing is collected meanwhile."""
+    """Turn the garbage collector off meanwhile."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -274,7 +307,7 @@ def timed_points(
     repeat: int,
     progress: Callable[[float], None],
 ) -> list[WorkPrecisionPoint]:
-    """The same points with seconds: all runs in turn, and again."""
+    """Measure the seconds of all points, ``repeat`` times each, in turn."""
     seconds: list[list[float]] = [[] for _ in points]
     with _no_garbage():
         for turn in range(repeat):
@@ -290,29 +323,30 @@ def timed_points(
 
 
 def _with_fronts(points: Sequence[WorkPrecisionPoint]) -> list[WorkPrecisionPoint]:
-    """The points that no other one beats, marked."""
-    of = [p.distance if p.distance <= _NOTHING else math.inf for p in points]
-    fast = pareto([(error, p.median) for error, p in zip(of, points, strict=True)])
-    few = pareto([(error, float(p.evaluations)) for error, p in zip(of, points, strict=True)])
+    """Mark the points that no other one beats."""
+    errors = [p.distance if p.distance <= _NOTHING else math.inf for p in points]
+    fast = pareto([(error, p.median) for error, p in zip(errors, points, strict=True)])
+    cheap = pareto([(error, float(p.evaluations)) for error, p in zip(errors, points, strict=True)])
     return [
-        replace(p, pareto=f, pareto_evaluations=w)
-        for p, f, w in zip(points, fast, few, strict=True)
+        replace(p, pareto=on_time, pareto_evaluations=on_work)
+        for p, on_time, on_work in zip(points, fast, cheap, strict=True)
     ]
 
 
 def _cost_ratios(
     point: WorkPrecisionPoint, points: Sequence[WorkPrecisionPoint], known: Reference
 ) -> CostRatios:
-    """A run of ``auto`` beside the cheapest that are as good, as far as errors are resolved."""
+    """Compare a run of ``auto`` with the cheapest as good ones, as far as errors are resolved."""
     if point.error is None or point.setting.accuracy is None:
         return CostRatios(point)
     seconds = [(p.distance, p.median) for p in points]
     evaluations = [(p.distance, float(p.evaluations)) for p in points]
-    own, asked = max(point.error, RESOLVED * known.error), point.setting.accuracy - known.error
+    reached = max(point.error, RESOLVED * known.error)
+    needed = point.setting.accuracy - known.error
     return CostRatios(
         point,
-        cost_ratio(own, point.median, seconds),
-        cost_ratio(own, point.evaluations, evaluations),
-        cost_ratio(asked, point.median, seconds),
-        cost_ratio(asked, point.evaluations, evaluations),
+        cost_ratio(reached, point.median, seconds),
+        cost_ratio(reached, point.evaluations, evaluations),
+        cost_ratio(needed, point.median, seconds),
+        cost_ratio(needed, point.evaluations, evaluations),
     )

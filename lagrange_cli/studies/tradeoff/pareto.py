@@ -8,14 +8,15 @@ from typing import TypeVar
 
 _Run = TypeVar("_Run")
 
-#: Runs whose seconds differ by less than this part are equally fast.
+#: Runs whose seconds differ by less than this part are equally fast; set by hand.
 _EQUALLY_FAST = 0.1
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[bool]:
-    """Which points (error, cost) no other one beats in one of them without loss in the other.
+    """Tell for each point (error, cost) if it is on the front.
 
-    Equal points are on the front together; those that are not finite are not on it.
+    It is if no other point is better in one of the two without being worse in the other. Equal
+    points are on the front together; infinite ones are not on it.
     """
     order = sorted((p, k) for k, p in enumerate(points) if all(map(math.isfinite, p)))
     front = [False] * len(points)
@@ -35,7 +36,7 @@ def cost_ratio(error: float, cost: float, points: Iterable[tuple[float, float]])
 def cheapest(
     runs: Sequence[_Run], seconds: Callable[[_Run], float], evaluations: Callable[[_Run], int]
 ) -> _Run | None:
-    """The fastest run; of those that are as fast but for chance, the one of least work."""
+    """Return the run of least work among those that are as fast as the fastest but for chance."""
     if not runs:
         return None
     least = min(seconds(run) for run in runs)

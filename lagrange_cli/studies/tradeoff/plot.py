@@ -1,4 +1,4 @@
-"""Work–precision pictures, with matplotlib where it is installed."""
+"""Work–precision pictures, by matplotlib if it is installed."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 _MARKERS = "os^vDP*Xph"
 
-#: Errors above which nothing is drawn.
+#: Largest error that is drawn, relative to scales.
 _LARGEST = 1.0
 
 
 def draw_trade(trade: Trade, ending: str) -> bytes:
-    """The picture's bytes: seconds and right-hand sides over the error, with the fronts.
+    """Draw seconds and right-hand sides over the error, with the fronts; return the file's bytes.
 
     Raises
     ------
@@ -62,15 +62,16 @@ def _drawn(point: WorkPrecisionPoint) -> bool:
 
 
 def _lines(axes: Axes, trade: Trade, cost: Callable[[WorkPrecisionPoint], float]) -> None:
-    """A line a method, and what ``auto`` did."""
+    """Draw a line for each method, and crosses for ``auto``."""
     names = dict.fromkeys(p.setting.method for p in trade.points)
     for number, name in enumerate(names):
         mine = [p for p in trade.points if p.setting.method == name and _drawn(p)]
         (line,) = axes.plot([p.distance for p in mine], [cost(p) for p in mine], label=name)
         line.set(marker=_MARKERS[number % len(_MARKERS)], markersize=4, linewidth=1)
-    own = [found.point for found in trade.automatic if _drawn(found.point)]
-    if own:
-        axes.plot([p.distance for p in own], [cost(p) for p in own], "k+", ms=12, label="auto")
+    automatic = [ratios.point for ratios in trade.automatic if _drawn(ratios.point)]
+    if automatic:
+        crosses = [(p.distance, cost(p)) for p in automatic]
+        axes.plot(*zip(*crosses, strict=True), "k+", ms=12, label="auto")
 
 
 def _front(

@@ -1,4 +1,4 @@
-"""Settings of compared runs from coarse to fine, and their results."""
+"""The runs that are compared: their settings from coarse to fine, and their results."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ from lagrange_cli.simulate.verification.contact_history import functions_along
 from lagrange_cli.simulate.verification.disproof import energy_drift
 from lagrange_cli.studies.reference import Motion, Reference, errors, motion_of
 
-#: What ``auto`` is asked for, and runs are recommended for.
+#: Accuracies that ``auto`` is asked for, and that runs are recommended for.
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 
-#: Coarsest tolerance of adaptive methods, 10 to minus this.
+#: Coarsest tolerance of adaptive methods: 10 to minus this.
 _COARSEST = 3
 
-#: Finest tolerance of adaptive methods, 10 to minus this.
+#: Finest tolerance of adaptive methods: 10 to minus this.
 _FINEST = 15
 
-#: Most steps that a method of fixed step is tried with.
+#: Largest number of different steps that a method of fixed step is tried with.
 _MOST_STEPS_TRIED = 30
 
-#: Errors below the reference's times this are not told from it.
+#: Errors below this many of the reference's cannot be told from it; set by hand.
 RESOLVED = 3.0
 
-#: So many runs in a row that are no better than one before are the last ones.
+#: Runs in a row that are no better than one before, after which a method ends; set by hand.
 _STAGNANT = 3
 
-#: Factor of errors by which a run is better.
+#: Largest ratio of the errors of a better run and a worse one; set by hand.
 _BETTER = 0.5
 
-#: Error from which on nothing is known but that it is large.
+#: Error relative to scales from which on runs are not compared: it is only known to be large.
 _LARGE = 0.1
 
-#: Evaluations of the coarse run per step that a method of fixed step begins with.
+#: Evaluations of the coarse run for each step that a method of fixed step begins with.
 _PER_STEP = 16
 
 #: Seconds that ``auto`` may take with its estimate, in budgets of a run.
@@ -64,7 +64,19 @@ _Outcome = Literal["ok", "given_up", "failed"]
 
 @dataclass(frozen=True)
 class Setting:
-    """Setting of a run: a method with its tolerance or step, or ``auto`` with its accuracy."""
+    """Setting of a run: a method with its tolerance or step, or ``auto`` with its accuracy.
+
+    Attributes
+    ----------
+    method
+        Name of the method, or ``auto``.
+    rtol
+        Relative tolerance of an adaptive method, else None.
+    step
+        Step of a method of fixed step in units of time, else None.
+    accuracy
+        Accuracy that ``auto`` is asked for, else None.
+    """
 
     method: str
     rtol: float | None = None
@@ -74,22 +86,40 @@ class Setting:
 
 @dataclass(frozen=True)
 class WorkPrecisionPoint:
-    """One setting and what came of it.
+    """The result of one setting.
 
-    ``error``: largest error over the samples, None where the run did not end; it is
-    ``resolved`` where it can be told from the reference's own. ``seconds`` of each repetition.
-    ``outcome``: ``given_up`` after the budget, ``failed`` for a ``reason``. ``chosen``:
-    the method that ``auto`` took. ``drift``: of the energy, None where none is conserved.
+    Attributes
+    ----------
+    setting
+        The setting.
+    outcome
+        ``ok``, ``given_up`` after the budget, or ``failed``.
+    reason
+        Why the run did not end; empty if it did.
+    error
+        Largest error at any sample, relative to scales; None if the run did not end.
+    resolved
+        True if the error can be told from the reference's own.
+    steps, evaluations
+        Number of steps and of right-hand sides that it took.
+    drift
+        Of the energy; None if no energy is conserved.
+    seconds
+        Wall clock of each repetition.
+    chosen
+        Method that ``auto`` took; None for other runs.
+    pareto, pareto_evaluations
+        True if no other run is more accurate in as little time, or as few right-hand sides.
     """
 
     setting: Setting
     outcome: _Outcome
-    reason: str
-    error: float | None
-    resolved: bool
-    steps: int
-    evaluations: int
-    drift: float | None
+    reason: str = ""
+    error: float | None = None
+    resolved: bool = False
+    steps: int = 0
+    evaluations: int = 0
+    drift: float | None = None
     seconds: tuple[float, ...] = ()
     chosen: str | None = None
     pareto: bool = False
@@ -97,16 +127,17 @@ class WorkPrecisionPoint:
 
     @property
     def distance(self) -> float:
-        """The error, infinite where the run did not end."""
+        """Return the error, infinite if the run did not end."""
         return math.inf if self.error is None else self.error
 
     @property
     def median(self) -> float:
+        """Return the median of the seconds, infinite if the run was not timed."""
         return statistics.median(self.seconds) if self.seconds else math.inf
 
     @property
     def quartiles(self) -> tuple[float, float]:
-        """The first and the third."""
+        """Return the first and the third quartile of the seconds."""
         if len(self.seconds) < 2:
             return self.median, self.median
         first, _, third = statistics.quantiles(self.seconds, n=4, method="inclusive")
@@ -115,31 +146,48 @@ class WorkPrecisionPoint:
 
 @dataclass(frozen=True)
 class Bench:
-    """All that runs have in common."""
+    """Runs the settings of one scene, on one problem.
+
+    Attributes
+    ----------
+    model
+        Model of the scene.
+    functions
+        Its compiled or interpreted functions.
+    problem
+        The problem that methods integrate.
+    request
+        The options that runs of methods share.
+    coarse
+        Scales and steps from a coarse run.
+    reference
+        The solution that errors are measured from.
+    budget
+        Seconds after which a run is given up.
+    """
 
     model: Model
     functions: RightHandSide
     problem: InitialValueProblem
     request: Request
-    found: CoarseResult
+    coarse: CoarseResult
     reference: Reference
     budget: float
 
     def run(self, setting: Setting) -> Run:
-        """A run at its start, exactly that of ``simulate --method``."""
+        """Make a run, not yet begun, exactly that of ``simulate --method``."""
         method = INTEGRATORS[setting.method]
         asked = replace(self.request, method=method, rtol=setting.rtol, step=setting.step)
-        return Run(method, self.problem, control_of(self.problem, asked, self.found))
+        return Run(method, self.problem, control_of(self.problem, asked, self.coarse))
 
     def explore(self, setting: Setting) -> WorkPrecisionPoint:
-        """Run once, within the budget, and look at the error."""
+        """Run once, within the budget, and measure the error."""
         if setting.accuracy is not None:
             return self._explore_auto(setting, setting.accuracy)
         try:
             run = self.run(setting)  # which may import its method first
         except InputError as refusal:
-            reason = refusal.problems[0].message
-            return WorkPrecisionPoint(setting, "failed", reason, None, False, 0, 0, None)
+            return WorkPrecisionPoint(setting, "failed", refusal.problems[0].message)
         deadline = time.perf_counter() + self.budget
         while run.go(len(self.problem.times)):
             if time.perf_counter() > deadline:
@@ -154,8 +202,7 @@ class Bench:
             watch = Watch(deadline=Deadline.after(limit))
             measured = integrate_to_accuracy(self.problem, accuracy, watch)
         except InputError as refusal:
-            reason = refusal.problems[0].message
-            return WorkPrecisionPoint(setting, "failed", reason, None, False, 0, 0, None)
+            return WorkPrecisionPoint(setting, "failed", refusal.problems[0].message)
         if measured.stopped and time.perf_counter() - started < limit:
             raise KeyboardInterrupt
         ended = status(self.problem, measured)
@@ -165,8 +212,7 @@ class Bench:
             reason = (
                 f"t = {last:.9g} reached" if measured.stopped else f"holds until t = {last:.9g}"
             )
-            counts = (None, False, measured.steps, measured.evaluations, None)
-            return WorkPrecisionPoint(setting, outcome, reason, *counts)
+            return _unfinished(setting, outcome, reason, measured)
         motion = Motion(measured.states[:], measured.switches, self.problem.until)
         return replace(self._point(setting, measured, motion), chosen=_taken(measured))
 
@@ -174,9 +220,7 @@ class Bench:
         ratios = errors(self.problem, self.reference.scales, self.reference.motion, motion)
         error = float(ratios[-1])
         if not math.isfinite(error):
-            reason = "other contacts than the reference's"
-            counts = (None, False, measured.steps, measured.evaluations, None)
-            return WorkPrecisionPoint(setting, "failed", reason, *counts)
+            return _unfinished(setting, "failed", "other contacts than the reference's", measured)
         return WorkPrecisionPoint(
             setting,
             "ok",
@@ -208,14 +252,15 @@ def _taken(measured: Measured) -> str:
     return measured.method + (" in long doubles" if measured.wider else "")
 
 
-def _unfinished(setting: Setting, outcome: _Outcome, reason: str, run: Run) -> WorkPrecisionPoint:
-    return WorkPrecisionPoint(
-        setting, outcome, reason, None, False, run.steps, run.evaluations, None
-    )
+def _unfinished(
+    setting: Setting, outcome: _Outcome, reason: str, run: Run | Measured
+) -> WorkPrecisionPoint:
+    steps, evaluations = run.steps, run.evaluations
+    return WorkPrecisionPoint(setting, outcome, reason, steps=steps, evaluations=evaluations)
 
 
 def ladder(bench: Bench, name: str) -> Iterator[Setting]:
-    """Settings of a method from coarse to fine."""
+    """Return the settings of a method from coarse to fine."""
     if name == AUTO:
         return iter([Setting(AUTO, accuracy=eps) for eps in ACCURACIES])
     method = INTEGRATORS[name]
@@ -223,19 +268,19 @@ def ladder(bench: Bench, name: str) -> Iterator[Setting]:
         powers = range(_COARSEST, _FINEST + 1)
         return iter([Setting(name, rtol=float(f"1e-{power}")) for power in powers])
     times = bench.problem.times
-    first = bench.found.evaluations // (_PER_STEP * (len(times) - 1))
+    first = bench.coarse.evaluations // (_PER_STEP * (len(times) - 1))
     parts = _parts(max(first, 1), method)
     return (Setting(name, step=float(times[1] - times[0]) / part) for part in parts)
 
 
 def _parts(first: int, method: type[Integrator]) -> list[int]:
-    """Steps between two samples, so that each makes the error about ten times smaller."""
+    """Numbers of steps between two samples: each makes the error about ten times smaller."""
     factor = 10.0 ** (1.0 / method.order)
     return list(dict.fromkeys(round(first * factor**k) for k in range(_MOST_STEPS_TRIED)))
 
 
 def has_stagnated(points: Sequence[WorkPrecisionPoint]) -> bool:
-    """Tell if finer runs of a method have nothing to add."""
+    """Say whether finer runs of a method have nothing to add."""
     last = points[-1]
     if last.outcome == "given_up" or (last.outcome == "ok" and not last.resolved):
         return True
