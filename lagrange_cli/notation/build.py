@@ -78,9 +78,14 @@ _LONG_INTEGER = 10**6
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """What the symbols of some equations are called and in which order they stand.
+    """Names of the symbols of some equations, and their order.
 
-    ``literals`` maps exact values to decimals as the scene wrote them.
+    Attributes
+    ----------
+    atoms
+        Symbol → its node, which knows its rank.
+    literals
+        Exact value → decimal as the scene wrote it.
     """
 
     atoms: Mapping[sympy.Symbol, DisplaySymbol]
@@ -166,7 +171,16 @@ def _negated(node: DisplayNode) -> DisplayNode:
 class _Factors:
     """A product while it is gathered: sign, number, factors above and below the line.
 
-    Square roots of parameters are gathered apart, since √k/√m is shown as √(k/m).
+    Attributes
+    ----------
+    negative
+        True if the sign is minus.
+    coefficient
+        The number.
+    above, below
+        Factors above and below the line.
+    roots_above, roots_below
+        Radicands of square roots of parameters, kept apart since √k/√m is shown as √(k/m).
     """
 
     negative: bool = False

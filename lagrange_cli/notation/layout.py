@@ -23,9 +23,18 @@ _LEAST_FILLED = 0.2
 class Piece:
     """A part of a formula that is never broken.
 
-    ``separator`` stands before it on the same line, ``lead`` where it begins a
-    line. ``depth`` is that of the break before it (None: no break there).
-    ``width`` is that of separator and text, in the printer's units.
+    Attributes
+    ----------
+    text
+        The part itself.
+    width
+        Width of separator and text, in the printer's units.
+    separator
+        Text before it on the same line.
+    lead
+        Text before it at the beginning of a line.
+    depth
+        Depth of the break before it, None if there can be none.
     """
 
     text: str

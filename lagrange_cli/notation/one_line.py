@@ -1,4 +1,4 @@
-"""Printing a display tree on one line of characters: what text formats share."""
+"""One-line printing of a display tree, shared by all text formats."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class OneLinePrinter(ABC):
 
     @abstractmethod
     def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
-        """Whether the exponent stands at the function's name (``sin²θ``)."""
+        """Tell whether the exponent stands at the function's name (``sin²θ``)."""
 
     @abstractmethod
     def root(self, node: DisplayRoot) -> list[Piece]:
@@ -156,7 +156,7 @@ class OneLinePrinter(ABC):
         return result
 
     def separator(self, before: DisplayNode, after: str) -> str:
-        """What stands between a factor and the text of the next."""
+        """Text between a factor and the next one."""
         return self.times
 
     def factor(self, node: DisplayNode, *, closed: bool) -> list[Piece]:
@@ -226,6 +226,6 @@ class OneLinePrinter(ABC):
 
 
 def _opens(node: DisplayNode | None) -> bool:
-    """Whether a factor begins with a parenthesis, as an argument would."""
+    """Tell whether a factor begins with a parenthesis, as an argument would."""
     base = node.base if isinstance(node, DisplayPower) else node
     return isinstance(base, (DisplaySum, DisplayFraction, DisplayProduct))

@@ -231,7 +231,7 @@ def signed(term: SignedNode) -> DisplayNode:
 
 
 def pivot_is_negative(node: DisplayNode) -> bool:
-    """Whether the term that a reader looks at first has a minus sign.
+    """Tell whether the term that a reader looks at first has a minus sign.
 
     That is the one of the highest level, of those the first in order: in
     ``ω t - φ`` with a coordinate φ, it is φ.

@@ -1,4 +1,4 @@
-"""How a user's name looks: Greek letters, subscripts, dots; in text and in LaTeX.
+"""Typography of a user's names: Greek letters, subscripts, dots; in text and in LaTeX.
 
 Names are split into a base and a subscript (``theta1``, ``theta_1`` and
 ``theta[1]`` are θ with 1). Every name is the user's own: ``lambda``, ``E`` or
@@ -38,7 +38,7 @@ _MULTIPLIER = re.compile(r"lambda\((.+)\)")
 
 
 def multiplier_name(constraint: str) -> str:
-    """What the multiplier of a constraint is called: ``lambda(rod)``.
+    """Name of a constraint's multiplier: ``lambda(rod)``.
 
     No name of a scene holds parentheses, so that none can be meant by it.
     """

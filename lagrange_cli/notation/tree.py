@@ -2,7 +2,7 @@
 
 A tree is ordered and unsigned: signs stand in the terms of sums, numbers are
 not negative, and divisions are fractions. Printers walk it and decide nothing
-about order. Each node carries what ordering needs (:class:`OrderTraits`).
+about order. The ``traits`` of each node are for ordering (:class:`OrderTraits`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 
 class Dependence(IntEnum):
-    """What an expression depends on: the highest of its symbols."""
+    """Dependence of an expression: that of the highest of its symbols."""
 
     NUMBER = 0
     PARAMETER = 1
@@ -25,12 +25,19 @@ class Dependence(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class OrderTraits:
-    """What ordering looks at.
+    """Traits of a node by which it is ordered.
 
-    ``degree`` is the lowest total degree in coordinates and time among its
-    terms; ``functional`` says that a function of them is a factor; ``text`` is
-    a canonical form in which symbols are their ranks, so that comparing texts
-    compares by order of declaration and ties never depend on chance.
+    Attributes
+    ----------
+    level
+        Highest dependence of its symbols.
+    degree
+        Lowest total degree in coordinates and time among its terms.
+    functional
+        True if a function of these is a factor.
+    text
+        Canonical form in which symbols are their ranks, so that comparing texts compares by
+        order of declaration and ties never depend on chance.
     """
 
     level: Dependence
@@ -41,7 +48,17 @@ class OrderTraits:
 
 @dataclass(frozen=True, slots=True)
 class DisplayNumber:
-    """A rational ≥ 0; ``literal`` is the decimal to show for it, if any."""
+    """A rational number ≥ 0.
+
+    Attributes
+    ----------
+    numerator, denominator
+        Its parts, without a common factor.
+    traits
+        Traits for ordering.
+    literal
+        Decimal to show for it, None to show a fraction.
+    """
 
     numerator: int
     denominator: int
@@ -56,7 +73,19 @@ class DisplayPi:
 
 @dataclass(frozen=True, slots=True)
 class DisplaySymbol:
-    """A symbol by its name; ``order`` counts the dots of a coordinate."""
+    """A symbol.
+
+    Attributes
+    ----------
+    name
+        Its name in the scene.
+    order
+        Number of dots over a coordinate.
+    latex
+        LaTeX that the scene gives for it, None if it gives none.
+    traits
+        Traits for ordering.
+    """
 
     name: str
     order: int
@@ -90,7 +119,15 @@ class DisplayProduct:
 
 @dataclass(frozen=True, slots=True)
 class DisplayFraction:
-    """``numerator / denominator``; neither is itself a fraction."""
+    """A fraction.
+
+    Attributes
+    ----------
+    numerator, denominator
+        Its parts; neither is itself a fraction.
+    traits
+        Traits for ordering.
+    """
 
     numerator: DisplayNode
     denominator: DisplayNode
@@ -99,7 +136,17 @@ class DisplayFraction:
 
 @dataclass(frozen=True, slots=True)
 class DisplayPower:
-    """``base ^ exponent``; the exponent is a positive rational or any other expression."""
+    """A power.
+
+    Attributes
+    ----------
+    base
+        Its base.
+    exponent
+        A positive rational number, or an expression that is not a number.
+    traits
+        Traits for ordering.
+    """
 
     base: DisplayNode
     exponent: DisplayNode
@@ -116,7 +163,17 @@ class DisplayRoot:
 
 @dataclass(frozen=True, slots=True)
 class DisplayCall:
-    """A function of the scene language."""
+    """A call of a function.
+
+    Attributes
+    ----------
+    function
+        Its name in the scene language.
+    arguments
+        Its arguments, in order.
+    traits
+        Traits for ordering.
+    """
 
     function: str
     arguments: tuple[DisplayNode, ...]

@@ -14,7 +14,12 @@ from typing import Protocol
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.program.program import Constant, FunctionCall, Operand, Product, Sum, Variable
 
-_SUM, _PRODUCT, _ATOM = range(3)
+#: Precedence of a sum.
+_SUM = 0
+#: Precedence of a product.
+_PRODUCT = 1
+#: Precedence of what never needs parentheses.
+_ATOM = 2
 
 
 class _NumberFormat(Protocol):
@@ -23,10 +28,16 @@ class _NumberFormat(Protocol):
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a target language writes numbers, functions and names.
+    """Numbers, functions and names of a target language.
 
-    ``functions`` maps every function of a program to the callee's text;
-    ``names`` renames inputs (names that it lacks stay).
+    Attributes
+    ----------
+    number
+        Writes a rational number.
+    functions
+        Function of a program → text of the callee.
+    names
+        Input → its name there; names that are missing stay.
     """
 
     number: _NumberFormat

@@ -271,7 +271,15 @@ def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
 
 @dataclass(frozen=True)
 class Operations:
-    """Floating-point operations of a program, by kind."""
+    """Numbers of floating-point operations of a program.
+
+    Attributes
+    ----------
+    additions, multiplications, divisions
+        Operations of these kinds; subtractions are additions.
+    calls
+        Calls of functions.
+    """
 
     additions: int = 0
     multiplications: int = 0

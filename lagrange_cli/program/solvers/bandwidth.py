@@ -1,11 +1,11 @@
-"""Closures in an order in which the matrix of their multipliers is a narrow band.
+"""Bandwidth reduction: closures in an order in which their multipliers' matrix is a narrow band.
 
-Where M is diagonal, accelerations leave M a = f + Σ λ·gradient one by one, and
+If M is diagonal, accelerations leave M a = f + Σ λ·gradient one by one, and
 the multipliers solve S λ = r with S = Φ M⁻¹ Φᵀ: symmetric, positive definite,
 and zero between closures that have no coordinate in common. Elimination fills
 a band alone. Chains, nets and trusses have narrow ones, in the order of the
 scene or in that of Cuthill and McKee reversed (Proc. 24th ACM National
-Conference (1969) 157; George and Liu, Computer Solution of Large Sparse
+Conference, 1969, 157; George and Liu, Computer Solution of Large Sparse
 Positive Definite Systems, 1981, chapter 4).
 """
 

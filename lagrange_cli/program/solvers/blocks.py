@@ -123,7 +123,17 @@ class MassMatrixSystem:
 
 
 class _Unrolled(NamedTuple):
-    """The values that straight-line code for one block computes."""
+    """The values that straight-line code for one block computes.
+
+    Attributes
+    ----------
+    exact
+        True if no digits cancel in the pivots, so that each that is positive is known to be so.
+    accelerations
+        Accelerations of the block's coordinates.
+    pivots, scales
+        As the outputs of :func:`solve_blocks` of these names.
+    """
 
     exact: bool
     accelerations: list[ScaledNode]

@@ -1,6 +1,6 @@
 """Sparse L D Lᵀ of the multipliers of a large system: order and layout.
 
-Where M is diagonal, accelerations leave M a = f + Σ λ·gradient one by one, and the multipliers
+If M is diagonal, accelerations leave M a = f + Σ λ·gradient one by one, and the multipliers
 solve S λ = r with S = Φ M⁻¹ Φᵀ: symmetric, positive definite, and zero between closures that have
 no coordinate in common. S = L D Lᵀ, found without pivoting (as stable as Cholesky's method; Higham,
 *Accuracy and Stability of Numerical Algorithms*, 2nd ed., ch. 10). What L fills is known
@@ -70,8 +70,14 @@ class BandFactors:
 class Update:
     """The update of a later supernode by an earlier one.
 
-    Rows of the earlier from ``first`` to before ``last`` are columns of the later one, where
-    its rows from ``first`` on stand at ``rows``.
+    Attributes
+    ----------
+    source
+        Number of the earlier supernode.
+    first, last
+        Its rows from ``first`` to before ``last`` are columns of the later one.
+    rows
+        Rows of the later one at which its rows from ``first`` on stand.
     """
 
     source: int
@@ -82,10 +88,18 @@ class Update:
 
 @dataclass(frozen=True)
 class Supernode:
-    """Neighbouring columns of L from ``first`` on with nonzeros in the same ``rows``.
+    """Neighbouring columns of L with nonzeros in the same rows.
 
-    ``rows`` (positions, ascending) begin with the columns themselves. The numbers stand
-    column by column from ``start`` on, as many a column as there are rows.
+    Attributes
+    ----------
+    first, columns
+        Position of the first column, and number of columns.
+    rows
+        Positions of nonzeros, ascending; they begin with the columns themselves.
+    start
+        Index of the first number; columns follow each other, each with as many as rows.
+    updates
+        Updates by earlier supernodes.
     """
 
     first: int

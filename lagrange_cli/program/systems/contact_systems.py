@@ -120,9 +120,16 @@ def _targets(e: Equations) -> list[Expr]:
 class WeightedClosures:
     """Outputs of equations in which contacts stand among the closures, weighted by their flags.
 
-    ``compliance``: what is on the diagonal of each closure (see
-    :class:`.solvers.blocks.MassMatrixSystem`);
-    ``flags``: how many of the last parameters are flags and targets.
+    Attributes
+    ----------
+    equations
+        The equations with the contacts among the closures.
+    outputs
+        Names of the outputs over these.
+    compliance
+        Diagonal entry of each closure (see :class:`.solvers.blocks.MassMatrixSystem`), or empty.
+    flags
+        Number of last parameters that are flags and targets.
     """
 
     equations: Equations

@@ -22,22 +22,30 @@ from lagrange_cli.program.graph.operands import Cell
 from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.bandwidth import FEWEST_UNKNOWNS
 from lagrange_cli.program.solvers.sparse_factorization import choose_factorization
-from lagrange_cli.program.systems.loops import (
+from lagrange_cli.program.systems.closure_formulas import (
+    CLOSURE_OUTPUTS,
+    ClosureFunction,
+    ClosureValue,
+    closure_bias,
+    closure_expression,
+    closure_formulas,
+    closure_rate,
+    gradient_squares,
+)
+from lagrange_cli.program.systems.loop_builder import (
     Conversion,
     Formula,
     LoopBuilder,
-    ProgramPart,
     ScaledCell,
-    SparseSolve,
     SumOfProducts,
-    Zeros,
 )
+from lagrange_cli.program.systems.loops import ProgramPart, SparseSolve, Zeros
 from lagrange_cli.program.systems.shapes import ShapeTable
 
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.program.systems.contact_systems import WeightedClosures
 
 #: Coordinates without closures that are worth loops over their shapes.
@@ -110,9 +118,9 @@ def large_system(
             for i, row in enumerate(rows):
                 formulas += (_value(e).to(Cell("out", i * n + j)) for j, e in row.items())
         elif name == "closure_gradient_squares":
-            formulas += _gradient_squares(equations)
-        elif name in _OF_CLOSURES:
-            formulas += _of_closures(equations, *_OF_CLOSURES[name])
+            formulas += gradient_squares(equations)
+        elif name in CLOSURE_OUTPUTS:
+            formulas += closure_formulas(equations, name)
         else:
             formulas += map(_value, plain(name))
     # Matrices are by rows, and stand first.
@@ -150,141 +158,33 @@ def _value(expression: Expr) -> Formula:
 
 
 @dataclass(frozen=True)
-class _GradientSquare:
-    """Puts Σ gradient²/M into a program."""
-
-    gradient: tuple[Expr, ...]
-    masses: tuple[Expr, ...]
-
-    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
-        pairs = zip(self.gradient, self.masses, strict=True)
-        convert = values.convert
-        return [
-            values.add([values.multiply([(convert(g), 2), (convert(m), -1)]) for g, m in pairs])
-        ]
-
-
-def _gradient_squares(equations: Equations) -> list[Formula]:
-    """Make gradient²/M of each closure of positions."""
-    formulas = []
-    for closure in equations.closures:
-        if closure.kind == "position":
-            row = entries(closure.gradient)
-            masses = tuple(equations.mass_matrix[j][j] for j in row)
-            make = _GradientSquare(tuple(row.values()), masses)
-            formulas.append(Formula("square", (*make.gradient, *masses), make))
-    return formulas
-
-
-_Coordinates: TypeAlias = "Sequence[Coordinate]"
-"""Coordinates that a closure holds, in the order of its gradient."""
-_OfClosure: TypeAlias = "Callable[[ValueGraph, Closure, _Coordinates], ScaledNode]"
-
-
-def _products(values: ValueGraph, closure: Closure, by: Sequence[Expr]) -> list[ScaledNode]:
-    """The terms of gradient·x, of which ``by`` has those that the closure holds."""
-    gradient = entries(closure.gradient).values()
-    pairs = zip(gradient, by, strict=True)
-    return [values.multiply([(values.convert(g), 1), (values.convert(x), 1)]) for g, x in pairs]
-
-
-def _rate_terms(values: ValueGraph, closure: Closure, row: _Coordinates) -> list[ScaledNode]:
-    return [*_products(values, closure, [c.v for c in row]), values.convert(closure.rate)]
-
-
-def _rate(values: ValueGraph, closure: Closure, row: _Coordinates) -> ScaledNode:
-    """Add up φ̇ or ψ, which is zero of the velocities."""
-    return values.add(_rate_terms(values, closure, row))
-
-
-def _rate_size(values: ValueGraph, closure: Closure, row: _Coordinates) -> ScaledNode:
-    """Add up the magnitudes that a rate is the difference of."""
-    return _magnitude(values, _rate_terms(values, closure, row))
-
-
-def _size(values: ValueGraph, closure: Closure, row: _Coordinates) -> ScaledNode:
-    """Add up the magnitudes of φ: its terms, and those of the coordinates to first order."""
-    terms = [values.convert(term) for term in _terms(closure.expression)]
-    return _magnitude(values, [*terms, *_products(values, closure, [c.q for c in row])])
-
-
-def _magnitude(values: ValueGraph, terms: Sequence[ScaledNode]) -> ScaledNode:
-    return values.add(
-        (abs(c), n) if n == ONE else values.call("abs", (c, n)) for c, n in terms if c
-    )
-
-
-def _terms(expression: Expr) -> tuple[Expr, ...]:
-    return tuple(expression.args) if expression.is_Add else (expression,)
-
-
-def _expression(values: ValueGraph, closure: Closure, _: _Coordinates) -> ScaledNode:
-    return values.convert(closure.expression)
-
-
-def _bias(values: ValueGraph, closure: Closure, _: _Coordinates) -> ScaledNode:
-    return values.convert(closure.bias)
-
-
-#: Outputs of closures, and those (of all of them if empty) that they are of.
-_OF_CLOSURES: dict[str, tuple[str, _OfClosure]] = {
-    "closure_sizes": ("position", _size),
-    "closure_rates": ("", _rate),
-    "closure_rate_sizes": ("", _rate_size),
-}
-
-
-def _of_closures(equations: Equations, kind: str, make: _OfClosure) -> list[Formula]:
-    values = (_Derived(make, c, equations) for c in equations.closures if kind in c.kind)
-    return [Formula(make.__name__, value.parts, value) for value in values]
-
-
-@dataclass(frozen=True)
-class _Derived:
-    """Puts what follows from a closure into a program."""
-
-    make: _OfClosure
-    closure: Closure
-    equations: Equations
-
-    @property
-    def coordinates(self) -> _Coordinates:
-        return [self.equations.coordinates[j] for j in self.closure.held]
-
-    @property
-    def parts(self) -> tuple[Expr, ...]:
-        """The expressions that the value is made of."""
-        closure = self.closure
-        if self.make is _expression:
-            return (closure.expression,)
-        if self.make is _bias:
-            return (closure.bias,)
-        gradient = entries(closure.gradient).values()
-        if self.make is _size:
-            return (*_terms(closure.expression), *gradient, *(c.q for c in self.coordinates))
-        return (closure.rate, *gradient, *(c.v for c in self.coordinates))
-
-    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
-        return [self.make(values, self.closure, self.coordinates)]
-
-
-@dataclass(frozen=True)
 class _Asked:
-    """A system: of which closures (``kind``, or all), with what residual; whether with forces,
-    and whether multipliers or accelerations alone are asked for."""
+    """A system that a program solves.
 
-    residual: _OfClosure
+    Attributes
+    ----------
+    residual
+        Residual of each closure.
+    kind
+        Kind of its closures, empty for all.
+    forced
+        True if forces are on the right-hand side.
+    multipliers
+        True if the multipliers are asked for, instead of accelerations.
+    """
+
+    residual: ClosureFunction
     kind: str = ""
     forced: bool = False
     multipliers: bool = False
 
 
 _SYSTEMS = {
-    "acceleration": _Asked(_bias, forced=True),
-    "multipliers": _Asked(_bias, forced=True, multipliers=True),
-    "position_change": _Asked(_expression, kind="position"),
-    "velocity_change": _Asked(_rate),
-    "impulse": _Asked(_bias),
+    "acceleration": _Asked(closure_bias, forced=True),
+    "multipliers": _Asked(closure_bias, forced=True, multipliers=True),
+    "position_change": _Asked(closure_expression, kind="position"),
+    "velocity_change": _Asked(closure_rate),
+    "impulse": _Asked(closure_bias),
 }
 
 
@@ -292,7 +192,7 @@ _SYSTEMS = {
 class _OfRow:
     """Puts a gradient, the same over the masses, and the residual into a program."""
 
-    residual: _Derived
+    residual: ClosureValue
     masses: tuple[Expr, ...]
 
     def __call__(self, values: ValueGraph) -> list[ScaledNode]:
@@ -359,7 +259,7 @@ class _System:
         for k in self.closures:
             closure = e.closures[k]
             masses = tuple(mass[j] for j in closure.held)
-            residual = _Derived(self.asked.residual, closure, e)
+            residual = ClosureValue(self.asked.residual, closure, e)
             parts = (*entries(closure.gradient).values(), *masses, *residual.parts)
             formulas.append(Formula(len(masses), parts, _OfRow(residual, masses)))
         forced = range(len(mass)) if self.asked.forced else ()
@@ -389,7 +289,7 @@ class _System:
         cells = (Cell("w", matrix + factors.place(*pair)) for pair in lower)
         sums = list(zip(map(tuple, lower.values()), cells, strict=True))
         unknowns = [Cell("w", vector + position[k]) for k in range(len(self.rows))]
-        right = [(tuple(self._drive(k)), cell) for k, cell in enumerate(unknowns)]
+        right = [(tuple(self._right_side(k)), cell) for k, cell in enumerate(unknowns)]
         self._combine([*sums, *right])
         loops.parts.append(SparseSolve(factors, matrix, vector))
         return unknowns
@@ -413,15 +313,14 @@ class _System:
                 triangle[diagonal].append(_product(self.compliant[closure]))
         return triangle
 
-    def _drive(self, k: int) -> list[_Product]:
+    def _right_side(self, k: int) -> list[_Product]:
         """−residual − gradient·(f/M) of a closure."""
         terms = [_product(self.residuals[k])]
         terms += [_product(g, self.free[j]) for j, (g, _) in self.rows[k].items() if j in self.free]
         return [(-c, places) for c, places in terms if c]
 
     def _accelerations(self, multipliers: Sequence[Cell]) -> int:
-        """What is found of the coordinates, behind the velocities in a right-hand side; how
-        many results these are."""
+        """Combine accelerations, after the velocities in a right-hand side; count the results."""
         n = len(self.equations.coordinates)
         terms = [[_product(self.free[j])] if j in self.free else [] for j in range(n)]
         for row, multiplier in zip(self.rows, multipliers, strict=True):

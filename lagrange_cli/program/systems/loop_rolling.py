@@ -91,11 +91,18 @@ class LoopNest:
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """Statements found to be loops: the first one, and how numbers advance.
+    """Statements that form loops.
 
-    ``numbers``: counts of the loops, outermost first, then indices of the cells;
-    ``steps``: for each loop, innermost first, what a repetition adds to the
-    numbers that lie within it.
+    Attributes
+    ----------
+    shape
+        Number of the shape of the statements.
+    steps
+        For each loop, innermost first, what a repetition adds to the numbers that lie within it.
+    numbers
+        Counts of the loops, outermost first, then indices of the cells.
+    first
+        The first statement.
     """
 
     shape: int
@@ -116,7 +123,7 @@ def roll_loops(
     locate
         The cell of a variable by its name; None if it is in no array.
     independent
-        Whether the statements may be executed in any order.
+        True if the statements may be executed in any order.
     """
     shapes: dict[tuple[str, Operand], int] = {}
     runs = [_single(statement, locate, shapes) for statement in statements]
