@@ -240,7 +240,7 @@ def _plan(
         key=_key(asked, members),
         recipe=asked.recipe,
         names=members.names,
-        own=own,
+        member=own,
         model=model,
         alone=_alone(session, asked, own, model),
         samples=len(times),

@@ -221,8 +221,8 @@ def _moving(model: Model) -> Array:
 
 def _initial_options(model: Model) -> str:
     """Options that give an initial state; velocities that are not given are 0 if they can be."""
-    given = model.suggested or tuple((name, "0") for name in model.coordinates)
-    return " ".join("-i " + shlex.quote(f"{name}={value}") for name, value in given)
+    values = model.suggested or tuple((name, "0") for name in model.coordinates)
+    return " ".join("-i " + shlex.quote(f"{name}={value}") for name, value in values)
 
 
 def _and(names: list[str]) -> str:

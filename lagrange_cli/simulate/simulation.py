@@ -219,15 +219,15 @@ def _simulated(
     measured = cut_at_disproof(model, seen, problem.times, measured, request.accuracy)
     if not measured.stopped:
         watch.progress.done()
-    found = _trajectory(model, request, seen, problem, measured, compile_seconds)
+    trajectory = _trajectory(model, request, seen, problem, measured, compile_seconds)
     if stream is not None and look is not None:
-        look(problem.times, measured.states, found)
+        look(problem.times, measured.states, trajectory)
     if stream is not None:
         columns = partial(sampled, model, seen)
-        found = written_in_windows(stream, found, problem.times, measured.states, columns)
+        trajectory = written_in_windows(stream, trajectory, problem.times, measured.states, columns)
     if checkpoint is not None and not (checkpoint.lasting or measured.stopped):
         checkpoint.remove()
-    return found
+    return trajectory
 
 
 def _modelled(equations: Equations) -> Model:
@@ -299,7 +299,7 @@ def _trajectory(
     times, states, functions = problem.times, measured.states, seen.functions
     names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
     promised = request.accuracy is not None
-    held = float(times[len(states) - 1])
+    last_time = float(times[len(states) - 1])
     part = sampled(model, seen, *shown_samples(times, states))
     return Trajectory(
         name=model.name,
@@ -312,7 +312,7 @@ def _trajectory(
         requested=request.accuracy,
         estimated=measured.estimate if promised else None,
         scales=dict(zip(names, measured.scales.tolist(), strict=True)),
-        holds_until=held if promised else None,
+        holds_until=last_time if promised else None,
         energy_drift=energy_drift(model, seen, times, states),
         constraint_drift=seen.drift(times, states, measured.scales),
         multipliers=part.multipliers,

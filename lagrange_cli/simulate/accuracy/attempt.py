@@ -128,10 +128,10 @@ class Attempt:
             by_gauss = self.run.method is INTEGRATORS["Gauss16"]
             explicit = INTEGRATORS["Gauss16" if suits_gauss(rhs) and not by_gauss else "DOP853"]
             return self.run.method if stiff else explicit
-        other = INTEGRATORS["LSODA"]
-        possible = self.tolerance >= _TUNING.lsoda_from and (other.projects or not projection(rhs))
+        lsoda = INTEGRATORS["LSODA"]
+        possible = self.tolerance >= _TUNING.lsoda_from and (lsoda.projects or not projection(rhs))
         possible = possible and surfaces_of(rhs) is None
-        return other if possible else self.run.method
+        return lsoda if possible else self.run.method
 
     def _perturb(self, method: type[Integrator]) -> Run:
         factor = _TUNING.perturbed_tolerance if method is self.run.method else 1.0
@@ -264,9 +264,9 @@ class Attempt:
         scales = RunningScales(self._problem, self.run.rows[0])
         worse = 0.0
         for first, last in self._windows():
-            own, looser = self.run.rows[first:last], self._looser.rows[first:last]
-            largest = scales.add(own)[-1]
-            worse = np.maximum(worse, np.abs(looser - own).max(axis=0))
+            states, looser = self.run.rows[first:last], self._looser.rows[first:last]
+            largest = scales.add(states)[-1]
+            worse = np.maximum(worse, np.abs(looser - states).max(axis=0))
         # By the own method the perturbed run may be off by as much, and more so at the end.
         both = (_TUNING.looser_weight + _TUNING.rounding_weight) / self._reached**2
         weight = _TUNING.looser_weight if self._last else both
@@ -290,9 +290,9 @@ class Attempt:
 
     def _errors(self, first: int, last: int, events: EventAgreement | None) -> Array:
         """Estimate the errors of samples that all runs have reached, shape (last - first, 2n)."""
-        own, looser, perturbed = (run.rows[first:last] for run in self._runs)
+        states, looser, perturbed = (run.rows[first:last] for run in self._runs)
         _, looser_weight, weight = self._weights
-        errors = looser_weight * np.abs(looser - own) + weight * np.abs(perturbed - own)
+        errors = looser_weight * np.abs(looser - states) + weight * np.abs(perturbed - states)
         if events is not None:
             errors[events.exempt(self._problem.times[first:last]), len(self._problem.kinds) :] = 0
         return np.asarray(errors)

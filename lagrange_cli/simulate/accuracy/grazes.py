@@ -113,5 +113,5 @@ def _spread(
 
 def _nearest(dip: NearContact, among: Sequence[NearContact]) -> NearContact | None:
     """The dip of the same contact that is nearest in time."""
-    same = (other for other in among if other.contact == dip.contact)
-    return min(same, key=lambda other: abs(other.t - dip.t), default=None)
+    same = (candidate for candidate in among if candidate.contact == dip.contact)
+    return min(same, key=lambda candidate: abs(candidate.t - dip.t), default=None)

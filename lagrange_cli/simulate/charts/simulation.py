@@ -62,7 +62,7 @@ _RUNNING = 0.8
 def simulate_past_singularities(
     model: Model,
     options: SimulationOptions,
-    other: Callable[[], Model] | None = None,
+    with_multipliers: Callable[[], Model] | None = None,
     context: RunContext | None = None,
 ) -> Trajectory:
     """Simulate a model, in other coordinates where its own are singular on the way.
@@ -93,39 +93,39 @@ def simulate_past_singularities(
     started = time.perf_counter()
     looked: list[int] = []
 
-    def look(times: RowSequence, states: RowSequence, found: Trajectory) -> None:
+    def look(times: RowSequence, states: RowSequence, result: Trajectory) -> None:
         looked.append(len(states))
-        _refuse_met(first_passage(model, times, states, found.status, found.requested), times)
+        _refuse_met(first_passage(model, times, states, result.status, result.requested), times)
 
     try:
         request = context.resolved(model, options)
         every = grid_of(request).every(WATCHED)
         first = integrate(model, request, context, every=every, look=look)
     except InputError as refusal:
-        return _from_start(model, options, other, context, refusal)
+        return _from_start(model, options, with_multipliers, context, refusal)
     if looked:
         return first
-    met = passage_of_run(model, first)
-    if met is None:
+    passage = passage_of_run(model, first)
+    if passage is None:
         return _thinned(first, every)
     left = _left(options.budget, time.perf_counter() - started)
     second = None
-    if other is not None and left != 0:
+    if with_multipliers is not None and left != 0:
         again = replace(context, functions=None, progress=None, checkpoint=None, stream=None)
-        second = _in_other(other, met.place, replace(options, budget=left), again)
+        second = _in_other(with_multipliers, passage.place, replace(options, budget=left), again)
     if second is not None and (second.status == "ok" or second.t[-1] > first.t[-1]):
         return _with_costs(second, [first])
-    return _thinned(_cut(first, met), every)
+    return _thinned(_cut(first, passage), every)
 
 
-def _refuse_met(met: SingularPassage | None, times: RowSequence) -> None:
+def _refuse_met(passage: SingularPassage | None, times: RowSequence) -> None:
     """Refuse more samples than memory holds of a motion past a singular place."""
-    if met is None:
+    if passage is None:
         return
     raise InputError(
         Problem(
-            f"the coordinates are singular where {met.place.where}, which is met after"
-            f" t = {times[met.samples - 1]:.9g}",
+            f"the coordinates are singular where {passage.place.where}, which is met after"
+            f" t = {times[passage.samples - 1]:.9g}",
             hint="with up to 100,000 samples the motion is followed past it",
             rule="singular-place",
         )
@@ -153,7 +153,7 @@ def _left(budget: float | None, seconds: float) -> float | None:
 def _from_start(
     model: Model,
     options: SimulationOptions,
-    other: Callable[[], Model] | None,
+    with_multipliers: Callable[[], Model] | None,
     context: RunContext,
     refusal: InputError,
 ) -> Trajectory:
@@ -163,24 +163,25 @@ def _from_start(
     if place is None:
         raise refusal
     second = None
-    if other is not None:
-        second = _in_other(other, place, options, replace(_alone(context), functions=None))
+    if with_multipliers is not None:
+        alone = replace(_alone(context), functions=None)
+        second = _in_other(with_multipliers, place, options, alone)
     if second is None:
         said = f"the coordinates are singular where {place.where}"
         raise type(refusal)(replace(problem, hint=f"{said}\n{problem.hint}")) from refusal
     return second
 
 
-def _cut(run: Trajectory, met: SingularPassage) -> Trajectory:
+def _cut(run: Trajectory, passage: SingularPassage) -> Trajectory:
     """Cut a run before a singular configuration that it passed."""
-    where, last = met.place.where, float(run.t[met.samples - 1])
+    where, last = passage.place.where, float(run.t[passage.samples - 1])
     said = (
         f"the coordinates are singular where {where}, which is met after t = {last:.9g};"
         " --formulation multiplier goes on where it has no such place"
     )
-    if not met.passed:
+    if not passage.passed:
         return replace(run, reason=f"{run.reason}; {said}")
-    return _until(run, met.samples, said, "accuracy_not_reached")
+    return _until(run, passage.samples, said, "accuracy_not_reached")
 
 
 def _sliced(columns: Mapping[str, Array], kept: NDArray[np.intp]) -> dict[str, Array]:
@@ -191,14 +192,14 @@ def _sliced(columns: Mapping[str, Array], kept: NDArray[np.intp]) -> dict[str, A
 
 
 def _in_other(
-    other: Callable[[], Model],
+    with_multipliers: Callable[[], Model],
     place: ChartSingularity,
     options: SimulationOptions,
     context: RunContext,
 ) -> Trajectory | None:
     """The motion with multipliers; None where that form has the same coordinates."""
     try:
-        model = other()
+        model = with_multipliers()
     except InputError:
         return None
     kept = set(place.lost) & set(model.coordinates)
@@ -261,22 +262,22 @@ def _run_and_followed(
     return replace(run, seconds={**run.seconds, "follow": spent}), known, every
 
 
-def _moves(chart: FormerChart, found: ContinuedCoordinates, run: Trajectory) -> Array:
+def _moves(chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory) -> Array:
     """Return the angle turned from sample to sample by the fastest coordinate, shape (m,)."""
     turning = [j for j, kind in enumerate(chart.kinds) if kind == "angle"]
     step = float(run.t[-1] - run.t[0]) / max(len(run.t) - 1, 1)
-    moves = np.nan_to_num(np.abs(found.v[:, turning]) * step)
+    moves = np.nan_to_num(np.abs(continued.v[:, turning]) * step)
     return np.asarray(moves.max(axis=1, initial=0.0))
 
 
 def _wanted(
-    chart: FormerChart, found: ContinuedCoordinates, run: Trajectory, intervals: int
+    chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory, intervals: int
 ) -> int:
     """Intervals in which coordinates can be followed, where they have been tried in some."""
-    passes = found.lost or found.unknown is not None
+    passes = continued.lost or continued.unknown is not None
     wanted = _FOLLOWED if passes and run.status == "ok" else WATCHED
-    most = float(np.quantile(_moves(chart, found, run), _USUALLY))
-    if len(found.v) < len(run.t) and found.unknown is None:
+    most = float(np.quantile(_moves(chart, continued, run), _USUALLY))
+    if len(continued.v) < len(run.t) and continued.unknown is None:
         most = max(most, 2.0)
     if most <= 1:
         return wanted
@@ -285,20 +286,20 @@ def _wanted(
 
 
 def _as_far_as(
-    chart: FormerChart, found: ContinuedCoordinates, run: Trajectory, deadline: float
+    chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory, deadline: float
 ) -> Trajectory:
     """The samples at which former coordinates have been found."""
-    moves, m = _moves(chart, found, run), len(found.q)
+    moves, m = _moves(chart, continued, run), len(continued.q)
     if np.quantile(moves, _USUALLY) > _UNCERTAIN:
         m = max(1, int(np.argmax(moves > _UNCERTAIN)))
     if m == len(run.t):
         return run
     late = run.status == "stopped" or time.perf_counter() > deadline
     last, names = f"t = {run.t[m - 1]:.9g}", ", ".join(chart.coordinates)
-    if found.unknown is not None and m == len(found.q):
+    if continued.unknown is not None and m == len(continued.q):
         said = (
-            f"{names} cannot be followed past t = {found.unknown:.9g}: the motion passes closer to"
-            " where they have no meaning than it is known"
+            f"{names} cannot be followed past t = {continued.unknown:.9g}: the motion passes"
+            " closer to where they have no meaning than it is known"
         )
         return _until(run, m, said, "accuracy_not_reached")
     if late:
@@ -393,15 +394,15 @@ def _turning(chart: FormerChart) -> AngleReversal | None:
 
 
 def _own_columns(
-    chart: FormerChart, names: list[str], found: ContinuedCoordinates, run: Trajectory
+    chart: FormerChart, names: list[str], continued: ContinuedCoordinates, run: Trajectory
 ) -> dict[str, Array]:
     """Columns of former coordinates, NaN where they are not known to the accuracy asked for."""
     places, rates = {}, {}
     eps = run.requested or NEAR_SINGULAR
-    speeds = np.nan_to_num(np.abs(found.v)).max(axis=1)
+    speeds = np.nan_to_num(np.abs(continued.v)).max(axis=1)
     for name in names:
         j = chart.coordinates.index(name)
-        q, v, off = found.q[:, j], found.v[:, j], found.amplification[:, j]
+        q, v, off = continued.q[:, j], continued.v[:, j], continued.amplification[:, j]
         size = 1.0
         if chart.kinds[j] != "angle":
             size = float(np.nanmax(np.abs(q), initial=0.0))

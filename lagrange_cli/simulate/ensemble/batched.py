@@ -205,9 +205,9 @@ class BatchedMembers:
             motions = self.motions if real is DOUBLE else self.wider
             if len(left) == 0 or motions is None:
                 continue
-            given = starts[left], parameters[left]
-            for found in self._attempt(motions, tolerance, eps, *given, between):
-                runs = replace(found, numbers=left[found.numbers])
+            members = starts[left], parameters[left]
+            for attempted in self._attempt(motions, tolerance, eps, *members, between):
+                runs = replace(attempted, numbers=left[attempted.numbers])
                 yield runs.decided(eps)
             missing = runs.undecided(eps)
             if real is not DOUBLE:
@@ -285,11 +285,13 @@ class BatchedMembers:
         ended = BatchedRuns(every, run.states, scales, nothing, run.steps, evaluations, evaluations)
         ended = ended.only(np.flatnonzero(possible))
 
-        def followed(runs: BatchedRuns, patterns: Sequence[int], how: TaylorSteps) -> BatchedRuns:
+        def followed(
+            runs: BatchedRuns, patterns: Sequence[int], companion_steps: TaylorSteps
+        ) -> BatchedRuns:
             """Those runs, with a further companion perturbed by each pattern."""
             if len(runs.numbers) == 0:
                 return runs
-            disturbed = [
+            perturbed_members = [
                 (
                     each_off_by_one_ulp(starts[runs.numbers], pattern),
                     self._perturbed(parameters[runs.numbers], pattern, motions.real),
@@ -300,13 +302,13 @@ class BatchedMembers:
             companions = motions.run(
                 "disturbed",
                 self._times,
-                np.concatenate([start for start, _ in disturbed]),
-                np.concatenate([values for _, values in disturbed]),
-                how,
+                np.concatenate([start for start, _ in perturbed_members]),
+                np.concatenate([values for _, values in perturbed_members]),
+                companion_steps,
                 between,
                 self._scratch.array(f"companion {patterns[0]}", shape),
             )
-            return self._beside(runs, companions, how.order)
+            return self._beside(runs, companions, companion_steps.order)
 
         ended = followed(ended, [1], self._looser(steps))
         if tolerance >= _LEAST_OF_ONE:
@@ -319,12 +321,12 @@ class BatchedMembers:
             ended = followed(ended.undecided(eps), _MORE_PATTERNS, perturbed)
         yield ended
 
-    def _beside(self, runs: BatchedRuns, found: BatchedMotions, order: int) -> BatchedRuns:
+    def _beside(self, runs: BatchedRuns, motions: BatchedMotions, order: int) -> BatchedRuns:
         """Runs with further companions, some of each, and what all tell."""
         count = len(runs.numbers)
-        more = range(0, len(found.states), count)
-        companions = (*runs.companions, *(found.states[k : k + count] for k in more))
-        spent = sum((found.steps[k : k + count] for k in more), np.zeros(count, np.int64))
+        more = range(0, len(motions.states), count)
+        companions = (*runs.companions, *(motions.states[k : k + count] for k in more))
+        spent = sum((motions.steps[k : k + count] for k in more), np.zeros(count, np.int64))
         return replace(
             runs,
             companions=companions,
@@ -337,12 +339,12 @@ class BatchedMembers:
         tolerance, longer = _LOOSER * steps.tolerance, _LOOSER ** (1 / steps.order)
         return replace(steps, tolerance=tolerance, longest=longer * steps.longest)
 
-    def _estimate(self, own: Array, companions: tuple[Array, ...], scales: Array) -> Array:
+    def _estimate(self, states: Array, companions: tuple[Array, ...], scales: Array) -> Array:
         """The largest estimated error of each member over its scale, infinite where a companion
         does not reach the end."""
-        n = own.shape[2] // 2
-        errors = self.samples.errors(own, companions, _WEIGHTS[len(companions)])
-        largest = self.samples.extent(own, from_start=False)[:, :n]
+        n = states.shape[2] // 2
+        errors = self.samples.errors(states, companions, _WEIGHTS[len(companions)])
+        largest = self.samples.extent(states, from_start=False)[:, :n]
         errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(largest))
         ratios = np.where(np.isnan(errors), np.inf, errors) / scales
         return np.asarray(ratios.max(axis=1, initial=0.0))

@@ -89,8 +89,8 @@ class BatchedResults:
             part = slice(first, first + most)
             for all_runs in self._runs(starts[part], parameters[part], between):
                 for runs in all_runs.in_turn(_AT_A_TIME):
-                    for found in self._found(runs, parameters[part][runs.numbers]):
-                        yield _moved(found, first)
+                    for result in self._results(runs, parameters[part][runs.numbers]):
+                        yield _renumbered(result, first)
 
     def _runs(
         self, starts: Array, parameters: Array, between: Callable[[], None]
@@ -101,7 +101,7 @@ class BatchedResults:
         assert rtol is not None
         return iter([self.members.unpromised(rtol, starts, parameters, between)])
 
-    def _found(self, runs: BatchedRuns, parameters: Array) -> Iterator[Known | Missed]:
+    def _results(self, runs: BatchedRuns, parameters: Array) -> Iterator[Known | Missed]:
         """Yield the results of members about which the energy leaves no doubt."""
         eps = self.request.accuracy
         if len(runs.numbers) == 0:
@@ -201,11 +201,11 @@ def _moved_by(states: Array, errors: Array) -> Array:
     return np.concatenate([unmoved, unmoved + moves, unmoved - moves], axis=2)
 
 
-def _moved(found: Known | Missed, by: int) -> Known | Missed:
+def _renumbered(result: Known | Missed, by: int) -> Known | Missed:
     """With members numbered from another one on."""
-    if isinstance(found, Missed):
-        return replace(found, number=found.number + by)
-    return replace(found, numbers=found.numbers + by)
+    if isinstance(result, Missed):
+        return replace(result, number=result.number + by)
+    return replace(result, numbers=result.numbers + by)
 
 
 def batched_results(

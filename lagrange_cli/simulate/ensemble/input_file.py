@@ -128,19 +128,19 @@ def read_members(path: str) -> Members:
 
 def _csv(lines: list[str], path: str) -> Members:
     rows = CsvRows(lines, path, _RULE)
-    found = iter(rows)
-    header = next(found, None)
+    records = iter(rows)
+    header = next(records, None)
     if header is None:
         raise _refused("this file is empty", Mark(path, 1, 1), "its first row names columns")
     heads = [rows.place(k) for k in range(len(header))]
-    cells = list(_rows_of(found, rows, len(header)))
+    cells = list(_rows_of(records, rows, len(header)))
     if not cells:
         raise rows.refused("there is no member: a row of values follows the names")
     return _checked([_without_blanks(name) for name in header], heads, cells)
 
 
-def _rows_of(found: Iterator[list[str]], rows: CsvRows, width: int) -> Iterator[list[_Cell]]:
-    for number, row in enumerate(found):
+def _rows_of(records: Iterator[list[str]], rows: CsvRows, width: int) -> Iterator[list[_Cell]]:
+    for number, row in enumerate(records):
         if number == MOST_MEMBERS:
             raise _too_many(rows.place())
         if len(row) != width:
@@ -177,7 +177,7 @@ def _of_mapping(member: object, names: Sequence[str]) -> list[_Cell]:
     from lagrange_cli.scene.reading.source import Mapping, Scalar
 
     assert isinstance(member, Mapping)
-    given: dict[str, _Cell] = {}
+    cells: dict[str, _Cell] = {}
     for key, value in member.entries:
         name = _without_blanks(key.text)
         if name not in names:
@@ -186,11 +186,11 @@ def _of_mapping(member: object, names: Sequence[str]) -> list[_Cell]:
             )
         if not isinstance(value, Scalar):
             raise _refused("expected a number", value.mark)
-        given[name] = value.text, value.mark
-    missing = [name for name in names if name not in given]
+        cells[name] = value.text, value.mark
+    missing = [name for name in names if name not in cells]
     if missing:
         raise _refused(f"this member has no {quoted_cell(missing[0])}", member.mark)
-    return [given[name] for name in names]
+    return [cells[name] for name in names]
 
 
 # As ranges.
@@ -254,10 +254,10 @@ def _range(kind: str, arguments: Sequence[str], mark: Mark) -> list[float]:
     if kind == "geomspace" and not first * last > 0:
         raise _refused("the ends of geomspace have one sign and are not 0", mark)
     with np.errstate(all="ignore"):
-        found = _RANGES[kind](first, last, number)
-    if not np.isfinite(found).all():
+        values = _RANGES[kind](first, last, number)
+    if not np.isfinite(values).all():
         raise _refused("a value of this range is beyond the range of doubles", mark)
-    return [float(x) for x in found]
+    return [float(x) for x in values]
 
 
 def _number(text: str, mark: Mark) -> float:

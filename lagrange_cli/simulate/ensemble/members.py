@@ -58,7 +58,7 @@ class Recipe:
     forces: bool = False
     formulation: Formulation | None = None
 
-    def scene(self, own: MemberValues | None = None) -> Scene:
+    def scene(self, member: MemberValues | None = None) -> Scene:
         """The scene with the values of a member.
 
         Raises
@@ -68,16 +68,16 @@ class Recipe:
         """
         from lagrange_cli.scene import read_text
 
-        own = own or MemberValues()
+        member = member or MemberValues()
         return read_text(
             self.data,
             self.file,
-            parameters={**self.parameters, **own.parameters},
-            initial={**self.initial, **own.initial},
+            parameters={**self.parameters, **member.parameters},
+            initial={**self.initial, **member.initial},
             times=self.times,
         )
 
-    def model(self, own: MemberValues, formulation: Formulation | None = None) -> Model:
+    def model(self, member: MemberValues, formulation: Formulation | None = None) -> Model:
         """The model of a member, derived.
 
         Raises
@@ -85,7 +85,7 @@ class Recipe:
         InputError
             Located: what is wrong with it.
         """
-        scene = self.scene(own)
+        scene = self.scene(member)
         wanted = scene.simulate.formulation_for(formulation or self.formulation)
         return _derived(scene, self.forces, wanted)
 
@@ -102,17 +102,17 @@ def numeric_values(scene: Scene) -> tuple[dict[str, float | None], dict[str, flo
     from lagrange_cli.mechanics.symbols.values import ParameterValues
 
     values = ParameterValues(scene)
-    given = {p.name: values.float(p.value) for p in scene.parameters if p.value is not None}
+    parameters = {p.name: values.float(p.value) for p in scene.parameters if p.value is not None}
     start = {
         f"dot({entry.name})" if entry.order else entry.name: values.float(entry.value)
         for entry in scene.initial
     }
-    return given, start
+    return parameters, start
 
 
-def varied_parameters(scene: Scene, own: MemberValues) -> set[str]:
+def varied_parameters(scene: Scene, member: MemberValues) -> set[str]:
     """Parameters whose value differs between members: their own, and what rests on it."""
-    varied, before = set(own.parameters), set[str]()
+    varied, before = set(member.parameters), set[str]()
     while varied != before:
         before = set(varied)
         varied |= {p.name for p in scene.parameters if _names(p.value) & varied}
@@ -153,16 +153,16 @@ def require_known_names(members: Members, scene: Scene) -> None:
                     raise InputError(Problem(said, mark, nearest(unknown, known), "unknown-name"))
 
 
-def differ_in_numbers(recipe: Recipe, own: MemberValues, model: Model) -> bool:
+def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> bool:
     """Tell if members differ from the ``model`` of one of them in numbers alone."""
-    scene = recipe.scene(own)
-    given = [(value.name, value.order) for value in scene.initial]
+    scene = recipe.scene(member)
+    initial_names = [(value.name, value.order) for value in scene.initial]
     simple = not (model.multipliers or model.contacts or model.chart)
-    if not simple or not {name for name, _ in given} <= set(model.coordinates):
+    if not simple or not {name for name, _ in initial_names} <= set(model.coordinates):
         return False
-    if model.initial is None or not {(name, 0) for name in model.coordinates} <= set(given):
+    if model.initial is None or not {(name, 0) for name in model.coordinates} <= set(initial_names):
         return False
-    if NumericMembers(recipe, own, model).of(own) != model:
+    if NumericMembers(recipe, member, model).of(member) != model:
         return False
     try:
         without = _derived(_without_values(scene), recipe.forces, "minimal")
@@ -197,21 +197,21 @@ class NumericMembers:
     ----------
     recipe
         That of all of them.
-    own, model
-        Those of one member.
+    member, model
+        Values and model of one member.
     """
 
-    def __init__(self, recipe: Recipe, own: MemberValues, model: Model) -> None:
-        self._scene, self._model = recipe.scene(own), model
+    def __init__(self, recipe: Recipe, member: MemberValues, model: Model) -> None:
+        self._scene, self._model = recipe.scene(member), model
         assert model.initial is not None
         self._values, self._start = [p.value for p in model.parameters], model.initial
         self._parameters = {p.name: k for k, p in enumerate(model.parameters)}
         self._place = {name: k for k, name in enumerate(model.coordinates)}
-        resting = varied_parameters(self._scene, own) - set(own.parameters)
-        given = set[str]().union(*(_names(value.value) for value in self._scene.initial))
-        self._plain = not resting and not given & set(own.parameters)
+        resting = varied_parameters(self._scene, member) - set(member.parameters)
+        used_names = set[str]().union(*(_names(value.value) for value in self._scene.initial))
+        self._plain = not resting and not used_names & set(member.parameters)
 
-    def of(self, own: MemberValues) -> Model | None:
+    def of(self, member: MemberValues) -> Model | None:
         """The model of a member; None where a parameter has another sign, which may matter.
 
         Raises
@@ -219,16 +219,16 @@ class NumericMembers:
         InputError
             Located: a value that is none.
         """
-        found = self.values(own)
-        if found is None:
+        numbers = self.values(member)
+        if numbers is None:
             return None
-        values, start = found
+        values, start = numbers
         pairs = zip(self._model.parameters, values, strict=True)
         parameters = tuple(replace(p, value=value) for p, value in pairs)
         return replace(self._model, parameters=parameters, initial=start)
 
     def values(
-        self, own: MemberValues
+        self, member: MemberValues
     ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
         """Of that model the values of the parameters, and the start.
 
@@ -237,26 +237,26 @@ class NumericMembers:
         InputError
             Located: a value that is none.
         """
-        texts = [*own.parameters.values(), *own.initial.values()]
+        texts = [*member.parameters.values(), *member.initial.values()]
         if self._plain and all(DECIMAL_NUMBER.fullmatch(text) for text in texts):
-            parameters = {name: float(text) for name, text in own.parameters.items()}
-            initial = {name: float(text) for name, text in own.initial.items()}
+            parameters = {name: float(text) for name, text in member.parameters.items()}
+            initial = {name: float(text) for name, text in member.initial.items()}
         else:
-            parameters, initial = self._evaluated(own)
+            parameters, initial = self._evaluated(member)
         return self._with(parameters, initial)
 
-    def _evaluated(self, own: MemberValues) -> tuple[dict[str, float], dict[str, float]]:
+    def _evaluated(self, member: MemberValues) -> tuple[dict[str, float], dict[str, float]]:
         """All values as the scene's expressions give them."""
         from lagrange_cli.scene.language.problems import Problems
         from lagrange_cli.scene.reading.overrides import override_initial, override_parameters
 
         problems = Problems()
-        scene = override_parameters(self._scene, own.parameters, problems)
-        scene = override_initial(scene, own.initial, problems)
+        scene = override_parameters(self._scene, member.parameters, problems)
+        scene = override_initial(scene, member.initial, problems)
         problems.raise_if_any()
-        found, start = numeric_values(scene)
+        values, start = numeric_values(scene)
         return (
-            {name: value for name, value in found.items() if value is not None},
+            {name: value for name, value in values.items() if value is not None},
             {name: value for name, value in start.items() if value is not None},
         )
 

@@ -72,8 +72,8 @@ class Plan:
         The scene, and what options say of it.
     names
         Parameters and initial values that differ.
-    own, model
-        What one of the members has of its own, and its model.
+    member, model
+        Values of one of the members, and its model.
     alone
         Members differ in numbers alone.
     samples
@@ -89,7 +89,7 @@ class Plan:
     key: str
     recipe: Recipe = field(compare=False)
     names: tuple[str, ...] = field(compare=False)
-    own: MemberValues = field(compare=False)
+    member: MemberValues = field(compare=False)
     model: Model = field(compare=False)
     alone: bool = field(compare=False)
     samples: int = field(compare=False)
@@ -113,7 +113,7 @@ class _Runner:
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self.scene = plan.recipe.scene()
-        self._numbers = NumericMembers(plan.recipe, plan.own, plan.model) if plan.alone else None
+        self._numbers = NumericMembers(plan.recipe, plan.member, plan.model) if plan.alone else None
         self._functions: Callable[[Model], RightHandSide] | None = None
         sizes = {size.name for size in self.scene.sizes}
         self._parameters = sizes | {p.name for p in self.scene.parameters}
@@ -132,32 +132,34 @@ class _Runner:
         columns = expected if plan.columns else None
         return BlockBuilder(plan.names, len(task.rows), plan.samples, columns)
 
-    def decide(self, task: Task, found: BlockBuilder, between: Callable[[], None]) -> None:
+    def decide(self, task: Task, builder: BlockBuilder, between: Callable[[], None]) -> None:
         """Those members for which stepping them side by side decides what becomes of them."""
         if self.batched is not None:
             for part in self._side_by_side(self.batched, task.rows, between):
-                found.take(part)
+                builder.take(part)
 
     def _side_by_side(
         self, batched: BatchedResults, rows: Sequence[tuple[str, ...]], between: Callable[[], None]
     ) -> Iterator[BlockPart]:
-        values = {k: of for k, texts in enumerate(rows) if (of := self._values(texts)) is not None}
-        numbers = np.array(list(values), dtype=np.int64)
-        if not values:
+        members = {k: x for k, texts in enumerate(rows) if (x := self._values(texts)) is not None}
+        numbers = np.array(list(members), dtype=np.int64)
+        if not members:
             return
-        parameters = np.array([[x or 0.0 for x in own] for own, _ in values.values()])
-        starts = np.array([start for _, start in values.values()], dtype=float)
+        parameters = np.array([[x or 0.0 for x in values] for values, _ in members.values()])
+        starts = np.array([start for _, start in members.values()], dtype=float)
         for part in batched.run(starts, parameters, between):
             if isinstance(part, Missed):
                 number = int(numbers[part.number])
                 yield self._missed(batched, number, rows[number], part.measured)
                 continue
             known = {p.name: parameters[:, i] for i, p in enumerate(self.plan.model.parameters)}
-            given = {name: values[part.numbers] for name, values in known.items()}
-            given |= {name: column[:, 0] for name, column in part.columns.items()}
-            own = {name: given[name] for name in self.plan.names}
-            members = numbers[part.numbers].tolist()
-            yield BlockPart(members, part.columns, own, part.scales, part.figures, part.words)
+            at_start = {name: values[part.numbers] for name, values in known.items()}
+            at_start |= {name: column[:, 0] for name, column in part.columns.items()}
+            varied = {name: at_start[name] for name in self.plan.names}
+            part_numbers = numbers[part.numbers].tolist()
+            yield BlockPart(
+                part_numbers, part.columns, varied, part.scales, part.figures, part.words
+            )
 
     def _values(
         self, texts: Sequence[str]
@@ -182,47 +184,47 @@ class _Runner:
         model = self._numbers.of(self._own(texts))
         assert model is not None
         request = replace(batched.request, initial=np.array(model.initial, dtype=float))
-        found = trajectory_of(model, request, self._bound(model), measured)
-        return self._part(number, texts, model, found)
+        result = trajectory_of(model, request, self._bound(model), measured)
+        return self._part(number, texts, model, result)
 
     def single(self, number: int, texts: Sequence[str]) -> BlockPart:
         """A member by itself."""
-        own = self._own(texts)
+        member = self._own(texts)
         try:
-            model = None if self._numbers is None else self._numbers.of(own)
+            model = None if self._numbers is None else self._numbers.of(member)
             functions = None if model is None else self._bound(model)
-            model = model or self.plan.recipe.model(own)
-            found = self._simulated(own, model, functions)
+            model = model or self.plan.recipe.model(member)
+            result = self._simulated(member, model, functions)
         except InputError as refusal:
             words = {"status": REFUSED, "reason": refusal.problems[0].message}
             return BlockPart([number], {}, self._given(texts, {}), {}, {}, words)
-        return self._part(number, texts, model, found)
+        return self._part(number, texts, model, result)
 
     def _part(
-        self, number: int, texts: Sequence[str], model: Model, found: Trajectory
+        self, number: int, texts: Sequence[str], model: Model, result: Trajectory
     ) -> BlockPart:
         values = {p.name: p.value for p in model.parameters}
-        values |= {name: float(column[0]) for name, column in found.columns.items()}
-        table = found.table(self.plan.extra)
-        figures = {name: getattr(found, name) for name in MEMBER_FIGURES}
+        values |= {name: float(column[0]) for name, column in result.columns.items()}
+        table = result.table(self.plan.extra)
+        figures = {name: getattr(result, name) for name in MEMBER_FIGURES}
         return BlockPart(
             [number],
             {name: column[None] for name, column in table.items() if name != "t"},
             self._given(texts, values),
-            {name: _one(value) for name, value in found.scales.items() if found.requested},
+            {name: _one(value) for name, value in result.scales.items() if result.requested},
             {name: _one(value) for name, value in figures.items()},
-            {name: str(getattr(found, name)) for name in MEMBER_WORDS},
+            {name: str(getattr(result, name)) for name in MEMBER_WORDS},
         )
 
     def _given(self, texts: Sequence[str], values: Mapping[str, float | None]) -> dict[str, Array]:
         """The numbers that the texts of a member stand for, NaN where that is not known."""
-        given = {}
+        varied = {}
         for name, text in zip(self.plan.names, texts, strict=True):
             value = values.get(name)
             if value is None and DECIMAL_NUMBER.fullmatch(text):
                 value = float(text)
-            given[name] = _one(value)
-        return given
+            varied[name] = _one(value)
+        return varied
 
     def _bound(self, model: Model) -> RightHandSide:
         if self._functions is None:
@@ -230,13 +232,13 @@ class _Runner:
         return self._functions(model)
 
     def _simulated(
-        self, own: MemberValues, model: Model, functions: RightHandSide | None
+        self, member: MemberValues, model: Model, functions: RightHandSide | None
     ) -> Trajectory:
         recipe = self.plan.recipe
         return simulate_past_singularities(
             model,
             self.plan.options,
-            multiplier_form(model, recipe.formulation, lambda: recipe.model(own, "multiplier")),
+            multiplier_form(model, recipe.formulation, lambda: recipe.model(member, "multiplier")),
             RunContext(functions),
         )
 
@@ -268,24 +270,24 @@ def run_block(task: Task) -> MemberBlock | None:
 
 def _run_in_thread(both: tuple[Task, BlockBuilder], aside: Aside) -> MemberBlock | None:
     """The same, with members by themselves in other processes."""
-    task, found = both
+    task, builder = both
 
     def between() -> None:
         if aside.stopped():
             raise KeyboardInterrupt
 
     try:
-        _runner(task.plan).decide(task, found, between)
-        for part in aside.run(_run_single, _singles(task, found)):
-            found.take(part)
+        _runner(task.plan).decide(task, builder, between)
+        for part in aside.run(_run_single, _singles(task, builder)):
+            builder.take(part)
     except (KeyboardInterrupt, CancelledError):
         return None
-    return found.block(task.number)
+    return builder.block(task.number)
 
 
-def _singles(task: Task, found: BlockBuilder) -> list[Task]:
+def _singles(task: Task, builder: BlockBuilder) -> list[Task]:
     """The members of a task that are in no part yet, each a task."""
-    return [Task(task.plan, number, (task.rows[number],)) for number in found.left]
+    return [Task(task.plan, number, (task.rows[number],)) for number in builder.left]
 
 
 def _run_single(task: Task) -> BlockPart:

@@ -118,8 +118,8 @@ class Store:
                 parts = (self._column(k, name, len(t)) for k in numbers)
                 _put(archive, name, (members, len(t)), parts)
             for name in self.finished[numbers[0]].given:
-                given = [self.finished[k].given[name] for k in numbers]
-                _put(archive, f"given/{name}", (members,), given)
+                varied = [self.finished[k].given[name] for k in numbers]
+                _put(archive, f"given/{name}", (members,), varied)
             for name in dict.fromkeys(n for k in numbers for n in self.finished[k].scales):
                 _put(archive, f"scale/{name}", (members,), [self._scales(name)])
             for name in MEMBER_FIGURES:

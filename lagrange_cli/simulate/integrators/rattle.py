@@ -28,10 +28,10 @@ def require_shift(rhs: Rhs) -> Shift | None:
     UnfitError
         It has constraints, and no such function.
     """
-    found: Shift | None = getattr(rhs, "shift", None)
-    if found is None and projection(rhs) is not None:
+    shift: Shift | None = getattr(rhs, "shift", None)
+    if shift is None and projection(rhs) is not None:
         raise UnfitError("its constraints are not to be had by themselves")
-    return found
+    return shift
 
 
 class Rattle(FixedStep):

@@ -157,11 +157,11 @@ class _Sides:
         kind = e.func
         plain, chosen = e.args[0], self.smooth(e.args[0])
         for argument in e.args[1:]:
-            other = self.smooth(argument)
-            up, down, sign = self._sides_of(plain - argument, chosen - other)
+            smoothed = self.smooth(argument)
+            up, down, sign = self._sides_of(plain - argument, chosen - smoothed)
             first = up if (sign > 0) == (kind is sympy.Max) else down
             second = down if first is up else up
-            plain, chosen = kind(plain, argument), first * chosen + second * other
+            plain, chosen = kind(plain, argument), first * chosen + second * smoothed
         return chosen
 
     def _is_bounded(self, e: Expr) -> bool:

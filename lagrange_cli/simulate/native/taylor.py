@@ -82,9 +82,9 @@ def _tests(program: Program, recurrences: Recurrences) -> list[str]:
     pairs = zip(definite, program.output("pivots"), program.output("scales"), strict=True)
     lines = []
     for is_definite, pivot, scale in pairs:
-        one, other = (f"zero + {expression_text(operand, dialect)}" for operand in (pivot, scale))
-        one = one if is_definite else f"lagrange_size({one})"
-        lines.append(f"lagrange_require_above({one}, {_SMALLEST_PIVOT}*lagrange_size({other}))")
+        tested, size = (f"zero + {expression_text(operand, dialect)}" for operand in (pivot, scale))
+        tested = tested if is_definite else f"lagrange_size({tested})"
+        lines.append(f"lagrange_require_above({tested}, {_SMALLEST_PIVOT}*lagrange_size({size}))")
     return lines
 
 
@@ -153,8 +153,8 @@ def _loop(recurrences: Recurrences, outputs: Mapping[int, SeriesSum]) -> Iterato
     yield "            break;"
     yield "        }"
     for number in read:
-        one, other = recurrences.sums[number]
-        ends = f"c[{rows + one}]*now[{other}] + now[{one}]*c[{rows + other}]"
+        left, right = recurrences.sums[number]
+        ends = f"c[{rows + left}]*now[{right}] + now[{left}]*c[{rows + right}]"
         yield f"        s{number} = f{number} + {ends};"
     yield "        last = 1;"
     yield "        ++k;"

@@ -105,8 +105,8 @@ class Recurrences:
         terms = (SeriesTerm(self._times(term.scale, scale), term.rows) for term in series.terms)
         return SeriesSum(constant, tuple(terms))
 
-    def _times(self, one: str, other: str) -> str:
-        return self.constant(f"{one}*{other}") if one and other else one or other
+    def _times(self, left: str, right: str) -> str:
+        return self.constant(f"{left}*{right}") if left and right else left or right
 
     def number(self, value: Fraction) -> str:
         """A number as a constant, "" for 1."""
@@ -292,16 +292,16 @@ class Recurrences:
     def _coefficient(self, rows: tuple[int, ...], at: str) -> str:
         if len(rows) == 1:
             return f"{at}[{rows[0]}]"
-        one, other = rows
+        left, right = rows
         if at == FIRST:
-            return f"c[{one}]*c[{other}]"
-        if one == other:
-            return f"({self.inner(one, one)} + 2.0*c[{one}]*now[{one}])"
-        return f"({self.inner(one, other)} + c[{one}]*now[{other}] + now[{one}]*c[{other}])"
+            return f"c[{left}]*c[{right}]"
+        if left == right:
+            return f"({self.inner(left, left)} + 2.0*c[{left}]*now[{left}])"
+        return f"({self.inner(left, right)} + c[{left}]*now[{right}] + now[{left}]*c[{right}])"
 
-    def inner(self, one: int, other: int) -> str:
+    def inner(self, left: int, right: int) -> str:
         """The name of a sum of products of coefficients j and k - j, without the ends."""
-        pair = one, other
+        pair = left, right
         if pair not in self.sums:
             self.sums.append(pair)
         return f"s{self.sums.index(pair)}"

@@ -30,8 +30,8 @@ class Decimator:
         curves = np.array([*(part.columns[name] for name in self._names), part.energy])
         inner = np.searchsorted(self._edges, part.t, side="right") - 1
         inside, firsts = np.unique(np.minimum(inner, _PARTS - 1), return_index=True)
-        for bound, of in zip(self._bounds, (np.fmin, np.fmax), strict=True):
-            bound[:, inside] = of(bound[:, inside], of.reduceat(curves, firsts, axis=1))
+        for bound, extreme in zip(self._bounds, (np.fmin, np.fmax), strict=True):
+            bound[:, inside] = extreme(bound[:, inside], extreme.reduceat(curves, firsts, axis=1))
 
     def curves(self) -> Sampled:
         """Two points a part, in place of samples."""

@@ -155,19 +155,19 @@ def _failed(model: Model, problem: InitialValueProblem, failure: Failure) -> str
     return f"{past}: {failure.reason}{cause}"
 
 
-def _unclear(model: Model, of: UnclearContacts) -> str:
-    if not of.differ:
-        return (
-            f"what happens at {_listed(model, of.contacts)} at t = {of.time:.9g} makes errors grow"
-        )
+def _unclear(model: Model, unclear: UnclearContacts) -> str:
+    at = f"at t = {unclear.time:.9g}"
+    if not unclear.differ:
+        return f"what happens at {_listed(model, unclear.contacts)} {at} makes errors grow"
     return (
-        f"at t = {of.time:.9g} {_named(model, of.contacts)} met so slightly, or in such an order,"
-        " that the rounding of the start decides what follows"
+        f"{at} {_named(model, unclear.contacts)} met so slightly, or in such an order, that"
+        " the rounding of the start decides what follows"
     )
 
 
-def _disproof(model: Model, found: Disproof) -> str:
-    return _DISPROOFS[found.by].format(contacts=_named(model, found.contacts), where=found.where)
+def _disproof(model: Model, disproof: Disproof) -> str:
+    contacts = _named(model, disproof.contacts)
+    return _DISPROOFS[disproof.by].format(contacts=contacts, where=disproof.where)
 
 
 def _named(model: Model, contacts: Sequence[int]) -> str:

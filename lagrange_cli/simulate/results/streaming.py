@@ -91,7 +91,7 @@ def shown_samples(times: RowSequence, states: RowSequence) -> tuple[Array, Array
 
 def written_in_windows(
     stream: Stream,
-    found: Trajectory,
+    trajectory: Trajectory,
     times: RowSequence,
     states: RowSequence,
     sampled: Callable[[Array, Array], Sampled],
@@ -111,8 +111,8 @@ def written_in_windows(
         The file cannot be written, or the columns are not there.
     """
     if stream.output is None and not stream.drawn:
-        return found
-    outline = Decimator(float(times[0]), float(times[len(times) - 1]), _curves(found))
+        return trajectory
+    decimator = Decimator(float(times[0]), float(times[len(times) - 1]), _curves(trajectory))
     with ExitStack() as files:
         add = None
         if stream.output is not None:
@@ -121,11 +121,11 @@ def written_in_windows(
             add = files.enter_context(form(file, len(states), folder))
         for part in windows(times, states):
             columns = sampled(*part)
-            outline.add(columns)
+            decimator.add(columns)
             if add is not None:
-                add(replace(found, **vars(columns)).table(stream.extra))
-    return replace(found, written=stream.output, outline=outline.curves())
+                add(replace(trajectory, **vars(columns)).table(stream.extra))
+    return replace(trajectory, written=stream.output, outline=decimator.curves())
 
 
-def _curves(found: Trajectory) -> tuple[str, ...]:
-    return (*found.coordinates, *(f"dot({name})" for name in found.coordinates))
+def _curves(trajectory: Trajectory) -> tuple[str, ...]:
+    return (*trajectory.coordinates, *(f"dot({name})" for name in trajectory.coordinates))

@@ -171,11 +171,11 @@ def _sided(model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None
         parameters = parameter_values(model, pattern)
         return with_surfaces(rhs, surfaces(pattern, "", parameters))
 
-    one, other = functions.perturbed
+    one, two = functions.perturbed
     return replace(
         functions,
         rhs=side(functions.rhs, 0),
-        perturbed=(side(one, 1), side(other, 2)),
+        perturbed=(side(one, 1), side(two, 2)),
         wider=lambda: None,
         widens=False,
     )
@@ -202,11 +202,11 @@ def _with_contacts(
         count = len(model.contacts)
         return ContactRhs(flight, parts(pattern), name, parameters, first, count, of_contacts)
 
-    one, other = functions.perturbed
+    one, two = functions.perturbed
     return replace(
         functions,
         rhs=side(functions.rhs, 0),
-        perturbed=(side(one, 1), side(other, 2)),
+        perturbed=(side(one, 1), side(two, 2)),
         wider=lambda: None,
         widens=False,
     )
@@ -246,8 +246,8 @@ def right_hand_sides(model: Model, cache: Cache | None = None) -> Callable[[Mode
         libraries = Libraries(model, drive, kept, DOUBLE, math.inf)
     except CompileError as error:
         reason = error.reason
-        return lambda other: interpreted(other, reason)
-    return lambda other: _native(libraries.of(other), kept, math.inf)
+        return lambda varied: interpreted(varied, reason)
+    return lambda varied: _native(libraries.of(varied), kept, math.inf)
 
 
 def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSide:
@@ -374,8 +374,8 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
 
     def guarded(guards: Array) -> RightHandSide:
         beside = partial(guarded_rhs, model, guards)
-        one, other = map(beside, plain.perturbed)
-        within = replace(plain, rhs=beside(plain.rhs), perturbed=(one, other), guarded=None)
+        one, two = map(beside, plain.perturbed)
+        within = replace(plain, rhs=beside(plain.rhs), perturbed=(one, two), guarded=None)
         return _sided(model, within, surfaces_beside(beside))
 
     def surfaces_beside(beside: Callable[[Rhs], Rhs]) -> MakeSurfaces | None:

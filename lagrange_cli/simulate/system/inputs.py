@@ -103,6 +103,6 @@ def _together(each: Sequence[InputPieces], mark: Mark) -> InputPieces:
                 rule="limit",
             )
         )
-    held = [np.searchsorted(pieces.starts, starts, side="right") - 1 for pieces in each]
-    parts = [p.rows[np.maximum(k, 0)] for p, k in zip(each, held, strict=True)]
+    numbers = [np.searchsorted(pieces.starts, starts, side="right") - 1 for pieces in each]
+    parts = [p.rows[np.maximum(k, 0)] for p, k in zip(each, numbers, strict=True)]
     return InputPieces(starts, np.hstack(parts))

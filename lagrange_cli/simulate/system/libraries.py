@@ -86,9 +86,9 @@ class Libraries:
 
     def of(self, model: Model) -> Libraries:
         """The same for a model of other numbers."""
-        found = copy.copy(self)
-        found.model = model
-        return found
+        libraries = copy.copy(self)
+        libraries.model = model
+        return libraries
 
     def function(
         self,
@@ -133,7 +133,7 @@ class Libraries:
             return self.stepper
         if self._real is not DOUBLE:
             return None
-        group = next(name for name, held in kernels.GROUPS.items() if kernel in held)
+        group = next(name for name, members in kernels.GROUPS.items() if kernel in members)
         if group not in self._further:
             self._further[group] = None
             with suppress(CompileError):
@@ -152,8 +152,8 @@ class Libraries:
 
     def sides(self, guards: Array | None = None) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
         """The right-hand side, and the two perturbed ones; guarded with some ``guards``."""
-        one, other = (self.function("disturbed", pattern, guards=guards) for pattern in (1, 2))
-        return self.function("rhs", guards=guards), (one, other)
+        one, two = (self.function("disturbed", pattern, guards=guards) for pattern in (1, 2))
+        return self.function("rhs", guards=guards), (one, two)
 
     @property
     def landmarks(self) -> NativeLandmarks | None:

@@ -24,9 +24,9 @@ def rounding_factors(number: int, pattern: int, real: NativeReal = DOUBLE) -> An
 
 def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:
     """Each value moved by one unit in the last place, up or down by ``pattern``; 0 stays."""
-    given = np.asarray(values, dtype=float)
-    signs = np.reshape(Random(pattern).choices((-1.0, 1.0), k=given.size), given.shape)
-    return np.where(given == 0, 0.0, given + signs * np.spacing(np.abs(given)))
+    array = np.asarray(values, dtype=float)
+    signs = np.reshape(Random(pattern).choices((-1.0, 1.0), k=array.size), array.shape)
+    return np.where(array == 0, 0.0, array + signs * np.spacing(np.abs(array)))
 
 
 def each_off_by_one_ulp(rows: Array, pattern: int) -> Array:

@@ -22,9 +22,9 @@ WHILE_MOVING, ALWAYS = 1.0, 2.0
 
 def singular_factors(model: Model) -> Callable[[float, Array], Array]:
     """Numbers that vanish where the coordinates of a model are singular, of t and [q, v]."""
-    given = [0.0 if p.value is None else p.value for p in model.parameters]
+    parameters = [0.0 if p.value is None else p.value for p in model.parameters]
     function = functions_of(model.code.singular)["outputs"]
-    return lambda t, y: np.asarray(function(t, y, given), dtype=float)
+    return lambda t, y: np.asarray(function(t, y, parameters), dtype=float)
 
 
 def _rates(model: Model, place: ChartSingularity) -> list[int]:
@@ -79,8 +79,8 @@ def guarded_rhs(model: Model, kept: Array, rhs: Rhs) -> Rhs:
     def barred(t: float, y: Array) -> bool:
         beyond = kept * factors(t, y)[numbers] < 0
         return any(
-            abs(side) > WHILE_MOVING or bool(y[own].any())
-            for side, own, there in zip(kept, rates, beyond, strict=True)
+            abs(side) > WHILE_MOVING or bool(y[lost_rates].any())
+            for side, lost_rates, there in zip(kept, rates, beyond, strict=True)
             if there
         )
 

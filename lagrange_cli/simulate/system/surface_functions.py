@@ -95,9 +95,9 @@ class ModelSurfaces(Surfaces):
         self._continuous = code.table("continuous", continuous, self._given)
 
     def _weighed(self, parameters: Array, sides: SurfaceSides) -> Array:
-        found = parameters.copy()
-        self._layout.weigh(found, sides)
-        return found
+        weighed = parameters.copy()
+        self._layout.weigh(weighed, sides)
+        return weighed
 
     def side(self, sides: SurfaceSides) -> Rhs:
         if sides not in self._sides:
@@ -107,9 +107,9 @@ class ModelSurfaces(Surfaces):
         return self._sides[sides]
 
     def through(self, change: Callable[[Rhs], Rhs]) -> ModelSurfaces:
-        other = copy.copy(self)
-        other._sides, other._change = {}, change
-        return other
+        surfaces = copy.copy(self)
+        surfaces._sides, surfaces._change = {}, change
+        return surfaces
 
     def values(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
         self._layout.weigh(self._given, sides)
@@ -219,8 +219,8 @@ class InterpretedCode:
 
 
 def _row(table: Table, t: float, y: Array) -> Array:
-    found: Array = table(np.array([t]), np.asarray(y, dtype=float)[None, :])[0]
-    return found
+    row: Array = table(np.array([t]), np.asarray(y, dtype=float)[None, :])[0]
+    return row
 
 
 #: Makes the surfaces of a right-hand side: with inputs off by their rounding in a pattern not 0,
@@ -244,7 +244,7 @@ def surfaces_maker(model: Model, code: Callable[[int], SurfaceCode]) -> MakeSurf
 
 def with_surfaces(rhs: Rhs, surfaces: Surfaces) -> Rhs:
     """The same right-hand side, with switching surfaces as its attribute ``surfaces``."""
-    other = copy.copy(rhs)
+    sided = copy.copy(rhs)
     # Some kinds of right-hand sides are frozen.
-    object.__setattr__(other, "surfaces", surfaces)
-    return other
+    object.__setattr__(sided, "surfaces", surfaces)
+    return sided

@@ -65,11 +65,11 @@ def native_state_function(function: NativeRhs, width: int, columns: int) -> Stat
     """A function of a library at one state of ``width`` numbers; not numbers where it fails."""
     state, out = np.empty(width), np.empty(columns)
     places = state.ctypes.data, out.ctypes.data
-    given = function.parameters_address, function.work.ctypes.data
+    arguments = function.parameters_address, function.work.ctypes.data
 
     def row(t: float, y: Array) -> Array:
         state[:] = y
-        if function.function(t, places[0], function.inputs(t), *given, places[1]):
+        if function.function(t, places[0], function.inputs(t), *arguments, places[1]):
             return np.full(columns, np.nan)
         return out.copy()
 
@@ -88,11 +88,11 @@ def native_parameter_table(
     table = native_table(library, function, width, columns)
 
     def rows(t: Array, y: Array, known: Array) -> Array:
-        found = np.empty((len(t), columns))
+        values = np.empty((len(t), columns))
         for k, parameters in enumerate(known):
             function.parameters[:] = parameters
-            found[k : k + 1] = table(t[k : k + 1], y[k : k + 1])
-        return found
+            values[k : k + 1] = table(t[k : k + 1], y[k : k + 1])
+        return values
 
     return rows
 
@@ -150,7 +150,7 @@ class _Bound:
 
 def bound(
     function: Callable[..., Any],
-    given: list[float],
+    parameters: list[float],
     pieces: InputPieces | None,
     trace: Tracer | None = None,
 ) -> Rhs:
@@ -159,5 +159,5 @@ def bound(
     ``trace``: the same function over objects.
     """
     if pieces is None:
-        return _Bound(function, given, None, trace)
-    return PiecewiseRhs(pieces, lambda row: _Bound(function, given, row, trace))
+        return _Bound(function, parameters, None, trace)
+    return PiecewiseRhs(pieces, lambda row: _Bound(function, parameters, row, trace))

@@ -38,9 +38,9 @@ def _refused(*_: Any, **__: Any) -> Any:
 
 
 def _array(values: Sequence[Any], dtype: Any = None) -> Any:
-    found = np.empty(len(values), dtype=object)
-    found[:] = values
-    return found
+    objects = np.empty(len(values), dtype=object)
+    objects[:] = values
+    return objects
 
 
 #: The functions of NumPy that the text calls, for objects.

@@ -192,9 +192,9 @@ def first_penetration(
     """
     first = 0
     for times, part in windows(t, states):
-        found = _penetration(rhs, times, part, accuracy * scales[: part.shape[1] // 2])
-        if found is not None:
-            return first + found[0], found[1]
+        penetration = _penetration(rhs, times, part, accuracy * scales[: part.shape[1] // 2])
+        if penetration is not None:
+            return first + penetration[0], penetration[1]
         first += len(part)
     return None
 

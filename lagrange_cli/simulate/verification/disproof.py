@@ -43,7 +43,7 @@ def cut_at_disproof(
     disproofs = list(_disproofs(model, seen, t, measured, accuracy))
     if not disproofs:
         return measured
-    first, disproof = min(disproofs, key=lambda of: of[0])
+    first, disproof = min(disproofs, key=lambda numbered: numbered[0])
     return replace(measured, states=first_rows(measured.states, first), disproved=disproof)
 
 

@@ -73,8 +73,8 @@ def first_contradiction(
         for times, part in windows(t, states):
             change = np.abs(energy(times, part)[:, 0] - first) - _ROUNDING * size
             convicts = partial(_contradicts, energy, times, part, change, moves, start)
-            other = partial(_contradicts_exactly, exact, times, part, moves, (t[0], states[0]))
-            yield begin, change, partial(_both, convicts, other)
+            exactly = partial(_contradicts_exactly, exact, times, part, moves, (t[0], states[0]))
+            yield begin, change, partial(_both, convicts, exactly)
             begin += len(part)
 
     if not any(
@@ -101,8 +101,8 @@ def _contradicts(
     return bool(change[k] > _MARGIN * (start + _allowance(energy, t[k], states[k], moves)))
 
 
-def _both(one: Callable[[int], bool], other: Callable[[int], bool], k: int) -> bool:
-    return one(k) and other(k)
+def _both(first_test: Callable[[int], bool], second_test: Callable[[int], bool], k: int) -> bool:
+    return first_test(k) and second_test(k)
 
 
 def _contradicts_exactly(

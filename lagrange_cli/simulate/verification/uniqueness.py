@@ -103,7 +103,7 @@ class UnboundedSlopes:
         """Tell whether each argument is zero, and both its rates, but for rounding."""
         slopes = [side(t, y) for side in self.sides]
         n = self.n
-        found = np.array([self.rates(t, y, slope[n:]) for slope in slopes])
+        rates = np.array([self.rates(t, y, slope[n:]) for slope in slopes])
         # What a unit in the last place of each number of the state changes.
         moved = np.array(
             [
@@ -111,8 +111,8 @@ class UnboundedSlopes:
                 for step in np.diag(_ZERO * np.maximum(np.abs(y), np.finfo(float).tiny))
             ]
         )
-        noise = np.abs(moved - found[0]).sum(axis=0) + 4 * np.ptp(found, axis=0)
-        return np.asarray((np.abs(found[0]) <= noise).all(axis=0))
+        noise = np.abs(moved - rates[0]).sum(axis=0) + 4 * np.ptp(rates, axis=0)
+        return np.asarray((np.abs(rates[0]) <= noise).all(axis=0))
 
     def _pushes_away(self, t: float, y: Array) -> bool:
         """Tell whether accelerations lead away from a state, more steeply than in proportion."""
@@ -122,10 +122,10 @@ class UnboundedSlopes:
         """Displacements of coordinates, or of velocities, by their size or 1."""
         n = self.n
         sizes = np.concatenate([_sizes(y[:n]), _sizes(y[n:])])
-        few = max(1, int(np.log(_MOST_DIRECTIONS) / np.log(3)))
+        combined = max(1, int(np.log(_MOST_DIRECTIONS) / np.log(3)))
         for first in (0, n):
-            axes = range(n) if n > few else ()
-            signs: Iterator[Sequence[int]] = product((1, 0, -1), repeat=min(n, few))
+            axes = range(n) if n > combined else ()
+            signs: Iterator[Sequence[int]] = product((1, 0, -1), repeat=min(n, combined))
             for pattern in islice(signs, _MOST_DIRECTIONS):
                 if any(pattern):
                     yield _placed(pattern, first, sizes)
@@ -150,9 +150,9 @@ def _sizes(values: Array) -> Array:
 
 
 def _placed(pattern: Sequence[int], first: int, sizes: Array) -> Array:
-    found = np.zeros(len(sizes))
-    found[first : first + len(pattern)] = pattern
-    return found * sizes
+    displacement = np.zeros(len(sizes))
+    displacement[first : first + len(pattern)] = pattern
+    return displacement * sizes
 
 
 def _outward(rhs: Rhs, t: float, y: Array, step: Array, n: int) -> float:

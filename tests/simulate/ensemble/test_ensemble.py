@@ -172,7 +172,7 @@ def test_members_of_shipped_scenes_are_single_runs(scene, values, alone, togethe
 
 def test_what_rests_on_a_parameter_changes_with_it():
     plan = plan_of(PENDULUM, ["l"], ["2"])
-    numbers = NumericMembers(plan.recipe, plan.own, plan.model)
+    numbers = NumericMembers(plan.recipe, plan.member, plan.model)
     found = numbers.of(MemberValues({"l": "3"}))
     assert {p.name: p.value for p in found.parameters}["k"] == 0.75
     assert found.initial == (0.75, 0.0)
@@ -188,7 +188,7 @@ def test_what_rests_on_a_parameter_changes_with_it():
 def test_models_of_numbers_are_those_of_the_scene(m, length, theta):
     if "numbers" not in NUMBERS:
         plan = plan_of(PENDULUM, ["m", "l", "theta"], ["1", "2", "0"])
-        NUMBERS["numbers"] = NumericMembers(plan.recipe, plan.own, plan.model)
+        NUMBERS["numbers"] = NumericMembers(plan.recipe, plan.member, plan.model)
     own = MemberValues({"m": repr(m), "l": repr(length)}, {"theta": repr(theta)})
     found = NUMBERS["numbers"].of(own)
     values = {p.name: p.value for p in found.parameters}
@@ -203,7 +203,7 @@ NUMBERS: dict[str, NumericMembers] = {}
 @pytest.mark.parametrize("value", ["0", "-1"])
 def test_another_sign_is_derived_anew(value):
     plan = plan_of(PENDULUM, ["g"], ["9.81"])
-    assert NumericMembers(plan.recipe, plan.own, plan.model).of(MemberValues({"g": value})) is None
+    assert NumericMembers(plan.recipe, plan.member, plan.model).of(MemberValues({"g": value})) is None
     (block,) = blocks_of(plan, [(value,)])
     alone = simulate(plan.recipe.model(MemberValues({"g": value})))
     assert block.columns["theta"][0].tobytes() == alone.columns["theta"].tobytes()

@@ -33,12 +33,12 @@ class Algebra:
         self.functions |= {name: self._rough(name) for name in _ROUGH}
         self.functions |= {"pow": pow, "solve": solve}
 
-    def _function(self, of: Callable[..., Any]) -> Callable[..., Any]:
+    def _function(self, function: Callable[..., Any]) -> Callable[..., Any]:
         expression = self._package.expression
 
         def call(*arguments: Any) -> Traced:
             self.count()
-            return Traced(of(*(expression(self.plain(x)) for x in arguments)), self)
+            return Traced(function(*(expression(self.plain(x)) for x in arguments)), self)
 
         return call
 
@@ -53,10 +53,10 @@ class Algebra:
         UnfitError
             It has no derivatives somewhere.
         """
-        found = value.value if isinstance(value, Traced) else float(value)
-        if isinstance(found, _Rough):
-            raise UnfitError(f"a force in it is not smooth ({found.function})")
-        return self._package.expression(found) if isinstance(found, float) else found
+        inner = value.value if isinstance(value, Traced) else float(value)
+        if isinstance(inner, _Rough):
+            raise UnfitError(f"a force in it is not smooth ({inner.function})")
+        return self._package.expression(inner) if isinstance(inner, float) else inner
 
     def count(self) -> None:
         """Count one operation.
@@ -100,8 +100,8 @@ class Traced:
         """A value as one of these."""
         return value if isinstance(value, Traced) else cls(float(value), algebra)
 
-    def _with(self, other: Any) -> Any:
-        return other.value if isinstance(other, Traced) else float(other)
+    def _with(self, operand: Any) -> Any:
+        return operand.value if isinstance(operand, Traced) else float(operand)
 
     def _made(self, value: Any) -> Traced:
         if not isinstance(value, float):
@@ -174,18 +174,18 @@ def solve(a: Any, b: Any, n: int) -> Any:
     itself, at some states or at all: what follows from the others is added to it, their
     squares, which change no solution.
     """
-    found = _eliminated(a.copy(), b.copy()) if _is_diagonal(a[:n, :n]) else None
-    if found is None:
+    solution = _eliminated(a.copy(), b.copy()) if _is_diagonal(a[:n, :n]) else None
+    if solution is None:
         g, f = a[n:, :n], b[n:]
         weight = sum(a[i, i] for i in range(n)) / sum(x * x for x in g.ravel())
         fuller, more = a.copy(), b.copy()
         fuller[:n, :n] = fuller[:n, :n] + (g.T @ g) * weight
         more[:n] = more[:n] + (g.T @ f) * weight
-        found = _eliminated(fuller, more)
-    if found is None:
+        solution = _eliminated(fuller, more)
+    if solution is None:
         raise UnfitError("its equations have no solution without a choice of pivots")
-    found[n:] = -found[n:]
-    return found
+    solution[n:] = -solution[n:]
+    return solution
 
 
 def _eliminated(a: Any, b: Any) -> Any:

@@ -53,10 +53,10 @@ def _compiled(state: Any, cache: Cache, key: str, build: Callable[[], Any]) -> A
         with temporary_folder() as folder:
             if before is not None:
                 Path(folder, DATABASE).write_bytes(before)
-            found = _within(state, folder, build)
+            built = _within(state, folder, build)
             if before is None:
                 _keep(cache, key, folder)
-            return found
+            return built
     except OSError:
         # The folder cannot be made or written.
         return build()

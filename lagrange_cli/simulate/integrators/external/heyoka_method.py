@@ -55,24 +55,24 @@ class Taylor(Integrator):
     kept = ("_terms", "_start", "_longest")
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
-        of = expressions(rhs)
-        if of is None:
+        rhs_expressions = expressions(rhs)
+        if rhs_expressions is None:
             raise UnfitError("its equations are not to be had as expressions")
         self._projection, self._control = projection(rhs), control
         self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
         rtol = float(np.max(control.rtol, initial=0.0)) or USUAL
         tolerance = min(max(rtol, SMALLEST), LARGEST)
-        self._series = _series(of, tolerance, len(self.y))
+        self._series = _series(rhs_expressions, tolerance, len(self.y))
         self._longest = min(control.first_step, control.max_step)
 
     @classmethod
     def suits(cls, rhs: Rhs, size: int) -> bool:
         """Tell whether it can take a right-hand side of ``size`` numbers here."""
-        of = expressions(rhs)
-        if of is None or importlib.util.find_spec(cls.package[0]) is None:
+        rhs_expressions = expressions(rhs)
+        if rhs_expressions is None or importlib.util.find_spec(cls.package[0]) is None:
             return False
         try:
-            _system(_traced(of, size))
+            _system(_traced(rhs_expressions, size))
         except UnfitError:
             return False
         return True
@@ -99,10 +99,10 @@ class Taylor(Integrator):
         return np.array([_value(self._terms, t - self._start) for t in times.tolist()])
 
 
-def _series(of: Expressions, tolerance: float, size: int) -> Any:
+def _series(rhs_expressions: Expressions, tolerance: float, size: int) -> Any:
     """heyoka's integrator, of which only the series are used."""
-    series = copy.copy(_compiled(_traced(of, size), tolerance))
-    numbers = (*of.parameters.tolist(), *of.inputs.tolist())
+    series = copy.copy(_compiled(_traced(rhs_expressions, size), tolerance))
+    numbers = (*rhs_expressions.parameters.tolist(), *rhs_expressions.inputs.tolist())
     series.pars[:] = numbers[: len(series.pars)]
     return series
 
@@ -121,10 +121,10 @@ class _Text:
     size: int
 
 
-def _traced(of: Expressions, size: int) -> _Text:
-    numbers = (*of.parameters.tolist(), *of.inputs.tolist())
+def _traced(rhs_expressions: Expressions, size: int) -> _Text:
+    numbers = (*rhs_expressions.parameters.tolist(), *rhs_expressions.inputs.tolist())
     plain = tuple(x if x in (0.0, 1.0) else None for x in numbers)
-    return _Text(of.trace, plain, len(of.inputs), size)
+    return _Text(rhs_expressions.trace, plain, len(rhs_expressions.inputs), size)
 
 
 @lru_cache(maxsize=64)
@@ -134,8 +134,8 @@ def _system(text: _Text) -> tuple[list[tuple[Any, Any]], int]:
 
     algebra = Algebra(heyoka)
     state = [heyoka.expression(f"y{k}") for k in range(text.size)]
-    given = [heyoka.par[k] if x is None else x for k, x in enumerate(text.plain)]
-    parameters = [Traced(x, algebra) for x in given]
+    numbers = [heyoka.par[k] if x is None else x for k, x in enumerate(text.plain)]
+    parameters = [Traced(x, algebra) for x in numbers]
     first = len(parameters) - text.inputs
     slopes = text.trace(
         algebra.functions,

@@ -99,9 +99,9 @@ class IDA(Sundials):
         super().step(limit)
         self._unit, self._system = self.t - start, None
 
-    def _arrive(self, found: Any) -> None:
-        super()._arrive(found)
-        self._rate, self._moved = found.yp, np.maximum(self._moved, np.abs(found.y))
+    def _arrive(self, solution: Any) -> None:
+        super()._arrive(solution)
+        self._rate, self._moved = solution.yp, np.maximum(self._moved, np.abs(solution.y))
 
     def _slope(self, t: float, y: Array) -> Array:
         """The rate of z by the right-hand side."""
@@ -128,12 +128,12 @@ class IDA(Sundials):
         if self._system is None or self._system[0] != cj:
             one = np.eye(len(self._rate))
             late = self._unit * (cj * one - self._of_slope)
-            found = late if self._tangent is None else self._back + self._tangent @ late
+            matrix = late if self._tangent is None else self._back + self._tangent @ late
             try:
-                inverse = np.linalg.inv(found)
+                inverse = np.linalg.inv(matrix)
             except np.linalg.LinAlgError:
-                inverse = np.full_like(found, np.nan)
-            self._system = cj, found, inverse
+                inverse = np.full_like(matrix, np.nan)
+            self._system = cj, matrix, inverse
         return self._system[1:]
 
     def _solve(
@@ -142,17 +142,17 @@ class IDA(Sundials):
         z: Array,
         rate: Array,
         residual: Array,
-        given: Array,
+        right_side: Array,
         out: Array,
         cj: float,
         within: float,
     ) -> None:
-        out[:] = self._matrices(cj)[1] @ given
+        out[:] = self._matrices(cj)[1] @ right_side
 
     def _multiply(
-        self, t: float, z: Array, rate: Array, residual: Array, given: Array, out: Array, cj: float
+        self, t: float, z: Array, rate: Array, residual: Array, vector: Array, out: Array, cj: float
     ) -> None:
-        out[:] = self._matrices(cj)[0] @ given
+        out[:] = self._matrices(cj)[0] @ vector
 
     def _projectors(self, project: Projection) -> tuple[Array, Array]:
         """T at the state, and the derivative of (1 − T)(y − P(y)).
@@ -204,14 +204,14 @@ class IDA(Sundials):
         return np.where(least > 0, least, MOVE)
 
 
-def _projects(found: Array) -> bool:
+def _projects(matrix: Array) -> bool:
     """Tell whether a matrix is nearly a projector: its trace is its rank, whatever the units."""
-    rank, largest = np.trace(found), np.abs(found).max()
-    once_more = np.abs(found @ found - found).max()
-    return bool(once_more <= _ROUGH * largest and abs(rank - np.round(rank)) <= _ROUGH * len(found))
+    rank, largest = np.trace(matrix), np.abs(matrix).max()
+    off = np.abs(matrix @ matrix - matrix).max()
+    return bool(off <= _ROUGH * largest and abs(rank - np.round(rank)) <= _ROUGH * len(matrix))
 
 
-def _onto(found: Array) -> Array:
+def _onto(projector: Array) -> Array:
     """The orthogonal projector with the range of another one."""
-    left = np.linalg.svd(found)[0][:, : round(np.trace(found))]
+    left = np.linalg.svd(projector)[0][:, : round(np.trace(projector))]
     return np.asarray(left @ left.T)

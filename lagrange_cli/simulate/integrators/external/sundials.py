@@ -87,9 +87,9 @@ class Sundials(Integrator):
         self._solver = self._begun(**self._options)
         return True
 
-    def _arrive(self, found: Any) -> None:
+    def _arrive(self, solution: Any) -> None:
         """Stand at the end of a step."""
-        t, y = float(found.t), self._state(found.y)
+        t, y = float(solution.t), self._state(solution.y)
         if not np.isfinite(y).all():
             raise StepError("the state is no longer finite")
         self.y, self.t = self._projected(t, y), t

@@ -214,7 +214,7 @@ class ContactMotion(HybridMotion):
             if old != now and event != _START:
                 changes.setdefault(k, "contact" if now else "release")
         self.switches += [
-            ModeChange(self.t, k, of, before, self.y, self._closed) for k, of in changes.items()
+            ModeChange(self.t, k, kind, before, self.y, self._closed) for k, kind in changes.items()
         ]
         self._stand()
 
@@ -265,7 +265,7 @@ class ContactMotion(HybridMotion):
         if any(leave_none):
             return IMPOSSIBLE, {k for k, flag in enumerate(leave_none) if flag}
         touching = self._rhs.gaps(self.t, self.y).touching
-        met = {k for k, of in enumerate(zip(touching, self._closed, strict=True)) if any(of)}
+        met = {k for k, flags in enumerate(zip(touching, self._closed, strict=True)) if any(flags)}
         return UNDETERMINED, met if event == _START else met | {event}
 
     def _struck(self, before: Array) -> list[int]:

@@ -62,11 +62,11 @@ def continuations(
     ways = []
     for choice in product((1.0, -1.0, 0.0), repeat=len(undecided)):
         tried = with_sides(sides, dict(zip(undecided, choice, strict=True)))
-        held = [k for k, side in zip(undecided, choice, strict=True) if side == 0]
-        reached = _held(surfaces, t, y, tried, held) if held else _free(surfaces, t, y, tried)
+        slid = [k for k, side in zip(undecided, choice, strict=True) if side == 0]
+        reached = _along(surfaces, t, y, tried, slid) if slid else _free(surfaces, t, y, tried)
         if reached is not None:
             rates = surfaces.rates(t, y, *reached)
-            free = [k for k in undecided if k not in held]
+            free = [k for k in undecided if k not in slid]
             leading = [rates.leading(k, surfaces.positional[k]) for k in free]
             departs = len(undecided) < len(on) or any(leading)
             if all(tried[k] * rate >= 0 for k, rate in zip(free, leading, strict=True)):
@@ -93,16 +93,16 @@ def _free(
     return (sides, slope) if np.isfinite(slope).all() else None
 
 
-def _held(
-    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, held: Sequence[int]
+def _along(
+    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, sliding: Sequence[int]
 ) -> tuple[SurfaceSides, Array] | None:
     """Sides and slope along surfaces that hold the motion from both sides, if they do."""
-    parts, slope = SlidingRhs(surfaces, sides, held).parts(t, y)
+    parts, slope = SlidingRhs(surfaces, sides, sliding).parts(t, y)
     if not np.isfinite(slope).all() or not (np.abs(parts) < 1).all():
         return None
-    placed = with_sides(sides, dict(zip(held, parts.tolist(), strict=True)))
+    placed = with_sides(sides, dict(zip(sliding, parts.tolist(), strict=True)))
     exact = surfaces.side(placed)(t, y)
-    end = surfaces.side(with_sides(sides, dict.fromkeys(held, 1.0)))(t, y)
+    end = surfaces.side(with_sides(sides, dict.fromkeys(sliding, 1.0)))(t, y)
     size = (np.abs(exact) + np.abs(slope) + np.abs(end)).max()
     linear = bool((np.abs(exact - slope) <= _LINEAR * size).all())
     return (placed, slope) if linear else None
@@ -129,10 +129,10 @@ class SlidingRhs:
     are differences of rates.
     """
 
-    def __init__(self, surfaces: Surfaces, sides: SurfaceSides, held: Sequence[int]) -> None:
-        self._surfaces, self._held = surfaces, list(held)
-        self._base = with_sides(sides, dict.fromkeys(held, 0.0))
-        self._ends = [with_sides(self._base, {k: 1.0}) for k in held]
+    def __init__(self, surfaces: Surfaces, sides: SurfaceSides, sliding: Sequence[int]) -> None:
+        self._surfaces, self._sliding = surfaces, list(sliding)
+        self._base = with_sides(sides, dict.fromkeys(sliding, 0.0))
+        self._ends = [with_sides(self._base, {k: 1.0}) for k in sliding]
         self.project = projection(surfaces.side(self._base))
 
     def __call__(self, t: float, y: Array) -> Array:
@@ -146,7 +146,7 @@ class SlidingRhs:
         try:
             parts = np.linalg.solve(matrix, -rates)
         except np.linalg.LinAlgError:
-            return np.full(len(self._held), np.nan), np.full(len(y), np.nan)
+            return np.full(len(self._sliding), np.nan), np.full(len(y), np.nan)
         changes = np.array([end - slope for end, _ in ends])
         return parts, slope + parts @ changes
 
@@ -155,5 +155,5 @@ class SlidingRhs:
         slope = self._surfaces.side(sides)(t, y)
         rates = self._surfaces.rates(t, y, self._base, slope)
         positional = self._surfaces.positional
-        held = [rates.second[k] if positional[k] else rates.first[k] for k in self._held]
-        return slope, np.array(held)
+        slid_rates = [rates.second[k] if positional[k] else rates.first[k] for k in self._sliding]
+        return slope, np.array(slid_rates)

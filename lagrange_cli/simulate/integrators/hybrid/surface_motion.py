@@ -203,12 +203,12 @@ class SurfaceMotion(HybridMotion):
             ends = [end for part in parts for end in (1 - part, 1 + part)]
             return np.array([*whole.values(t, y)[kept], *ends])
 
-        held = (1.0,) * 2 * len(sliding)
+        ones = (1.0,) * 2 * len(sliding)
         return TerminalEvents(
             values,
-            (*(whole.signs[k] for k in kept), *held),
-            (*(whole.noise[k] for k in kept), *(0.0 for _ in held)),
-            reach=(*(whole.reach[k] for k in kept), *(0.0 for _ in held)) if whole.reach else (),
+            (*(whole.signs[k] for k in kept), *ones),
+            (*(whole.noise[k] for k in kept), *(0.0 for _ in ones)),
+            reach=(*(whole.reach[k] for k in kept), *(0.0 for _ in ones)) if whole.reach else (),
         )
 
     # Going on from surfaces.
@@ -234,8 +234,8 @@ class SurfaceMotion(HybridMotion):
 
     def _jumps(self, before: SurfaceSides, after: SurfaceSides) -> bool:
         """Tell whether energy or momenta jump at the surfaces, for the same state."""
-        one, other = (self._surfaces.continuous(self.t, self.y, s) for s in (before, after))
-        return bool((np.abs(one - other) > _JUMP * (np.abs(one) + np.abs(other))).any())
+        earlier, later = (self._surfaces.continuous(self.t, self.y, s) for s in (before, after))
+        return bool((np.abs(later - earlier) > _JUMP * (np.abs(earlier) + np.abs(later))).any())
 
     def _slide(self, sliding: Sequence[int]) -> SlidingRhs:
         return SlidingRhs(self._surfaces, self._sides, sliding)

@@ -140,9 +140,9 @@ class BatchedTaylor:
         run = self._type()
         run.series = ctypes.cast(self.system[f"system_{name}_taylor"], _POINTER).value
         run.rows = _ROWS((f"system_{name}_taylor_rows", self.system))()
-        given = (times, starts, parameters, self._kinds, states, filled, made)
+        arrays = (times, starts, parameters, self._kinds, states, filled, made)
         places = ("times", "starts", "p", "kinds", "states", "filled", "steps")
-        for place, array in zip(places, given, strict=True):
+        for place, array in zip(places, arrays, strict=True):
             setattr(run, place, array.ctypes.data)
         run.n, run.members, run.samples, run.parameters = (
             n,
@@ -200,7 +200,7 @@ class BatchedSamples:
         times, states, parameters = arrays
         space = np.empty(work + 9 * n + 9 * columns + 8)
         self._table(
-            *(None if of is None else ctypes.cast(of, _POINTER).value for of in functions),
+            *(None if entry is None else ctypes.cast(entry, _POINTER).value for entry in functions),
             members,
             samples,
             times.ctypes.data,
@@ -219,20 +219,20 @@ class BatchedSamples:
         """Largest distance of coordinates from 0 or from their start, and largest speeds, of
         each member, (members, 2n)."""
         states = np.ascontiguousarray(states)
-        found = np.empty((len(states), states.shape[2]))
-        self._extent(*states.shape, states.ctypes.data, float(from_start), found.ctypes.data)
-        return found
+        extents = np.empty((len(states), states.shape[2]))
+        self._extent(*states.shape, states.ctypes.data, float(from_start), extents.ctypes.data)
+        return extents
 
-    def errors(self, own: Array, companions: Sequence[Array], weights: Sequence[float]) -> Array:
+    def errors(self, states: Array, companions: Sequence[Array], weights: Sequence[float]) -> Array:
         """The largest sum of ``weight·|companion - own|`` of each number of each member over its
         samples, (members, 2n); NaN where there are any."""
-        own, *others = (np.ascontiguousarray(a) for a in (own, *companions))
-        found = np.empty((len(own), own.shape[2]))
-        places = (_POINTER * len(others))(*(other.ctypes.data for other in others))
-        weighs = (ctypes.c_double * len(others))(*weights)
-        given = *own.shape, own.ctypes.data, len(others), places, weighs, found.ctypes.data
-        self._errors(*given)
-        return found
+        states, *companions = (np.ascontiguousarray(a) for a in (states, *companions))
+        errors, count = np.empty((len(states), states.shape[2])), len(companions)
+        places = (_POINTER * count)(*(companion.ctypes.data for companion in companions))
+        weighs = (ctypes.c_double * count)(*weights)
+        arguments = states.ctypes.data, count, places, weighs, errors.ctypes.data
+        self._errors(*states.shape, *arguments)
+        return errors
 
 
 def digits_of(stepper: ctypes.CDLL) -> int:

@@ -133,9 +133,9 @@ class NativeRhs:
 
     def in_piece(self, piece: int) -> NativeRhs:
         """The same with the inputs of one piece, at any time."""
-        other = copy.copy(self)
-        other._fixed = piece
-        return other
+        rhs = copy.copy(self)
+        rhs._fixed = piece
+        return rhs
 
     @property
     def expressions(self) -> Expressions | None:
@@ -156,12 +156,12 @@ class NativeRhs:
     def _shifted(self, t: float, q: Array, there: Array) -> Array:
         """Return the change that leads positions back, NaN where the C function returns nonzero."""
         both = np.concatenate([q, there]).astype(self.real.dtype)
-        found = np.empty(len(q), self.real.dtype)
+        change = np.empty(len(q), self.real.dtype)
         parameters, work = self.parameters_address, self.work.ctypes.data
-        arguments = self.inputs(t), parameters, work, found.ctypes.data
+        arguments = self.inputs(t), parameters, work, change.ctypes.data
         if self._shift(t, both.ctypes.data, *arguments):
             return np.full(len(q), np.nan)
-        return found.astype(float)
+        return change.astype(float)
 
     def _projected(self, t: float, y: Array) -> Array:
         """The state moved onto the constraints, NaN where the C function returns nonzero."""

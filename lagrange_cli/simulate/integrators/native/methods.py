@@ -159,14 +159,14 @@ class _Compiled:
         self._fresh = bytes(self._run)
 
     def state(self) -> SavedState:
-        found = {
+        values = {
             "run": np.frombuffer(bytes(self._run), np.uint8),
             "memory": self._every.copy(),
             "fallen": self.fallen,
         }
         if self._landmarks is not None:
-            found["peaks"] = self._landmarks.peaks.copy()
-        return found if self._events is None else {**found, "signs": self._events.signs.copy()}
+            values["peaks"] = self._landmarks.peaks.copy()
+        return values if self._events is None else {**values, "signs": self._events.signs.copy()}
 
     def restore(self, state: SavedState) -> None:
         run = self._run
