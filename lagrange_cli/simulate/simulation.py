@@ -200,8 +200,8 @@ def _simulated(
     stream, checkpoint = context.stream, context.checkpoint
     functions = context.functions or right_hand_side(model, context.cache, request.budget)
     problem = problem_of(model, request, functions, buffer)
-    if functions.drive is not None:
-        functions.drive.require(problem.start, problem.until)
+    if functions.recorded_inputs is not None:
+        functions.recorded_inputs.require(problem.start, problem.until)
     require_a_start(model, problem)
     places = unbounded_slopes(model, functions)
     require_unique_start(places, problem.start, problem.y0)

@@ -42,7 +42,7 @@ class OneContact(HybridRhs):
             return lambda t, y: self(t, y)
         return lambda t, y: np.concatenate([y[2:], self.held(y)])
 
-    def falling(
+    def terminal_events(
         self,
         closed: ContactMode,
         signs: tuple[float, ...],

@@ -55,7 +55,7 @@ def identity(model: Model, request: Request, functions: RightHandSide) -> dict[s
     equations = model.to_json()
     apart = ("parameters", "initial", "defaults", "recordings")
     numbers = {name: equations.pop(name) for name in apart}
-    pieces = functions.drive.pieces if functions.drive is not None else None
+    pieces = functions.recorded_inputs.pieces if functions.recorded_inputs is not None else None
     return {
         "program": (__version__, fingerprint()),
         "code": functions.implementation,

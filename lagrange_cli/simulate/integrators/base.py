@@ -42,7 +42,7 @@ choices and tests derive from there. An implementer promises:
 12. **Pieces.** Where ``rhs`` has :func:`.piecewise.pieces`, steps end with each of them. What
    sees ``rhs(t, y)`` alone is begun anew in each by :func:`.piecewise.in_pieces`.
 13. **Events.** Behind :meth:`~Integrator.stop_at` the run ends where the first of some
-   functions falls through zero: ``t`` and ``y`` are there, projected, ``fallen`` is the
+   functions falls through zero: ``t`` and ``y`` are there, projected, ``end_event`` is the
    function's number, and no later sample is filled. Methods without interpolant cannot.
 14. **Going on.** :meth:`~Integrator.state` gives all that later steps depend on as plain values,
    and :meth:`~Integrator.restore`, called where a run of the same start and control has made no
@@ -188,7 +188,7 @@ class Integrator(ABC):
         Time and state, shape (2n,), of the run, and the time of its end.
     evaluations, steps, remade
         Counters, see the seventh promise.
-    fallen
+    end_event
         Number of the event function at whose zero the run ended; None before.
     last_step
         Length of the last step.
@@ -215,7 +215,7 @@ class Integrator(ABC):
     t_end: float
     evaluations: int = 0
     steps: int = 0
-    fallen: int | None = None
+    end_event: int | None = None
     last_step: float = 0.0
     remade: int = 0
     _projection: Projection | None = None
@@ -245,26 +245,26 @@ class Integrator(ABC):
         """States at ``times`` within the last step, shape (len(times), n)."""
         raise NotImplementedError(f"{self.name} does not interpolate")
 
-    def stop_at(self, falling: TerminalEvents) -> None:
+    def stop_at(self, events: TerminalEvents) -> None:
         """End the run where one of the functions falls through zero."""
         if not self.interpolates:
             raise ValueError(f"steps of {self.name} have no interpolant to find events on")
-        self._search = EventSearch(falling)
+        self._search = EventSearch(events)
 
-    def again(self, t0: float, y0: Array, first_step: float, falling: EventStart) -> bool:
+    def again(self, t0: float, y0: Array, first_step: float, event_start: EventStart) -> bool:
         """Stand at another state with the same right-hand side, control and event functions, as
         if begun there; False where that is not to be had, and a run has to be made."""
         return False
 
     def state(self) -> SavedState:
         """All that later steps depend on."""
-        names = ("t", "y", "steps", "evaluations", "fallen", *self.kept)
+        names = ("t", "y", "steps", "evaluations", "end_event", *self.kept)
         values = {name: getattr(self, name) for name in names if hasattr(self, name)}
         return values if self._search is None else {**values, "signs": self._search.signs}
 
     def restore(self, state: SavedState) -> None:
         """Go on where a run of this method with the same start and control stood."""
-        for name in ("t", "y", "steps", "evaluations", "fallen", *self.kept):
+        for name in ("t", "y", "steps", "evaluations", "end_event", *self.kept):
             if name in state:
                 setattr(self, name, state[name])
         if self._search is not None:
@@ -288,7 +288,7 @@ class Integrator(ABC):
         first_steps, first_evaluations = self.steps, self.evaluations
         while (
             filled < len(times)
-            and self.fallen is None
+            and self.end_event is None
             and self.steps - first_steps < most_steps
             and self.evaluations - first_evaluations < most_evaluations
         ):
@@ -317,7 +317,7 @@ class Integrator(ABC):
     def _stop(self, t: float, event: int) -> None:
         """Stand at the end of the run."""
         self.y = self._within(t)
-        self.t, self.fallen = t, event
+        self.t, self.end_event = t, event
 
     @property
     def signs(self) -> tuple[float, ...]:

@@ -33,10 +33,10 @@ _SHARP = 1e-9
 class EventSearch:
     """``signs`` are those of the functions on the way; ``dips`` where they came close to zero."""
 
-    def __init__(self, falling: TerminalEvents) -> None:
-        self._values, self._noise = falling.values, falling.noise
-        self._reach = falling.reach or (0.0,) * len(falling.signs)
-        self.signs = list(falling.signs)
+    def __init__(self, events: TerminalEvents) -> None:
+        self._values, self._noise = events.values, events.noise
+        self._reach = events.reach or (0.0,) * len(events.signs)
+        self.signs = list(events.signs)
         self.dips: list[ZeroCrossing] = []
 
     def first(

@@ -23,10 +23,10 @@ def perturb(program: Program) -> Program:
     The factors are parameters after those of the program, in order.
     """
     if program.parts:
-        return _disturbed_parts(program)
+        return _perturbed_parts(program)
     numbers = count(program.parameters)
     factors = (Variable(f"p{number}") for number in numbers)
-    disturbed = replace(
+    perturbed = replace(
         program,
         assignments=tuple((name, _off(operand, factors)) for name, operand in program.assignments),
         outputs=tuple(
@@ -34,33 +34,33 @@ def perturb(program: Program) -> Program:
             for name, operands in program.outputs
         ),
     )
-    return replace(disturbed, parameters=next(numbers))
+    return replace(perturbed, parameters=next(numbers))
 
 
-def _disturbed_parts(program: Program) -> Program:
+def _perturbed_parts(program: Program) -> Program:
     """Loops whose members have factors of their own; solutions of systems have none."""
     parts: list[ProgramPart] = []
     end = program.parameters
     for part in program.parts:
         if isinstance(part, IndexedLoop):
-            part, used = _disturbed_kernel(part, end)
+            part, used = _perturbed_loop(part, end)
             end += used
         parts.append(part)
     return replace(program, parts=tuple(parts), parameters=end)
 
 
-def _disturbed_kernel(kernel: IndexedLoop, start: int) -> tuple[IndexedLoop, int]:
+def _perturbed_loop(loop: IndexedLoop, start: int) -> tuple[IndexedLoop, int]:
     """A loop that reads factors from a parameter on, and how many it reads."""
-    numbers = count(len(kernel.inputs))
+    numbers = count(len(loop.inputs))
     factors = (Variable(f"l{number}") for number in numbers)
-    assignments = tuple((name, _off(operand, factors)) for name, operand in kernel.assignments)
-    results = tuple((column, _off(operand, factors)) for column, operand in kernel.results)
-    each, members = next(numbers) - len(kernel.inputs), kernel.members
+    assignments = tuple((name, _off(operand, factors)) for name, operand in loop.assignments)
+    results = tuple((column, _off(operand, factors)) for column, operand in loop.results)
+    each, members = next(numbers) - len(loop.inputs), loop.members
     columns = [
         IndexColumn("p", tuple(range(start + k * members, start + (k + 1) * members)))
         for k in range(each)
     ]
-    inputs = (*kernel.inputs, *columns)
+    inputs = (*loop.inputs, *columns)
     return IndexedLoop(members, inputs, assignments, results), each * members
 
 

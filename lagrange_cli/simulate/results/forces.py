@@ -39,10 +39,10 @@ def _known(model: Model, functions: RightHandSide, t: Array, states: Array) -> A
 
 def _interpreted(model: Model, functions: RightHandSide) -> ParameterTable:
     """Forces by Python."""
-    forces, driven = functions_of(model.code.forces), functions.drive
+    forces, recorded = functions_of(model.code.forces), functions.recorded_inputs
 
     def row(time: float, state: Array, known: Array) -> Array:
-        inputs = [lambda *_: driven.pieces.rows[driven.pieces.at(time)]] if driven else []
+        inputs = [lambda *_: recorded.pieces.rows[recorded.pieces.at(time)]] if recorded else []
         return np.asarray(forces["outputs"](time, state, known.tolist(), *inputs))
 
     def rows(t: Array, y: Array, known: Array) -> Array:

@@ -73,7 +73,7 @@ class Run:
         self._times = problem.times
         first = problem.y0 if y0 is None else y0
         self._samples = problem.samples()
-        self._samples.room(0, 1)[0] = first
+        self._samples.unfilled(0, 1)[0] = first
         self.filled = 1
         self._pace = 1
         with _fitting(method):
@@ -183,7 +183,7 @@ class Run:
         """Step until ``samples`` are filled or a limit is reached; False once the run has ended."""
         if self.ended:
             return False
-        free = self._samples.room(self.filled, max(samples, self.filled))
+        free = self._samples.unfilled(self.filled, max(samples, self.filled))
         with _fitting(self.method):
             done = self._integrator.advance(
                 self._times[self.filled : self.filled + len(free)],

@@ -24,7 +24,7 @@ _DOUBLE_SIZE = 8
 class SampleBuffer(Protocol):
     """Memory or a file into which a run writes its samples."""
 
-    def room(self, first: int, last: int) -> Array:
+    def unfilled(self, first: int, last: int) -> Array:
         """Return rows to fill, from the number ``first`` to ``last`` at most."""
         ...
 
@@ -47,7 +47,7 @@ class MemoryBuffer:
     def __init__(self, count: int, width: int) -> None:
         self._array = np.empty((count, width))
 
-    def room(self, first: int, last: int) -> Array:
+    def unfilled(self, first: int, last: int) -> Array:
         return self._array[first:last]
 
     def rows(self, count: int) -> Array:
@@ -80,7 +80,7 @@ class FileBuffer:
         self._buffer = np.empty((size or window_rows(width), width))
         self._base = 0
 
-    def room(self, first: int, last: int) -> Array:
+    def unfilled(self, first: int, last: int) -> Array:
         if first - self._base == len(self._buffer):
             self._check = self._put(len(self._buffer))
             self._base = first

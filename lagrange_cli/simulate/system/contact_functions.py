@@ -91,7 +91,7 @@ class NativeContacts:
         pieces: InputPieces | None,
     ) -> None:
         self._model, self._system, self._kernels = model, system, kernels
-        self._driving = None if pieces is None else NativeInputs(pieces, DOUBLE)
+        self._native_inputs = None if pieces is None else NativeInputs(pieces, DOUBLE)
         self._work = np.empty(model.code.work)
         self._reset = _RESET(("system_reset", system))
         # Memory in which states are handed over, made at the first call.
@@ -113,7 +113,7 @@ class NativeContacts:
             work,
             self._kernels,
             projection=projection,
-            driving=self._driving,
+            native_inputs=self._native_inputs,
             trace=trace,
         )
 
@@ -142,8 +142,8 @@ class NativeContacts:
         count = len(signs)
         function = RHS(("system_events", self._system))
         work = np.empty_like(self._work)
-        falling, terminal = (-1,) * count, (True,) * count
-        return NativeEvents(function, falling, terminal, parameters, work, signs, noise, reach)
+        directions, terminal = (-1,) * count, (True,) * count
+        return NativeEvents(function, directions, terminal, parameters, work, signs, noise, reach)
 
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
@@ -153,10 +153,10 @@ class NativeContacts:
             arrays = self._state, self._given, self._work
             self._places = tuple(array.ctypes.data for array in arrays)
         self._state[:], self._given[:] = y, parameters
-        driving = self._driving
-        inputs = None if driving is None else driving.address(driving.pieces.at(t))
+        inputs = self._native_inputs
+        u = None if inputs is None else inputs.address(inputs.pieces.at(t))
         state, numbers, work = self._places
-        status = self._reset(t, state, inputs, numbers, event, bounce, work)
+        status = self._reset(t, state, u, numbers, event, bounce, work)
         flags = self._given[_flags(self._model)].copy()
         if status:
             return None, flags if status == _DEADLOCK else np.zeros_like(flags)

@@ -71,7 +71,7 @@ class ContactRhs(HybridRhs):
         parameters[self._flags] = closed
         return parameters
 
-    def falling(
+    def terminal_events(
         self,
         closed: ContactMode,
         signs: tuple[float, ...],

@@ -111,7 +111,7 @@ class RightHandSide:
         Makes the same right-hand sides in wider arithmetic, or None if there is none.
     widens
         ``wider`` may give some.
-    drive
+    recorded_inputs
         Recorded inputs; None if there are none.
     forces
         Constraint forces, in machine code alone; None if they were not derived.
@@ -136,7 +136,7 @@ class RightHandSide:
     native: bool = False
     wider: Callable[[], WiderArithmetic | None] = lambda: None
     widens: bool = False
-    drive: RecordedInputs | None = None
+    recorded_inputs: RecordedInputs | None = None
     forces: ParameterTable | None = None
     guarded: Callable[[Array], RightHandSide] | None = None
     landmarks: NativeLandmarks | None = None
@@ -226,8 +226,8 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
         A file of inputs cannot be read.
     """
     started = time.perf_counter()
-    drive = read_recorded_inputs(model.recordings)
-    libraries = Libraries(model, drive, cache, DOUBLE, started + _COMPILING * budget)
+    recorded = read_recorded_inputs(model.recordings)
+    libraries = Libraries(model, recorded, cache, DOUBLE, started + _COMPILING * budget)
     return _native(libraries, cache, started + budget)
 
 
@@ -241,9 +241,10 @@ def right_hand_sides(model: Model, cache: Cache | None = None) -> Callable[[Mode
     InputError
         A file of inputs cannot be read.
     """
-    kept, drive = open_cache() if cache is None else cache, read_recorded_inputs(model.recordings)
+    kept = open_cache() if cache is None else cache
+    recorded = read_recorded_inputs(model.recordings)
     try:
-        libraries = Libraries(model, drive, kept, DOUBLE, math.inf)
+        libraries = Libraries(model, recorded, kept, DOUBLE, math.inf)
     except CompileError as error:
         reason = error.reason
         return lambda varied: interpreted(varied, reason)
@@ -252,7 +253,7 @@ def right_hand_sides(model: Model, cache: Cache | None = None) -> Callable[[Mode
 
 def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSide:
     """The functions of loaded libraries, with the parameters of their model bound."""
-    model, drive = libraries.model, libraries.drive
+    model, recorded = libraries.model, libraries.recorded_inputs
     width = 2 * len(model.coordinates)
 
     def table(name: str, columns: int) -> Table:
@@ -269,7 +270,7 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
 
     def guarded(guards: Array) -> RightHandSide:
         rhs, perturbed = libraries.sides(guards)
-        wider = partial(_wider, model, drive, cache, deadline, guards)
+        wider = partial(_wider, model, recorded, cache, deadline, guards)
         within = replace(plain, rhs=rhs, perturbed=perturbed, wider=wider, guarded=None)
         code = partial(NativeCode, libraries, guards=guards)
         return _sided(model, within, surfaces_maker(model, code))
@@ -287,9 +288,9 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         exponents=table("landmarks", model.landmarks),
         implementation="compiled C",
         native=True,
-        wider=lambda: _wider(model, drive, cache, deadline),
+        wider=lambda: _wider(model, recorded, cache, deadline),
         widens=EXTENDED.epsilon < DOUBLE.epsilon,
-        drive=drive,
+        recorded_inputs=recorded,
         forces=forces(),
         guarded=guarded,
         landmarks=libraries.landmarks,
@@ -300,7 +301,7 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         model,
         sided,
         lambda pattern: NativeContacts(
-            model, libraries.system, libraries.holding, pieces_of(drive, pattern)
+            model, libraries.system, libraries.holding, pieces_of(recorded, pattern)
         ),
         surfaces,
     )
@@ -308,7 +309,7 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
 
 def _wider(
     model: Model,
-    drive: RecordedInputs | None,
+    recorded: RecordedInputs | None,
     cache: Cache,
     deadline: float,
     guards: Array | None = None,
@@ -323,7 +324,7 @@ def _wider(
     if EXTENDED.epsilon >= DOUBLE.epsilon:
         return None
     try:
-        libraries = Libraries(model, drive, cache, EXTENDED, deadline)
+        libraries = Libraries(model, recorded, cache, EXTENDED, deadline)
     except CompileError:
         if time.perf_counter() >= deadline:
             raise StoppedError from None
@@ -353,12 +354,12 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         A file of inputs cannot be read.
     """
     functions = functions_of(model.code.python)
-    drive = read_recorded_inputs(model.recordings)
+    recorded = read_recorded_inputs(model.recordings)
 
     def given_to(name: str, pattern: int = 0) -> Rhs:
         parameters = parameter_values(model, pattern)
         trace = tracer(model.code.python, name)
-        return bound(functions[name], parameters.tolist(), pieces_of(drive, pattern), trace)
+        return bound(functions[name], parameters.tolist(), pieces_of(recorded, pattern), trace)
 
     def table(name: str, columns: int) -> Table:
         return interpreted_table(given_to(name), columns) if columns else no_columns
@@ -380,7 +381,8 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
 
     def surfaces_beside(beside: Callable[[Rhs], Rhs]) -> MakeSurfaces | None:
         return surfaces_maker(
-            model, lambda pattern: InterpretedCode(functions, pieces_of(drive, pattern), beside)
+            model,
+            lambda pattern: InterpretedCode(functions, pieces_of(recorded, pattern), beside),
         )
 
     plain = RightHandSide(
@@ -394,7 +396,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         outputs=table("outputs", len(model.outputs)),
         exponents=table("landmarks", model.landmarks),
         implementation=f"interpreted Python: {reason}",
-        drive=drive,
+        recorded_inputs=recorded,
         guarded=guarded,
     )
     surfaces = surfaces_beside(lambda rhs: rhs)
@@ -402,6 +404,6 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
     return _with_contacts(
         model,
         sided,
-        lambda pattern: InterpretedContacts(model, functions, pieces_of(drive, pattern)),
+        lambda pattern: InterpretedContacts(model, functions, pieces_of(recorded, pattern)),
         surfaces,
     )

@@ -42,7 +42,7 @@ class RecordedInputs:
             if not first <= start <= until <= last:
                 raise _beyond(recording, (first, last), (start, until))
 
-    def disturbed(self, pattern: int) -> InputPieces:
+    def perturbed(self, pattern: int) -> InputPieces:
         """The pieces with every number off by its rounding error."""
         return InputPieces(self.pieces.starts, off_by_one_ulp(self.pieces.rows, pattern))
 

@@ -37,11 +37,11 @@ _DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
 OPTIONS = ("-O2",)
 
 
-def pieces_of(drive: RecordedInputs | None, pattern: int) -> InputPieces | None:
+def pieces_of(recorded: RecordedInputs | None, pattern: int) -> InputPieces | None:
     """Pieces of inputs, off by their rounding error in a pattern other than 0."""
-    if drive is None:
+    if recorded is None:
         return None
-    return drive.disturbed(pattern) if pattern else drive.pieces
+    return recorded.perturbed(pattern) if pattern else recorded.pieces
 
 
 def _reading(trace: Tracer, count: int) -> Tracer:
@@ -61,7 +61,7 @@ class Libraries:
     def __init__(
         self,
         model: Model,
-        drive: RecordedInputs | None,
+        recorded: RecordedInputs | None,
         cache: Cache,
         real: NativeReal,
         deadline: float,
@@ -81,7 +81,7 @@ class Libraries:
             find_compiler(), [CSource(kernels.kernel_files(group), options)], cache, deadline
         )
         self._further: dict[str, ctypes.CDLL | None] = {}
-        self.model, self._real, self.drive = model, real, drive
+        self.model, self._real, self.recorded_inputs = model, real, recorded
         self._functions = sources[0].functions
 
     def of(self, model: Model) -> Libraries:
@@ -108,7 +108,7 @@ class Libraries:
         if guards is not None:
             guarded, trace = "guarded_", _reading(trace, len(parameters))
             parameters = np.concatenate([parameters, guards])
-        pieces = pieces_of(self.drive, pattern)
+        pieces = pieces_of(self.recorded_inputs, pattern)
         entry = function_type(self._real)((f"system_{guarded}{name}", self.system))
         lanes = f"system_{guarded}{name}_lanes"
         at_once = self.system[lanes] if lanes in self._functions else None

@@ -126,7 +126,7 @@ class ModelSurfaces(Surfaces):
         self._layout.weigh(self._given, sides)
         return _row(self._continuous, t, y)
 
-    def falling(
+    def terminal_events(
         self,
         sides: SurfaceSides,
         signs: tuple[float, ...],
@@ -161,8 +161,8 @@ class ModelSurfaces(Surfaces):
         if native is None:
             return None
         function, work = native
-        falling, terminal = (-1,) * len(signs), (True,) * len(signs)
-        return NativeEvents(function, falling, terminal, parameters, work, signs, noise, reach)
+        directions, terminal = (-1,) * len(signs), (True,) * len(signs)
+        return NativeEvents(function, directions, terminal, parameters, work, signs, noise, reach)
 
 
 class NativeCode:

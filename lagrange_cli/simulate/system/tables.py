@@ -99,15 +99,15 @@ def native_parameter_table(
 
 def _alike(function: NativeRhs, t: Array) -> Iterator[tuple[int, int, int | None]]:
     """Rows of a table from and to where inputs have the same numbers, and their address."""
-    driving = function.driving
-    if driving is None:
+    inputs = function.native_inputs
+    if inputs is None:
         yield 0, len(t), None
         return
-    piece = [driving.pieces.at(time) for time in t.tolist()]
+    piece = [inputs.pieces.at(time) for time in t.tolist()]
     ends = [k for k in range(1, len(t)) if piece[k] != piece[k - 1]]
     for first, last in zip([0, *ends], [*ends, len(t)], strict=True):
         if first < last:
-            yield first, last, driving.address(piece[first])
+            yield first, last, inputs.address(piece[first])
 
 
 def interpreted_table(function: Callable[[float, Array], Any], columns: int) -> Table:

@@ -211,8 +211,8 @@ def _bench(
 ) -> Bench:
     """Make the problem that methods integrate, and its coarse run and reference."""
     problem = problem_of(model, request, functions)
-    if functions.drive is not None:
-        functions.drive.require(problem.start, problem.until)
+    if functions.recorded_inputs is not None:
+        functions.recorded_inputs.require(problem.start, problem.until)
     require_a_start(model, problem)
     patience = _PATIENCE * budget
     with np.errstate(all="ignore"):

@@ -203,7 +203,8 @@ NUMBERS: dict[str, NumericMembers] = {}
 @pytest.mark.parametrize("value", ["0", "-1"])
 def test_another_sign_is_derived_anew(value):
     plan = plan_of(PENDULUM, ["g"], ["9.81"])
-    assert NumericMembers(plan.recipe, plan.member, plan.model).of(MemberValues({"g": value})) is None
+    numbers = NumericMembers(plan.recipe, plan.member, plan.model)
+    assert numbers.of(MemberValues({"g": value})) is None
     (block,) = blocks_of(plan, [(value,)])
     alone = simulate(plan.recipe.model(MemberValues({"g": value})))
     assert block.columns["theta"][0].tobytes() == alone.columns["theta"].tobytes()

@@ -120,8 +120,8 @@ def test_a_contact_that_neither_holds_nor_gives_way_ends_the_run():
 
 def search(values, signs, noise=0.0, parts=((0.0, 1.0),)):
     """The first fall of g(t) within steps, and where it is."""
-    falling = TerminalEvents(lambda t, y: np.array([values(t)]), (signs,), (noise,))
-    found = EventSearch(falling)
+    events = TerminalEvents(lambda t, y: np.array([values(t)]), (signs,), (noise,))
+    found = EventSearch(events)
     for a, b in parts:
         event = found.first(lambda t: np.array([t]), a, b)
         if event is not None:

@@ -255,7 +255,7 @@ def test_a_spool_gives_back_what_it_took():
     of = spool.FileBuffer(io.BytesIO(), width, size=8)
     filled = 0
     while filled < 50:
-        room = of.room(filled, min(filled + int(rng.integers(1, 20)), 50))
+        room = of.unfilled(filled, min(filled + int(rng.integers(1, 20)), 50))
         room[:] = values[filled : filled + len(room)]
         filled += len(room)
         found = of.rows(filled)

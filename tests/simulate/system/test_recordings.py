@@ -20,7 +20,7 @@ from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.system import inputs as driving
+from lagrange_cli.simulate.system import inputs as recorded_inputs
 from lagrange_cli.simulate.system.functions import interpreted
 from tests.simulate.available import INSTALLED
 from tests.simulate.compiling import compiled_or_skip
@@ -343,7 +343,7 @@ def test_too_many_different_times_are_refused(tmp_path, monkeypatch):
     made = equations(tmp_path, "", scene=scene)
     (tmp_path / "b.csv").write_text(rows([t + 1e-3 * (t < 5) for t in (-1, *TIMES)], range(9)))
     assert simulate(made).status == "ok"
-    monkeypatch.setattr(driving, "MOST_TABLE_NUMBERS", 80)
+    monkeypatch.setattr(recorded_inputs, "MOST_TABLE_NUMBERS", 80)
     with pytest.raises(InputError, match="15 different times are too many"):
         simulate(made)
 

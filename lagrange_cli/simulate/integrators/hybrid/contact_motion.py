@@ -123,7 +123,7 @@ class ContactMotion(HybridMotion):
         if self._closed[event]:
             self._reset(event, "release")
         elif self._accumulates(event):
-            self.y = self._fallen(event)
+            self.y = self._at_rest_on(event)
             self._reset(event, "zeno")
         else:
             self._graze(event)
@@ -173,7 +173,7 @@ class ContactMotion(HybridMotion):
         is_short = remaining <= max(self._shortest, self._together)
         return bool(is_short or height <= _LOW * gaps.sizes[contact])
 
-    def _fallen(self, contact: int) -> Array:
+    def _at_rest_on(self, contact: int) -> Array:
         """The state with a contact closed that still rises where its bounces end."""
         gaps = self._rhs.gaps(self.t, self.y)
         if gaps.speeds(self.y[len(self.y) // 2 :])[0][contact] <= 0:
@@ -310,7 +310,7 @@ class ContactMotion(HybridMotion):
             control = replace(self._control, first_step=first_step)
             side = self._rhs.side(self._closed)
             run = self._begin(side, self.t, self.y, self.t_end, control)
-            run.stop_at(self._rhs.falling(self._closed, *begun))
+            run.stop_at(self._rhs.terminal_events(self._closed, *begun))
             self._runs[self._closed] = run
         self._run = run
         return run

@@ -137,7 +137,7 @@ class HybridRhs(ABC):
         """y' with these contacts closed, with a projection onto them."""
 
     @abstractmethod
-    def falling(
+    def terminal_events(
         self,
         closed: ContactMode,
         signs: tuple[float, ...],

@@ -79,13 +79,13 @@ class HybridMotion(Integrator):
         filled, steps, evaluations = 0, self.steps, self.evaluations
         while self._run is not None:
             # Samples behind which a located event lies are filled without a further step.
-            steps_left = most_steps - (self.steps - steps) if self._run.fallen is None else 0
+            steps_left = most_steps - (self.steps - steps) if self._run.end_event is None else 0
             evaluations_left = most_evaluations - (self.evaluations - evaluations)
             part = times[filled:], states[filled:]
             done = self._go(self._run, *part, steps_left, evaluations_left)
             filled += done.filled
             self._read(self._run)
-            event = self._run.fallen
+            event = self._run.end_event
             if done.failure is not None or event is None:
                 return Advance(filled, done.failure)
             if filled == len(times) and times[-1] < self.t:

@@ -82,8 +82,8 @@ class SurfaceMotion(HybridMotion):
 
     # Pieces.
 
-    def stop_at(self, falling: TerminalEvents) -> None:
-        self._beside = falling
+    def stop_at(self, events: TerminalEvents) -> None:
+        self._beside = events
         if self._run is not None:
             self._begin_piece(self._piece["signs"], self._piece["noise"])
 
@@ -100,7 +100,7 @@ class SurfaceMotion(HybridMotion):
         filled, steps, evaluations = run.take(times, states, 0), run.steps, run.evaluations
         while (
             filled < len(times)
-            and run.fallen is None
+            and run.end_event is None
             and run.steps - steps < most_steps
             and run.evaluations - evaluations < most_evaluations
         ):
@@ -113,13 +113,13 @@ class SurfaceMotion(HybridMotion):
                 run = self._again(start, signs, BEHIND * (run.t - start[0]))
                 steps, evaluations = 0, 0
                 continue
-            end = len(times) if run.fallen is None else np.searchsorted(times, run.t, "right")
+            end = len(times) if run.end_event is None else np.searchsorted(times, run.t, "right")
             filled = run.take(times[:end], states, filled)
         return Advance(filled)
 
     def _part_of_step(self, run: Integrator, start: float) -> float:
         """Return the part of its step before an event; 1 without one, or if none can be earlier."""
-        if run.fallen is None or run.t - start <= TOGETHER * np.spacing(abs(run.t)):
+        if run.end_event is None or run.t - start <= TOGETHER * np.spacing(abs(run.t)):
             return 1.0
         return (run.t - start) / run.last_step
 
@@ -143,7 +143,7 @@ class SurfaceMotion(HybridMotion):
     def _pass(self, event: int) -> bool:
         before = 0 if self._beside is None else len(self._beside.signs)
         if event < before:
-            self.fallen = event
+            self.end_event = event
         else:
             self._cross(event - before)
         return event >= before
@@ -185,13 +185,13 @@ class SurfaceMotion(HybridMotion):
         sliding = self._sliding(self._sides)
         side = self._slide(sliding) if sliding else self._surfaces.side(self._sides)
         self._run = run = self._begin(side, self.t, self.y, self.t_end, control)
-        run.stop_at(self._falling(sliding, signs, noise))
+        run.stop_at(self._terminal_events(sliding, signs, noise))
         return run
 
-    def _falling(
+    def _terminal_events(
         self, sliding: Sequence[int], signs: tuple[float, ...], noise: tuple[float, ...]
     ) -> TerminalEvents:
-        whole = self._surfaces.falling(self._sides, signs, noise, self._beside)
+        whole = self._surfaces.terminal_events(self._sides, signs, noise, self._beside)
         if not sliding:
             return whole
         others = 0 if self._beside is None else len(self._beside.signs)

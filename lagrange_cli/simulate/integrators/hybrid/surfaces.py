@@ -79,7 +79,7 @@ class Surfaces(ABC):
         """Evaluate what jumps only with an impulse: the energy function on these sides, momenta."""
 
     @abstractmethod
-    def falling(
+    def terminal_events(
         self,
         sides: SurfaceSides,
         signs: tuple[float, ...],

@@ -69,7 +69,7 @@ class NativeRhs:
     projection
         Where states obey constraints, a C function of the :func:`projection_type` of
         ``real`` with the same parameters, that moves a state onto them.
-    driving
+    native_inputs
         What the C function reads at ``u``, by the time, where it has inputs.
     trace
         The same function over objects, where its text is at hand.
@@ -87,7 +87,7 @@ class NativeRhs:
         lanes: Any = None,
         real: NativeReal = DOUBLE,
         projection: Any = None,
-        driving: NativeInputs | None = None,
+        native_inputs: NativeInputs | None = None,
         trace: Tracer | None = None,
         shift: Any = None,
     ) -> None:
@@ -95,7 +95,7 @@ class NativeRhs:
         self.landmarks: NativeLandmarks | None = None
         self.surfaces: Surfaces | None = None
         self._trace = trace
-        self.driving = driving
+        self.native_inputs = native_inputs
         self._fixed: int | None = None
         self.real = real
         self.parameters = np.ascontiguousarray(parameters, dtype=real.dtype)
@@ -129,7 +129,7 @@ class NativeRhs:
     @property
     def pieces(self) -> InputPieces | None:
         """The pieces of its inputs; None where it has none, or is that of one piece."""
-        return self.driving.pieces if self.driving and self._fixed is None else None
+        return self.native_inputs.pieces if self.native_inputs and self._fixed is None else None
 
     def in_piece(self, piece: int) -> NativeRhs:
         """The same with the inputs of one piece, at any time."""
@@ -143,15 +143,15 @@ class NativeRhs:
         piece or the one it is that of."""
         if self._trace is None:
             return None
-        rows = np.empty((1, 0)) if self.driving is None else self.driving.pieces.rows
+        rows = np.empty((1, 0)) if self.native_inputs is None else self.native_inputs.pieces.rows
         return Expressions(self._trace, self.parameters.astype(float), rows[self._fixed or 0])
 
     def inputs(self, t: float) -> int | None:
         """The address of the inputs."""
-        if self.driving is None:
+        if self.native_inputs is None:
             return None
-        fixed = self._fixed
-        return self.driving.address(self.driving.pieces.at(t) if fixed is None else fixed)
+        piece = self.native_inputs.pieces.at(t) if self._fixed is None else self._fixed
+        return self.native_inputs.address(piece)
 
     def _shifted(self, t: float, q: Array, there: Array) -> Array:
         """Return the change that leads positions back, NaN where the C function returns nonzero."""

@@ -85,7 +85,7 @@ class _Compiled:
         self._events: EventBuffer | None = None
         self._fresh = b""
         self.ended = False
-        self.fallen: int | None = None
+        self.end_event: int | None = None
         n = len(y0)
         rows = self._rows(n)
         memory = _aligned(n * (rows + 3) + len(rhs.work), rhs.real)
@@ -99,7 +99,7 @@ class _Compiled:
         run.rhs, run.lanes, run.project = rhs.address, rhs.lanes_address, rhs.projection_address
         run.p = rhs.parameters_address
         run.shift = rhs.shift_address
-        self._drive(rhs, t0)
+        self._begin_inputs(rhs, t0)
         run.memory, run.n, run.t_end = address, n, t_end
         run.rtol, run.atol = address + row * rows, address + row * (rows + 1)
         run.work = address + row * (rows + 3)
@@ -112,15 +112,15 @@ class _Compiled:
         self._advance = self._function("advance", _advance_type(rhs.real))
         self._read()
 
-    def _drive(self, rhs: NativeRhs, t0: float) -> None:
+    def _begin_inputs(self, rhs: NativeRhs, t0: float) -> None:
         """Let inputs begin with the piece that holds at the start."""
-        driving, run = rhs.driving, self._run
-        if driving is None:
+        inputs, run = rhs.native_inputs, self._run
+        if inputs is None:
             return
-        run.starts, run.inputs = driving.starts.ctypes.data, driving.rows.ctypes.data
-        run.pieces, run.width = driving.rows.shape
-        run.piece = driving.pieces.first(t0)
-        run.u = driving.address(run.piece)
+        run.starts, run.inputs = inputs.starts.ctypes.data, inputs.rows.ctypes.data
+        run.pieces, run.width = inputs.rows.shape
+        run.piece = inputs.pieces.first(t0)
+        run.u = inputs.address(run.piece)
 
     def _rows(self, n: int) -> int:
         """Rows of memory, each of n numbers."""
@@ -153,16 +153,16 @@ class _Compiled:
         self._events.read_inputs(self._run.u)
         self._run.events = self._events.address
 
-    def stop_at(self, falling: TerminalEvents) -> None:
-        assert falling.native is not None
-        self.watch(falling.native)
+    def stop_at(self, events: TerminalEvents) -> None:
+        assert events.native is not None
+        self.watch(events.native)
         self._fresh = bytes(self._run)
 
     def state(self) -> SavedState:
         values = {
             "run": np.frombuffer(bytes(self._run), np.uint8),
             "memory": self._every.copy(),
-            "fallen": self.fallen,
+            "end_event": self.end_event,
         }
         if self._landmarks is not None:
             values["peaks"] = self._landmarks.peaks.copy()
@@ -174,8 +174,8 @@ class _Compiled:
         ctypes.memmove(ctypes.byref(run), state["run"].tobytes(), ctypes.sizeof(run))
         for name, address in pointers.items():
             setattr(run, name, address)
-        if self._native.driving is not None:
-            run.u = self._native.driving.address(run.piece)
+        if self._native.native_inputs is not None:
+            run.u = self._native.native_inputs.address(run.piece)
         self._every[:] = state["memory"]
         if self._landmarks is not None:
             self._landmarks.peaks[:] = state["peaks"]
@@ -183,7 +183,7 @@ class _Compiled:
             self._events.signs[:] = state["signs"]
             self._events.read_inputs(run.u)
         self._read()
-        self.fallen = state["fallen"]
+        self.end_event = state["end_event"]
 
     @property
     def dips(self) -> list[ZeroCrossing]:
@@ -224,7 +224,7 @@ class _Compiled:
         self.ended = status == KernelStatus.ENDED
         self._read()
         if self.ended:
-            self.fallen = self.events[-1].index
+            self.end_event = self.events[-1].index
         return Advance(filled.value, _FAILURES.get(status))
 
 
@@ -259,7 +259,7 @@ class _Interpolating(_Compiled):
             times, states, most_steps=most_steps, most_evaluations=most_evaluations
         )
 
-    def again(self, t0: float, y0: Array, first_step: float, falling: EventStart) -> bool:
+    def again(self, t0: float, y0: Array, first_step: float, event_start: EventStart) -> bool:
         if self._events is None or self._landmarks is not None:
             return False
         run = self._run
@@ -268,10 +268,10 @@ class _Interpolating(_Compiled):
         self._memory[0] = y0
         run.t = run.t_old = run.t_new = t0
         run.h, run.evaluations = min(first_step, self.t_end - t0), 0
-        self._drive(self._native, t0)
-        self._events.again(falling)
+        self._begin_inputs(self._native, t0)
+        self._events.again(event_start)
         self._events.read_inputs(run.u)
-        self.ended, self.fallen = False, None
+        self.ended, self.end_event = False, None
         self._nowhere = bool(self._begin(ctypes.byref(run)))
         self._read()
         return True
