@@ -21,8 +21,17 @@ from lagrange_cli.simulate.integrators.hybrid.motion import LOCATED
 
 @dataclass(frozen=True)
 class UnclearContacts:
-    """When and at which contacts a promise ends: whether runs ``differ`` in what happens, or in
-    its consequences alone."""
+    """Contacts at which a promise ends.
+
+    Attributes
+    ----------
+    time
+        Time at which it ends.
+    contacts
+        Numbers of the contacts.
+    differ
+        Runs differ in what happens there; if false, in its consequences alone.
+    """
 
     time: float
     contacts: tuple[int, ...]
@@ -33,8 +42,16 @@ class UnclearContacts:
 class EventAgreement:
     """Events that all runs have, with the estimated errors of their times.
 
-    ``times``, ``errors`` and ``jumps`` (whether velocities change) have one entry an
-    event; from ``broken`` on the runs differ in what happens to the contacts ``differing``.
+    Attributes
+    ----------
+    times, errors
+        Time of each event in the first run, and its error, shape (events,).
+    jumps
+        Velocities change at the event, shape (events,).
+    broken
+        Time from which on the runs differ in what happens; infinity if they never do.
+    differing
+        Numbers of the contacts in which they differ from then on.
     """
 
     times: Array

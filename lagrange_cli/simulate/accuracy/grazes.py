@@ -26,7 +26,19 @@ _NEGLIGIBLE = 1e-3
 
 @dataclass(frozen=True)
 class Grazes:
-    """Criteria for grazes: the accuracy ``eps`` of ``scales``, shape (2n,), until ``end``."""
+    """Criteria for grazes of one run.
+
+    Attributes
+    ----------
+    rhs
+        Right-hand sides of the system with contacts.
+    eps
+        Accuracy, relative to scales.
+    scales
+        Scales of q and q̇, shape (2n,).
+    end
+        Time of the last sample.
+    """
 
     rhs: HybridRhs
     eps: float

@@ -72,7 +72,17 @@ _CLEAR = 10.0
 
 
 class KnownMotion(NamedTuple):
-    """Times (m,), positions and velocities (m, k), and how well the positions are known (k,)."""
+    """A motion in the coordinates that have replaced those of the chart.
+
+    Attributes
+    ----------
+    t
+        Times of the samples, shape (m,).
+    positions, velocities
+        Coordinates of the motion and their rates, shape (m, k).
+    errors
+        Uncertainty of the positions, shape (k,).
+    """
 
     t: Array
     positions: Array
@@ -84,8 +94,14 @@ class KnownMotion(NamedTuple):
 class AngleReversal:
     """Facts on coordinates whose rates move nothing at singular configurations.
 
-    ``angles`` (n,): which coordinates are angles. ``steady`` (n,): whose rates are proven to
-    keep the signs of ``rates`` (n,), those at the start, or to stay zero.
+    Attributes
+    ----------
+    angles
+        The coordinate is an angle, shape (n,).
+    steady
+        Its rate is proven to keep the sign it has in ``rates``, or to stay zero, shape (n,).
+    rates
+        Rates at the start, shape (n,).
     """
 
     angles: NDArray[np.bool_]
@@ -95,11 +111,18 @@ class AngleReversal:
 
 @dataclass(frozen=True)
 class ContinuedCoordinates:
-    """Coordinates and rates (m, n) at the samples that were reached; sensitivities; losses.
+    """Coordinates of a chart along a motion, as far as they can be followed.
 
-    ``amplification`` (m, n): largest change of each coordinate for a change of the
-    positions by their errors. ``lost``: times between which coordinates are a choice.
-    ``unknown``: the time after which they are not known, None where they are to the end.
+    Attributes
+    ----------
+    q, v
+        Coordinates and rates at the samples that were reached, shape (m, n).
+    amplification
+        Largest change of each coordinate if positions change by their errors, shape (m, n).
+    lost
+        Pairs of times between which coordinates became one choice of several.
+    unknown
+        Time after which coordinates are not known; None if they are known to the end.
     """
 
     q: Array
@@ -188,7 +211,23 @@ def _units(
 
 @dataclass
 class _Point:
-    """A time, positions and velocities, coordinates, their rates and ∂r/∂q."""
+    """Coordinates of one position.
+
+    Attributes
+    ----------
+    t
+        Time.
+    r, w
+        Position and velocity, shape (k,).
+    q, v
+        Coordinates of the chart and their rates, shape (n,).
+    jacobian
+        ∂r/∂q, shape (k, n).
+    clear
+        The chart is regular here, by more than the uncertainty of the position.
+    amplification
+        As in :class:`ContinuedCoordinates`, shape (n,); infinite if q is not known.
+    """
 
     t: float
     r: Array
@@ -202,6 +241,24 @@ class _Point:
 
 @dataclass
 class _Follower:
+    """Search for coordinates from sample to sample.
+
+    Attributes
+    ----------
+    samples, positions, velocities, deadline, turning
+        As in :func:`continue_coordinates`, in units in which coordinates are of one order.
+    looks
+        Positions that have been looked at.
+    lost, unknown
+        As in :class:`ContinuedCoordinates`.
+    _last_clear
+        Last clear point; None before the first.
+    _before
+        Clear point before a singular configuration that is being passed; else None.
+    _angle
+        Number of the angle that turns there.
+    """
+
     samples: KnownMotion
     positions: Function
     velocities: Function
@@ -210,7 +267,6 @@ class _Follower:
     looks: int = 0
     lost: list[tuple[float, float]] = field(default_factory=list)
     unknown: float | None = None
-    # The last clear point, that before a place that is being passed, and the angle that turns.
     _last_clear: _Point | None = None
     _before: _Point | None = None
     _angle: int = 0

@@ -25,7 +25,17 @@ NEAR_SINGULAR = 1e-3
 
 @dataclass(frozen=True)
 class SingularPassage:
-    """A place, the samples before it, and whether the run went past it."""
+    """A singular configuration on the way of a run.
+
+    Attributes
+    ----------
+    place
+        The singular configuration.
+    samples
+        Number of samples before it.
+    passed
+        The run went past it; if false, it ended there.
+    """
 
     place: ChartSingularity
     samples: int

@@ -87,10 +87,17 @@ def _options(request: Request) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """The file that the state of a run is written to, and whether to go on from what it has.
+    """A file for the state of a run.
 
-    ``lasting``: it stays when the run is complete, until its result is written and
-    :meth:`remove` is called.
+    Attributes
+    ----------
+    path
+        Name of the file.
+    resume
+        The run goes on from the state that the file has.
+    lasting
+        The file stays when the run is complete, until the result is written and :meth:`remove` is
+        called.
     """
 
     path: str

@@ -157,7 +157,25 @@ class _Scratch(threading.local):
 
 @dataclass(frozen=True)
 class BatchedMembers:
-    """Members of one model: their times and kinds are those of ``problem``."""
+    """Stepper of members that differ from one model in numbers alone.
+
+    Attributes
+    ----------
+    model
+        Model of one member.
+    problem
+        Initial value problem of one member, for its sample times and kinds.
+    system
+        Library with the functions of the system.
+    motions
+        Taylor series of the system in doubles, with their stepper.
+    samples
+        Functions of samples.
+    cache
+        Keeps what is compiled.
+    _scratch
+        Memory of each thread.
+    """
 
     model: Model
     problem: InitialValueProblem

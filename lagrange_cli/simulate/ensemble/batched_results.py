@@ -34,9 +34,21 @@ _EXTRA = {"energy", "positions"}
 
 @dataclass(frozen=True)
 class Known:
-    """Results of some members, ``numbers``: their columns (m, samples), their scales
-    (m,) where an accuracy is promised, and by the names of ensembles figures (m,)
-    and the words of each."""
+    """Results of some members.
+
+    Attributes
+    ----------
+    numbers
+        Numbers of the members, shape (m,).
+    columns
+        Name → values, shape (m, samples).
+    scales
+        Component of the state → scales, shape (m,); empty if no accuracy is promised.
+    figures
+        Name in ``MEMBER_FIGURES`` → values, shape (m,).
+    words
+        Name in ``MEMBER_WORDS`` → text that all of them share.
+    """
 
     numbers: _Integers
     columns: Mapping[str, Array]
@@ -65,7 +77,19 @@ class Missed:
 
 @dataclass(frozen=True)
 class BatchedResults:
-    """Members of one ``model``; ``extra``: further columns."""
+    """Results of members that are run batched.
+
+    Attributes
+    ----------
+    model
+        Model of one member.
+    request
+        What is asked for of each.
+    members
+        Stepper of the members.
+    extra
+        Names of further columns.
+    """
 
     model: Model
     request: Request

@@ -41,10 +41,18 @@ _EXAMPLE = "linspace(0.1,10,100), logspace(-1,1,5), geomspace(0.1,10,5) or a lis
 
 @dataclass(frozen=True)
 class Members:
-    """Values of each member: one text of an expression for each name.
+    """Values of each member, as texts of expressions.
 
-    ``rows``: as many texts as there are ``names``; ``marks``: their places, and ``heads``
-    those of the names.
+    Attributes
+    ----------
+    names
+        Names of parameters and initial values.
+    heads
+        Place of each name.
+    rows
+        For each member a text for each name.
+    marks
+        Places of these texts.
     """
 
     names: tuple[str, ...]

@@ -48,7 +48,21 @@ class MemberValues:
 
 @dataclass(frozen=True)
 class Recipe:
-    """A scene, its text as ``data``, and what options say of all members."""
+    """A scene, and what options say of all members.
+
+    Attributes
+    ----------
+    file
+        Name of the scene's file.
+    data
+        Text of the scene.
+    parameters, initial, times
+        Texts of expressions by name, in place of the scene's.
+    forces
+        Constraint forces are derived.
+    formulation
+        Formulation of the equations; None for the scene's.
+    """
 
     file: str
     data: bytes

@@ -100,7 +100,17 @@ class Plan:
 
 @dataclass(frozen=True)
 class Task:
-    """A block of members: the number of the block, and their texts for the plan's names."""
+    """A block of members that is still to be run.
+
+    Attributes
+    ----------
+    plan
+        Options and model that all members share.
+    number
+        Number of the block.
+    rows
+        For each member a text for each of the plan's names.
+    """
 
     plan: Plan
     number: int

@@ -81,7 +81,17 @@ UNMET = "the constraints cannot be met"
 
 @dataclass(frozen=True)
 class ConstrainedRhs:
-    """A right-hand side whose states obey constraints: called like any, with a projection."""
+    """A right-hand side whose states obey constraints: called like any, with a projection.
+
+    Attributes
+    ----------
+    rhs
+        The right-hand side without a projection.
+    project
+        Moves a state onto the constraints.
+    shift
+        Leads positions back along gradients elsewhere; None if that is not to be had.
+    """
 
     rhs: Rhs
     project: Projection

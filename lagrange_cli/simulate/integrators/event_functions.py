@@ -21,7 +21,17 @@ RISES = 2.0
 
 @dataclass(frozen=True)
 class ZeroCrossing:
-    """Event function ``index`` was zero at ``time``, in state ``state``."""
+    """Zero, or least value, of an event function.
+
+    Attributes
+    ----------
+    time
+        Its time.
+    index
+        Number of the event function.
+    state
+        State then, shape (2n,).
+    """
 
     time: float
     index: int
@@ -32,22 +42,24 @@ class ZeroCrossing:
 class NativeEvents:
     """Event functions in C of the interface of a right-hand side.
 
-    Parameters
+    Attributes
     ----------
     function
-        ``int g(t, y, u, p, work, out)`` of the :func:`.native.c_types.function_type` of the
-        run's numbers, which writes one value for each event.
+        ``int g(t, y, u, p, work, out)`` of the :func:`.native.c_types.function_type` of the run's
+        numbers, which writes one value for each event.
     directions
-        For each event: 1 where only a rising zero counts, −1 a falling one, 0 both.
+        For each event: 1 if only a rising zero counts, −1 a falling one, 0 both.
     terminal
-        For each event: whether the run ends there.
+        For each event: the run ends there.
     parameters, work
         As of a :class:`.native.function.NativeRhs`.
-    signs, noise
-        Those that the functions have at first, 0 where that is to be seen; all are by default.
-        What is made of one that rises from zero (events.h) begins above its noise.
+    signs
+        Signs at first, 0 for that of the first value; by default all are 0. A function that rises
+        from zero has :data:`RISES` and counts from where it exceeds its noise.
+    noise
+        Error of each function at first; by default 0.
     reach
-        Of each function: least values below it are told too; none are by default.
+        Least values below it are told too; by default none are.
     """
 
     function: Any
@@ -62,11 +74,21 @@ class NativeEvents:
 
 @dataclass(frozen=True)
 class TerminalEvents:
-    """Functions g(t, y), of which a run ends where the first falls through zero.
+    """Event functions g(t, y) that end a run: it stops where the first falls through zero.
 
-    ``values`` gives all of them; ``signs`` are those that they have at first (or
-    :data:`RISES`, and then what is made of it begins above its ``noise``); ``native`` are the
-    same functions for compiled integrators. Least values below their ``reach`` are told.
+    Attributes
+    ----------
+    values
+        (t, y) → values of all functions, shape (events,).
+    signs
+        Signs at first. A function that rises from zero has :data:`RISES` and counts from where it
+        exceeds its noise.
+    noise
+        Error of each function at first.
+    native
+        The same functions for compiled integrators; None if none are compiled.
+    reach
+        Least values below it are told too; by default none are.
     """
 
     values: Callable[[float, Array], Array]

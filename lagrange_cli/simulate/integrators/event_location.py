@@ -88,8 +88,20 @@ def _falls_from(at: Array, near: Array, beside: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Function:
-    """One of the functions along a step, with its values at times; those before and behind the
-    step are infinite, of a sign that says whether it falls into the step."""
+    """One of the event functions along a step.
+
+    The first and last values stand for those beyond the step: infinite, with the sign that says
+    whether the function falls into the step.
+
+    Attributes
+    ----------
+    g
+        t → value of the function.
+    times
+        Times in the step, the first and the last twice, shape (k,).
+    values
+        Values at these times, shape (k,).
+    """
 
     g: Callable[[float], float]
     times: Array

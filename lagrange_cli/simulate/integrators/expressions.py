@@ -24,7 +24,17 @@ Tracer: TypeAlias = Callable[
 
 @dataclass(frozen=True)
 class Expressions:
-    """A right-hand side that can be traced, with its parameters and inputs as numbers."""
+    """A right-hand side that can be traced.
+
+    Attributes
+    ----------
+    trace
+        Runs it over objects.
+    parameters
+        Values of its parameters, shape (parameters,).
+    inputs
+        Values of its inputs, shape (inputs,).
+    """
 
     trace: Tracer
     parameters: Array

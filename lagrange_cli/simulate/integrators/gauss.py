@@ -39,11 +39,19 @@ _GROW = 2.0
 
 @dataclass(frozen=True)
 class _Tableau:
-    """Nodes and weights on [0, 1], the matrix of the stages and its square, and what gives
-    the Legendre coefficients of a slope.
+    """Coefficients of the method with eight stages.
 
-    At Gauss points the coefficient of P_k in a polynomial of degree 7 is
-    exactly (2k + 1) Σ_j b_j P_k(x_j) f_j.
+    At Gauss points the coefficient of P_k in a polynomial of degree 7 is exactly (2k + 1) Σ_j b_j
+    P_k(x_j) f_j.
+
+    Attributes
+    ----------
+    nodes, weights
+        On [0, 1], shape (8,).
+    a, aa
+        Matrix of the stages, and its square, shape (8, 8).
+    expansion
+        Matrix from slopes at the nodes to Legendre coefficients, shape (8, 8).
     """
 
     nodes: Array

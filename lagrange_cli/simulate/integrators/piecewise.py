@@ -59,7 +59,17 @@ class InputPieces:
 
 @dataclass(frozen=True)
 class PiecewiseRhs:
-    """A right-hand side with pieces; ``within`` makes it for one row of them."""
+    """A right-hand side whose inputs are other numbers in each piece.
+
+    Attributes
+    ----------
+    pieces
+        Numbers of the pieces.
+    within
+        Makes the right-hand side for the numbers of one piece.
+    project
+        Moves a state onto the constraints; None without constraints.
+    """
 
     pieces: InputPieces
     within: Callable[[Array], Rhs]

@@ -95,9 +95,19 @@ class Verlet(FixedStep):
 
 @dataclass(frozen=True)
 class _Tableau:
-    """Nodes, matrix and weights of collocation, and the matrix that continues the slopes.
+    """Coefficients of collocation with s stages.
 
-    ``ahead``·k are the values, one step later, of the polynomial through the slopes k.
+    Attributes
+    ----------
+    nodes
+        On [0, 1], shape (s,).
+    matrix
+        Matrix of the stages, shape (s, s).
+    weights
+        Weights of the slopes, shape (s,).
+    ahead
+        Matrix from slopes to the values, one step later, of the polynomial through them, shape (s,
+        s).
     """
 
     nodes: Array

@@ -17,7 +17,17 @@ from lagrange_cli.scene.conditions import SimulationDefaults
 
 @dataclass(frozen=True)
 class ModelParameter:
-    """A parameter: its value (None: must be given), and whether the motion depends on it."""
+    """A parameter of a model.
+
+    Attributes
+    ----------
+    name
+        Its name in the scene.
+    value
+        Its value; None if an option must give it.
+    used
+        The motion depends on it.
+    """
 
     name: str
     value: float | None
@@ -69,9 +79,16 @@ class Code:
 
 @dataclass(frozen=True)
 class ChartSingularity:
-    """``where``, an equation in words of the scene; the coordinates ``lost`` there.
+    """A singular configuration of the coordinates.
 
-    ``ends``: they end there; else their rates move nothing.
+    Attributes
+    ----------
+    where
+        Equation in words of the scene that holds there.
+    lost
+        Coordinates that are not determined there.
+    ends
+        Coordinates end there; if false, the rates of ``lost`` move nothing.
     """
 
     where: str
@@ -83,10 +100,17 @@ class ChartSingularity:
 class FormerChart:
     """Coordinates that those of a model have replaced.
 
-    ``python``: text whose functions ``positions`` and ``velocities`` give the coordinates
-    of the model, in their order, for a state of these; ``start`` is such a state at the
-    beginning, None where it is not known. ``steady``: coordinates whose rates are proven to
-    keep their signs, or to stay zero.
+    Attributes
+    ----------
+    coordinates, kinds
+        Their names and kinds, as in :class:`Model`.
+    start
+        [q, v] of them at the start; None if it is not known.
+    python
+        Text whose functions ``positions`` and ``velocities`` give the coordinates of the model, in
+        their order, and their rates, for a state of these.
+    steady
+        Coordinates whose rates are proven to keep their signs, or to stay zero.
     """
 
     coordinates: tuple[str, ...]

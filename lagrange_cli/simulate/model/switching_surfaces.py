@@ -118,7 +118,21 @@ def _contact(contact: Contact, smooth: Callable[[Expr], Expr]) -> Contact:
 
 @dataclass
 class _Sides:
-    """The surfaces met so far, and what became of expressions."""
+    """Surfaces met so far, and what became of expressions.
+
+    Attributes
+    ----------
+    moving
+        Symbols that change during a motion.
+    surfaces
+        Expressions that vanish on the surfaces.
+    above, below
+        Weights of the positive and of the negative side of each surface.
+    _numbers
+        Expression as written, up to its sign → number of its surface.
+    _smooth
+        Expression → the same on one side of every surface.
+    """
 
     moving: frozenset[Symbol]
     surfaces: list[Expr] = field(default_factory=list)

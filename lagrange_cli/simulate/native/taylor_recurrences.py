@@ -75,7 +75,24 @@ class Recurrence:
 class Recurrences:
     """Rows and constants as they are found to be needed; the first rows are the state.
 
-    ``literal`` prints an exact number as a constant of the language.
+    Attributes
+    ----------
+    literal
+        Prints an exact number as a constant of the language.
+    coordinates
+        Number of coordinates.
+    rows
+        Number of rows so far.
+    constants
+        Texts of constants that have a name.
+    sums
+        Pairs of rows whose sum of products has a name.
+    steps
+        Recurrences in the order in which they are to be evaluated.
+    known
+        Variable of the program → its series.
+    made
+        Key of an operation → row that holds its result.
     """
 
     literal: Callable[[Fraction], str]

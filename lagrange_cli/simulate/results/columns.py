@@ -15,7 +15,15 @@ from lagrange_cli.simulate.verification.disproof import energies
 
 @dataclass(frozen=True)
 class Sampled:
-    """Fields of a :class:`.trajectory.Trajectory` that have one entry a sample."""
+    """Fields of a :class:`.trajectory.Trajectory` that have one entry a sample.
+
+    Attributes
+    ----------
+    t
+        Times of the samples, shape (m,).
+    columns, energy, multipliers, forces
+        As there, each array of shape (m,).
+    """
 
     t: Array
     columns: Mapping[str, Array]

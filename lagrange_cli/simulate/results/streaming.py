@@ -41,9 +41,16 @@ _FEW = 1001
 class Stream:
     """Destination of samples that are more than memory should hold.
 
-    ``output``: the file that all are written to, with the columns ``extra`` beside those of
-    the state; ``drawn``: whether there is to be a picture. More than ``in_memory`` numbers of
-    states are not kept in memory.
+    Attributes
+    ----------
+    output
+        File that all of them are written to; None if none is.
+    extra
+        Columns in it beside those of the state.
+    drawn
+        There is to be a picture.
+    in_memory
+        Numbers of states that are kept in memory at most.
     """
 
     output: str | None = None

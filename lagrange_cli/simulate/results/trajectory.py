@@ -42,10 +42,19 @@ def require_forces(name: str, forces: Collection[str]) -> None:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at a time: ``contact:NAME``, ``release:NAME`` or
-    ``zeno:NAME``, where bounces become too short and the contact stays closed.
+    """An event of a contact.
 
-    ``state`` has every column then, and ``before`` where velocities jump.
+    Attributes
+    ----------
+    t
+        Its time.
+    name
+        ``contact:NAME``, ``release:NAME``, or ``zeno:NAME`` if bounces have become too short and
+        the contact stays closed.
+    state
+        Column → value just after the event.
+    before
+        Column → value just before it; None if velocities do not jump.
     """
 
     t: float

@@ -27,7 +27,17 @@ _GLANCE = 0.02
 
 @dataclass(frozen=True)
 class Failure:
-    """Time and reason of a run that could not go on, and the contacts in its way."""
+    """End of a run that could not go on.
+
+    Attributes
+    ----------
+    time
+        Its time.
+    reason
+        Phrase for a person.
+    contacts
+        Numbers of the contacts that are in the way.
+    """
 
     time: float
     reason: str

@@ -30,9 +30,20 @@ class RowSequence(Protocol):
 
 @dataclass(frozen=True)
 class Grid:
-    """Times ``start + k·step`` for k below ``count``, of which the last is ``until`` exactly.
+    """Times ``start + k·step``, of which the last is ``until`` exactly.
 
-    The same numbers as those of numpy.linspace where ``step`` is (until − start)/(count − 1).
+    The same numbers as those of numpy.linspace if ``step`` is (until − start)/(count − 1).
+
+    Attributes
+    ----------
+    start
+        First time.
+    until
+        Last time.
+    step
+        Time from one to the next but the last, which may be closer.
+    count
+        Number of times.
     """
 
     start: float

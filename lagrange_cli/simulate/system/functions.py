@@ -67,9 +67,16 @@ _COMPILING = 0.5
 
 @dataclass(frozen=True)
 class WiderArithmetic:
-    """The right-hand sides of a system in numbers wider than doubles.
+    """Right-hand sides of a system in numbers wider than doubles.
 
-    ``epsilon``: the distance from 1 to the next of these numbers.
+    Attributes
+    ----------
+    rhs, perturbed
+        As in :class:`RightHandSide`.
+    epsilon
+        Distance from 1 to the next of these numbers.
+    landmarks
+        Exponents of sharp functions; None if there are none.
     """
 
     rhs: Rhs

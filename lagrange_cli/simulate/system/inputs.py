@@ -24,7 +24,17 @@ MOST_TABLE_NUMBERS = 20_000_000
 
 @dataclass(frozen=True)
 class RecordedInputs:
-    """The inputs of a model from files: their pieces, and ``first`` to ``last`` time of each."""
+    """Inputs of a model that are read from files.
+
+    Attributes
+    ----------
+    pieces
+        Coefficients of all inputs, piece by piece.
+    recordings
+        File and column of each input.
+    spans
+        First and last time of each input.
+    """
 
     pieces: InputPieces
     recordings: tuple[Recording, ...]

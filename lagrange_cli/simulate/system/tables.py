@@ -122,19 +122,31 @@ def interpreted_table(function: Callable[[float, Array], Any], columns: int) -> 
 
 @dataclass(frozen=True)
 class _Bound:
-    """A function run by Python, called as one of t and y."""
+    """A function run by Python, called as one of t and y.
+
+    Attributes
+    ----------
+    function
+        The function of t, y, parameters, and inputs if there are any.
+    parameters
+        Values of its parameters.
+    inputs
+        Values of its inputs; None without inputs.
+    trace
+        Runs it over objects; None if that is not wanted.
+    """
 
     function: Callable[..., Any]
-    given: list[float]
+    parameters: list[float]
     inputs: Array | None
     trace: Tracer | None
 
     @cached_property
     def _arguments(self) -> list[Any]:
         if self.inputs is None:
-            return [self.given]
+            return [self.parameters]
         values = self.inputs.tolist()
-        return [self.given, lambda *_: values]
+        return [self.parameters, lambda *_: values]
 
     def __call__(self, t: float, y: Array) -> Any:
         return self.function(t, y, *self._arguments)
@@ -145,7 +157,7 @@ class _Bound:
         if self.trace is None:
             return None
         inputs = np.empty(0) if self.inputs is None else self.inputs
-        return Expressions(self.trace, np.array(self.given), inputs)
+        return Expressions(self.trace, np.array(self.parameters), inputs)
 
 
 def bound(

@@ -147,8 +147,19 @@ def _by_mode(history: _History, table: Callable[[ContactMode], Table], columns: 
 
 @dataclass(frozen=True)
 class _EnergyStep:
-    """Change of the energy by an impact, and the size that it is compared with; infinity
-    where contacts move, which may add energy."""
+    """Change of the energy by an impact.
+
+    Attributes
+    ----------
+    t
+        Time of the impact.
+    contacts
+        Numbers of the contacts that are struck.
+    change
+        Energy after the impact less that before.
+    size
+        Energy that the change is compared with; infinity if contacts move, which may add energy.
+    """
 
     t: float
     contacts: tuple[int, ...]

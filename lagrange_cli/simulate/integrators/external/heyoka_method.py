@@ -109,10 +109,19 @@ def _series(rhs_expressions: Expressions, tolerance: float, size: int) -> Any:
 
 @dataclass(frozen=True)
 class _Text:
-    """Write the expressions that a right-hand side of ``size`` numbers is compiled from.
+    """Expressions that a right-hand side is compiled from.
 
-    ``plain`` are its parameters and ``inputs`` inputs: a number where that makes the expressions
-    simpler, which 0 and 1 do, or None for a parameter of the compiled code.
+    Attributes
+    ----------
+    trace
+        Runs the right-hand side over objects.
+    plain
+        Parameters, then inputs: the number if it is 0 or 1, which makes expressions simpler; None
+        for a parameter of the compiled code.
+    inputs
+        Number of inputs.
+    size
+        Numbers of the state.
     """
 
     trace: Tracer

@@ -29,7 +29,21 @@ TOUCHING = 1e-12
 
 @dataclass(frozen=True)
 class ModeChange:
-    """An event of a contact, with the states before and after, and the mode behind it."""
+    """An event of a contact.
+
+    Attributes
+    ----------
+    t
+        Its time.
+    contact
+        Number of the contact.
+    kind
+        What the contact does.
+    before, after
+        States on both sides of it, shape (2n,).
+    flags
+        Contacts that are closed behind it.
+    """
 
     t: float
     contact: int
