@@ -4,7 +4,7 @@ From sample to sample the coordinates that give a position are found by Newton's
 beginning with those of the sample before, moved on with their rates. A step is trusted
 where the rates at its two ends account for it; else it is halved, on a cubic between the
 samples. Close to where the chart is singular, closer than the positions are known,
-halving ends. Where the motion is proven to turn round there, so do the coordinates; where it
+halving ends. If the motion is proven to turn round there, so do the coordinates; if it
 is proven to go through, they go on as smoothly as they came, which is one choice of several;
 else they are not followed further.
 """
@@ -12,7 +12,6 @@ else they are not followed further.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -20,18 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
-
-#: A function of a chart: t, [q, v] → numbers.
-Function = Callable[[float, Array], Array]
-
-#: Most steps of Newton's method.
-_NEWTON = 30
-
-#: Its last step, relative to the size of the coordinates.
-_SMALLEST = 1e-13
-
-#: Misfit of a position, beside its size, that no coordinates of the chart account for.
-_MISFIT = 1e-6
+from lagrange_cli.simulate.charts.inverse import (
+    LONGEST_STEP,
+    ChartInverse,
+    ChartPoint,
+    Function,
+    alikeness,
+    moving_nothing,
+)
 
 #: Part of a step that its rates may leave open.
 _LOOSE = 0.2
@@ -39,10 +34,7 @@ _LOOSE = 0.2
 #: Smallest step of which that is asked.
 _LEAST = 1e-3
 
-#: Largest step.
-_MOST = 1.0
-
-#: How much alike the tangent planes at the ends of a step must be: the cosine between them.
+#: Least cosine between the tangent planes at the ends of a step.
 _ALIKE = 0.25
 
 #: Values of all coordinates from which they are looked for where no start is given.
@@ -57,18 +49,12 @@ _EACH = 16
 #: Positions that are looked at besides.
 _BESIDES = 4000
 
-#: A direction that moves the positions by less than this part of what others do moves nothing.
-_NOTHING = 1e-9
-
-#: How much more than half a turn an angle may turn where the motion passes a singular place, for
-#: how well positions are known beside it.
+#: Angle, in radians, by which a turn past a singular configuration may exceed half a turn, since
+#: positions beside it are known to some accuracy only.
 _BEYOND = 0.3
 
 #: Lengths within this factor of 1 stay in their units.
 _COMMON = 1000.0
-
-#: How many times the uncertainty of positions a chart must keep away from its singular places.
-_CLEAR = 10.0
 
 
 class KnownMotion(NamedTuple):
@@ -172,8 +158,11 @@ def continue_coordinates(
             start = start / np.tile(units, 2)
         follower = _Follower(
             samples,
-            lambda t, state: positions(t, state * np.tile(units, 2)),
-            lambda t, state: velocities(t, state * np.tile(units, 2)),
+            ChartInverse(
+                lambda t, state: positions(t, state * np.tile(units, 2)),
+                lambda t, state: velocities(t, state * np.tile(units, 2)),
+                samples.errors,
+            ),
             deadline,
             turning,
         )
@@ -210,43 +199,15 @@ def _units(
 
 
 @dataclass
-class _Point:
-    """Coordinates of one position.
-
-    Attributes
-    ----------
-    t
-        Time.
-    r, w
-        Position and velocity, shape (k,).
-    q, v
-        Coordinates of the chart and their rates, shape (n,).
-    jacobian
-        ∂r/∂q, shape (k, n).
-    clear
-        The chart is regular here, by more than the uncertainty of the position.
-    amplification
-        As in :class:`ContinuedCoordinates`, shape (n,); infinite if q is not known.
-    """
-
-    t: float
-    r: Array
-    w: Array
-    q: Array
-    v: Array
-    jacobian: Array
-    clear: bool
-    amplification: Array
-
-
-@dataclass
 class _Follower:
     """Search for coordinates from sample to sample.
 
     Attributes
     ----------
-    samples, positions, velocities, deadline, turning
-        As in :func:`continue_coordinates`, in units in which coordinates are of one order.
+    samples, deadline, turning
+        As in :func:`continue_coordinates`.
+    inverse
+        Finds coordinates, in units in which they are of one order.
     looks
         Positions that have been looked at.
     lost, unknown
@@ -260,15 +221,14 @@ class _Follower:
     """
 
     samples: KnownMotion
-    positions: Function
-    velocities: Function
+    inverse: ChartInverse
     deadline: float
     turning: AngleReversal | None = None
     looks: int = 0
     lost: list[tuple[float, float]] = field(default_factory=list)
     unknown: float | None = None
-    _last_clear: _Point | None = None
-    _before: _Point | None = None
+    _last_clear: ChartPoint | None = None
+    _before: ChartPoint | None = None
     _angle: int = 0
 
     def run(self, start: Array | None, n: int) -> ContinuedCoordinates:
@@ -276,8 +236,8 @@ class _Follower:
         if start is None:
             points = self._begun(n)
         else:
-            here = self._arrive(float(t[0]), start[:n], r[0], w[0])
-            self._at_rest(self._jacobian(float(t[0]), start[:n])[0])
+            here = self.inverse.point(float(t[0]), start[:n], r[0], w[0])
+            self._at_rest(self.inverse.jacobian(float(t[0]), start[:n])[0])
             # Coordinates that are given stay, also where they are one choice of several.
             points = [replace(here, q=start[:n], v=start[n:], amplification=np.zeros(n))]
         try:
@@ -306,13 +266,13 @@ class _Follower:
             rates = np.where(jacobian.any(axis=0), self.turning.rates, 0.0)
             self.turning = replace(self.turning, rates=rates)
 
-    def _begun(self, n: int) -> list[_Point]:
+    def _begun(self, n: int) -> list[ChartPoint]:
         """Points up to the first that can be told, those before it empty."""
         t, r, w, _ = self.samples
-        points: list[_Point] = []
+        points: list[ChartPoint] = []
         for k in range(len(t)):
             guesses = [np.full(n, x) for x in _GUESSES]
-            tried = [self._arrive(float(t[k]), guess, r[k], w[k]) for guess in guesses]
+            tried = [self.inverse.point(float(t[k]), guess, r[k], w[k]) for guess in guesses]
             clear = [p for p in tried if p.clear and np.isfinite(p.amplification).all()]
             if clear:
                 return [*points, min(clear, key=lambda p: float(np.abs(p.q).max()))]
@@ -321,12 +281,18 @@ class _Follower:
         return points
 
     def _advance(
-        self, here: _Point, t: float, r: Array, w: Array, between: tuple[int, int], halvings: int
-    ) -> _Point:
+        self,
+        here: ChartPoint,
+        t: float,
+        r: Array,
+        w: Array,
+        between: tuple[int, int],
+        halvings: int,
+    ) -> ChartPoint:
         self._look()
         step = t - here.t
         moved = here.v * step
-        there = self._arrive(t, here.q + np.clip(moved, -_MOST, _MOST), r, w)
+        there = self.inverse.point(t, here.q + np.clip(moved, -LONGEST_STEP, LONGEST_STEP), r, w)
         if here.clear and self._before is None:
             self._last_clear = here
         if self._is_accounted_for(here, there, step):
@@ -344,7 +310,7 @@ class _Follower:
         if self.looks > most or time.perf_counter() > self.deadline:
             raise _GivenUpError
 
-    def _past(self, here: _Point, there: _Point) -> _Point:
+    def _past(self, here: ChartPoint, there: ChartPoint) -> ChartPoint:
         """The coordinates of ``there``, on the way past a singular place.
 
         Raises
@@ -354,7 +320,7 @@ class _Follower:
         """
         if self._before is None:
             self._before = here if self._last_clear is None else self._last_clear
-            if self._goes_through(_moving_nothing(there if here.clear else here)):
+            if self._goes_through(moving_nothing(there if here.clear else here)):
                 self._before = None
                 self.lost.append((here.t, there.t))
                 return there
@@ -377,7 +343,7 @@ class _Follower:
         self._angle = int(np.flatnonzero(lost)[0])
         return at_rest
 
-    def _turned(self, there: _Point) -> _Point:
+    def _turned(self, there: ChartPoint) -> ChartPoint:
         """The coordinates of a position past a place, one of which has made half a turn.
 
         Raises
@@ -393,25 +359,25 @@ class _Follower:
         sense = float(np.sign(self.turning.rates[number]))
         guess = before.q.copy()
         guess[number] += sense * np.pi
-        turned = self._arrive(there.t, guess, there.r, there.w)
+        turned = self.inverse.point(there.t, guess, there.r, there.w)
         turn = sense * float(turned.q[number] - before.q[number])
-        alike = _alikeness(before.jacobian, turned.jacobian) >= _ALIKE
+        alike = alikeness(before.jacobian, turned.jacobian) >= _ALIKE
         if not (before.clear and turned.clear and alike and 0 < turn < np.pi + _BEYOND):
             raise _UnknownError
         self._before = None
         return turned
 
     @staticmethod
-    def _is_accounted_for(here: _Point, there: _Point, step: float) -> bool:
+    def _is_accounted_for(here: ChartPoint, there: ChartPoint, step: float) -> bool:
         change = there.q - here.q
         expected = (here.v + there.v) / 2 * step
         size = np.maximum(np.maximum(np.abs(change), np.abs(expected)), _LEAST)
         near = (np.abs(change - expected) <= _LOOSE * size).all()
-        alike = _alikeness(here.jacobian, there.jacobian) >= _ALIKE
-        return bool(near and alike and (np.abs(change) <= _MOST).all())
+        alike = alikeness(here.jacobian, there.jacobian) >= _ALIKE
+        return bool(near and alike and (np.abs(change) <= LONGEST_STEP).all())
 
     @staticmethod
-    def _is_lost(here: _Point, there: _Point) -> bool:
+    def _is_lost(here: ChartPoint, there: ChartPoint) -> bool:
         """Tell if halving only approaches what the positions do not tell apart."""
         return not (here.clear and there.clear)
 
@@ -426,63 +392,3 @@ class _Follower:
         rate = 6 * s * (1 - s) * (r[b] - r[a]) / step
         rate = rate + (1 - s) * (1 - 3 * s) * w[a] + s * (3 * s - 2) * w[b]
         return place, rate
-
-    def _arrive(self, t: float, guess: Array, r: Array, w: Array) -> _Point:
-        """The coordinates of a position near a guess, with their rates."""
-        q, n = guess.copy(), len(guess)
-        for _ in range(_NEWTON):
-            miss = r - self.positions(t, np.concatenate([q, np.zeros(n)]))
-            step = _least(self._jacobian(t, q)[0], miss)
-            if not np.isfinite(step).all():
-                break
-            q = q + np.clip(step, -_MOST, _MOST)
-            if (np.abs(step) <= _SMALLEST * (1 + np.abs(q))).all():
-                break
-        jacobian, drift = self._jacobian(t, q)
-        v = _least(jacobian, w - drift)
-        size = np.abs(r).max(initial=1e-300)
-        miss = np.abs(r - self.positions(t, np.concatenate([q, np.zeros(n)]))).max()
-        there = bool(miss <= _MISFIT * size)
-        if not np.isfinite(jacobian).all():
-            return _Point(t, r, w, q, v, jacobian, False, np.full(n, np.inf))
-        sizes = np.linalg.svd(jacobian, compute_uv=False)
-        clear = bool(sizes[-1] > _NOTHING * sizes[0])
-        spread = np.abs(np.linalg.pinv(jacobian)) @ self.samples.errors
-        amplification = spread if clear and there else np.full(n, np.inf)
-        away = clear and bool((_CLEAR * spread < 1).all())
-        return _Point(t, r, w, q, v, jacobian, away, amplification)
-
-    def _jacobian(self, t: float, q: Array) -> tuple[Array, Array]:
-        """∂r/∂q and ∂r/∂t."""
-        n = len(q)
-        drift = np.asarray(self.velocities(t, np.concatenate([q, np.zeros(n)])))
-        columns = []
-        for j in range(n):
-            unit = np.zeros(n)
-            unit[j] = 1.0
-            columns.append(self.velocities(t, np.concatenate([q, unit])) - drift)
-        return np.array(columns).T, drift
-
-
-def _moving_nothing(point: _Point) -> NDArray[np.bool_]:
-    """Which coordinates take part in what moves the positions least, shape (n,)."""
-    if not np.isfinite(point.jacobian).all():
-        return np.ones(len(point.q), dtype=bool)
-    least = np.linalg.svd(point.jacobian)[2][-1]
-    return np.asarray(np.abs(least) > _NOTHING)
-
-
-def _alikeness(one: Array, two: Array) -> float:
-    """The cosine between the planes that columns span, −1 where one is turned over.
-
-    It is turned over on the other side of a place where the columns become dependent.
-    """
-    volumes = np.linalg.det(one.T @ one) * np.linalg.det(two.T @ two)
-    return float(np.linalg.det(one.T @ two) / np.sqrt(volumes)) if volumes > 0 else 0.0
-
-
-def _least(matrix: Array, right: Array) -> Array:
-    """The smallest x with matrix·x = right, NaN where there is none."""
-    if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
-        return np.full(matrix.shape[1], np.nan)
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=_NOTHING)[0], dtype=np.float64)

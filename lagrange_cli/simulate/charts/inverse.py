@@ -1,0 +1,138 @@
+"""Coordinates of a chart at one position, by Newton's method."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.simulate.arrays import Array
+
+#: A function of a chart: t, [q, v] → numbers.
+Function = Callable[[float, Array], Array]
+
+#: Most steps of Newton's method.
+_NEWTON = 30
+
+#: Its last step, relative to the size of the coordinates.
+_SMALLEST = 1e-13
+
+#: Misfit of a position, beside its size, that no coordinates of the chart account for.
+_MISFIT = 1e-6
+
+#: Largest step of a coordinate.
+LONGEST_STEP = 1.0
+
+#: A direction that moves the positions by less than this part of what others do moves nothing.
+_NOTHING = 1e-9
+
+#: Least distance from singular configurations of a chart, as a multiple of the uncertainty of
+#: positions.
+_CLEAR = 10.0
+
+
+@dataclass
+class ChartPoint:
+    """Coordinates of one position.
+
+    Attributes
+    ----------
+    t
+        Time.
+    r, w
+        Position and velocity, shape (k,).
+    q, v
+        Coordinates of the chart and their rates, shape (n,).
+    jacobian
+        ∂r/∂q, shape (k, n).
+    clear
+        The chart is regular here, by more than the uncertainty of the position.
+    amplification
+        As in :class:`.continuation.ContinuedCoordinates`, shape (n,); infinite if q is not known.
+    """
+
+    t: float
+    r: Array
+    w: Array
+    q: Array
+    v: Array
+    jacobian: Array
+    clear: bool
+    amplification: Array
+
+
+class ChartInverse:
+    """Positions → coordinates of a chart.
+
+    Parameters
+    ----------
+    positions, velocities
+        As in :func:`.continuation.continue_coordinates`.
+    errors
+        Uncertainty of the positions, shape (k,).
+    """
+
+    def __init__(self, positions: Function, velocities: Function, errors: Array) -> None:
+        self._positions, self._velocities, self._errors = positions, velocities, errors
+
+    def point(self, t: float, guess: Array, r: Array, w: Array) -> ChartPoint:
+        """Find the coordinates, and their rates, of a position r and a velocity w near a guess."""
+        q, n = guess.copy(), len(guess)
+        for _ in range(_NEWTON):
+            miss = r - self._positions(t, np.concatenate([q, np.zeros(n)]))
+            step = _least(self.jacobian(t, q)[0], miss)
+            if not np.isfinite(step).all():
+                break
+            q = q + np.clip(step, -LONGEST_STEP, LONGEST_STEP)
+            if (np.abs(step) <= _SMALLEST * (1 + np.abs(q))).all():
+                break
+        jacobian, drift = self.jacobian(t, q)
+        v = _least(jacobian, w - drift)
+        size = np.abs(r).max(initial=1e-300)
+        miss = np.abs(r - self._positions(t, np.concatenate([q, np.zeros(n)]))).max()
+        there = bool(miss <= _MISFIT * size)
+        if not np.isfinite(jacobian).all():
+            return ChartPoint(t, r, w, q, v, jacobian, False, np.full(n, np.inf))
+        sizes = np.linalg.svd(jacobian, compute_uv=False)
+        clear = bool(sizes[-1] > _NOTHING * sizes[0])
+        spread = np.abs(np.linalg.pinv(jacobian)) @ self._errors
+        amplification = spread if clear and there else np.full(n, np.inf)
+        away = clear and bool((_CLEAR * spread < 1).all())
+        return ChartPoint(t, r, w, q, v, jacobian, away, amplification)
+
+    def jacobian(self, t: float, q: Array) -> tuple[Array, Array]:
+        """Evaluate ∂r/∂q, shape (k, n), and ∂r/∂t, shape (k,)."""
+        n = len(q)
+        drift = np.asarray(self._velocities(t, np.concatenate([q, np.zeros(n)])))
+        columns = []
+        for j in range(n):
+            unit = np.zeros(n)
+            unit[j] = 1.0
+            columns.append(self._velocities(t, np.concatenate([q, unit])) - drift)
+        return np.array(columns).T, drift
+
+
+def moving_nothing(point: ChartPoint) -> NDArray[np.bool_]:
+    """Flag the coordinates of the direction that moves positions least, shape (n,)."""
+    if not np.isfinite(point.jacobian).all():
+        return np.ones(len(point.q), dtype=bool)
+    least = np.linalg.svd(point.jacobian)[2][-1]
+    return np.asarray(np.abs(least) > _NOTHING)
+
+
+def alikeness(one: Array, two: Array) -> float:
+    """Return the cosine between the planes that columns span, −1 if one is turned over.
+
+    It is turned over on the other side of a place where the columns become dependent.
+    """
+    volumes = np.linalg.det(one.T @ one) * np.linalg.det(two.T @ two)
+    return float(np.linalg.det(one.T @ two) / np.sqrt(volumes)) if volumes > 0 else 0.0
+
+
+def _least(matrix: Array, right: Array) -> Array:
+    """Return the smallest x with matrix·x = right, NaN if there is none."""
+    if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
+        return np.full(matrix.shape[1], np.nan)
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=_NOTHING)[0], dtype=np.float64)
