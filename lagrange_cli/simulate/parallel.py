@@ -38,7 +38,7 @@ def in_any_order(
 
     One job runs here. More run through joblib where it is installed, by whatever backend is
     configured there (``joblib.parallel_config``) and returns results as they come, else in
-    processes of this machine. What is left is given up where the iterator is closed.
+    processes of this machine. Closing the iterator gives up the tasks that are left.
 
     Parameters
     ----------

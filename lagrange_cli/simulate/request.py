@@ -26,7 +26,7 @@ _DEFAULT_SAMPLES = 501
 #: Most samples whose states are all in memory.
 MOST_SAMPLES_IN_MEMORY = 1_000_000
 
-#: What methods need, by the name of the fact.
+#: Words for the facts that methods need.
 _NEEDS = {
     "separable": "forces of positions alone beside a constant mass matrix, and no constraints kept",
     "separable_on_closures": "forces of positions alone beside a constant mass matrix, and"
@@ -140,7 +140,7 @@ def resolve(model: Model, options: SimulationOptions, in_memory: int | None = No
     """Fill in the scene's defaults and refuse what cannot be served.
 
     A way to control the error that is given as an option (accuracy, or method
-    and tolerances) replaces the scene's; both ways at once are refused. Where the states of
+    and tolerances) replaces the scene's; both ways at once are refused. If the states of
     all samples are more than ``in_memory`` numbers, their times are a :class:`.samples.rows.Grid`;
     by default they are refused.
 

@@ -109,7 +109,7 @@ def simulate(
 ) -> Trajectory:
     """Integrate the equations of motion from their initial state.
 
-    What is not given comes from the scene's section ``simulate``; without any,
+    Options that are None come from the scene's section ``simulate``; without any,
     ``accuracy`` is 1e-6 and there are 501 samples.
 
     Parameters

@@ -19,8 +19,8 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs, N
 #: no run knows it.
 _ROUNDING = 32 * 2.0**-52
 
-#: How far below the accuracy the effect of an impact must be for it not to matter whether there
-#: is one, as what follows may let it grow.
+#: Effect of an impact, as a part of the accuracy, below which it does not matter whether there is
+#: one: what follows may let it grow.
 _NEGLIGIBLE = 1e-3
 
 

@@ -23,7 +23,7 @@ def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) ->
 
     The largest change that the perturbed right-hand sides make, or the last places of the
     state, each by itself: together they may cancel, as in k*(r - l) where both move alike.
-    What velocities are off by moves positions within the step.
+    Errors of velocities move positions within the step.
 
     Returns
     -------

@@ -15,7 +15,7 @@ from lagrange_cli.simulate.runs.run import Run
 #: Right-hand sides that each method may take.
 _LONGEST_TRIAL = 4_000
 
-#: How much farther the implicit method must come: its steps cost more besides.
+#: Factor by which the implicit method must come farther: its steps cost more besides.
 _AHEAD = 2.0
 
 #: First step of the trial as a part of the span.

@@ -16,7 +16,7 @@ from lagrange_cli.simulate.system.functions import functions_of
 #: A factor this small beside its largest value has vanished at the start.
 _VANISHED = 1e-12
 
-#: How many more steps between samples, at the last pace, count as having arrived.
+#: Distance in samples, at the last pace, within which a run counts as having arrived.
 _ARRIVED = 3.0
 
 #: A factor this small beside its largest value is near the place as well.

@@ -1,8 +1,8 @@
 """State of a run in a file, from which a later process goes on.
 
 The file has the state without the samples, written whole or not at all; the samples are in a file
-beside it that only grows. What was written goes on only where nothing that the result depends on
-has changed.
+beside it that only grows. A run goes on from it only if nothing has changed that the result depends
+on.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from lagrange_cli.version import __version__
 #: Seconds between two states that are written.
 INTERVAL = 30.0
 
-#: What a state belongs to, in the order in which differences are told.
+#: Parts of a run's identity, in the order in which differences are told, and the words for these.
 _PARTS = {
     "program": "it was made by another version of lagrange or of its libraries",
     "code": "its equations were evaluated by other means",

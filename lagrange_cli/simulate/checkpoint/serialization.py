@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: What the bytes of a value begin with: it is an archive.
+#: First bytes of a value: it is an archive.
 MAGIC = b"PK\x03\x04"
 
 
@@ -20,7 +20,7 @@ class DamagedError(Exception):
     """These are not the bytes of a value."""
 
 
-#: What bytes that are no archive of arrays, or another one, lead to.
+#: Exceptions that bytes which are no archive of arrays, or another one, lead to.
 _UNREADABLE = (
     *(OSError, ValueError, KeyError, TypeError, IndexError, EOFError, RuntimeError),
     *(MemoryError, AttributeError, zipfile.BadZipFile, zlib.error),

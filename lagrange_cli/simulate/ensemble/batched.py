@@ -1,7 +1,7 @@
 """Batched runs: members of an ensemble in lanes of vectors.
 
 The promise is kept as for a single run (:mod:`.accuracy.controller`): the run is compared with a
-looser companion, with given numbers and operations off by their rounding. Where that alone does not
+looser companion, with given numbers and operations off by their rounding. If that alone does not
 show the accuracy with a wide margin, there is a second one of one order more and half the
 tolerance, perturbed in another way. All are Taylor series, whose steps follow from their own
 coefficients, so that no coarse run is needed before. A member for which this does not show the
@@ -43,7 +43,7 @@ from lagrange_cli.simulate.system.rounding import each_off_by_one_ulp, rounding_
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
 
-#: What the method is called in reports.
+#: Name of the method in reports.
 METHOD = "Taylor"
 
 #: Tolerances that are tried in doubles, as parts of the accuracy; set by hand.
@@ -86,8 +86,8 @@ _SHORTER = 0.8
 #: The tolerance of the looser run beside that of the run.
 _LOOSER = 4.0
 
-#: What the distances from companions count, where there are so many. Of one alone chance may
-#: have brought both to the same place; eight hardly come where only the run has gone.
+#: Weights of the distances from companions, by the number of these. Chance may have brought one
+#: alone to the same place as the run; eight hardly come where only the run has gone.
 _WEIGHTS = {1: (20.0,), 2: (2.0, 3.0), 8: (0.25,) * 8}
 
 #: Patterns of six companions more, where rounding is all that is left to make runs differ. They

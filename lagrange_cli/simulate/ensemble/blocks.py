@@ -9,11 +9,13 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 
-#: What is known of each member: numbers, and texts.
+#: Numbers that are known of each member, by the fields of a trajectory.
 MEMBER_FIGURES = (
     *("estimated", "holds_until", "energy_drift", "constraint_drift"),
     *("steps", "rhs_evaluations", "all_evaluations"),
 )
+
+#: Texts that are known of each member, by the fields of a trajectory.
 MEMBER_WORDS = ("status", "reason", "method", "formulation")
 
 

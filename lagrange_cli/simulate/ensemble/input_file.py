@@ -23,10 +23,10 @@ from lagrange_cli.files.rows import DECIMAL_NUMBER, CsvRows, decoded, quoted_cel
 
 MOST_MEMBERS = 100_000
 
-#: The rule of what is wrong with what is given.
+#: Rule of the problems that are told here.
 _RULE = "ensemble"
 
-#: What a range is made by: name → (first, last, number) → values.
+#: Ranges by name: (first, last, number) → values.
 _RANGES: dict[str, Callable[[float, float, int], np.ndarray]] = {
     "linspace": np.linspace,
     "logspace": np.logspace,

@@ -1,10 +1,10 @@
 """Scene → models of the members of an ensemble.
 
-Where members differ in numbers alone a model is made once: the scene's equations are
-derived again without any value, and where they are the same they are those of all members.
-Then a member is the model with other parameters and another start. Where they are not (a
-value chooses among the solutions of a constraint), where a start is given in other names
-than the coordinates, and for parameters of another sign, each member is derived by itself.
+If members differ in numbers alone, a model is made once: the scene's equations are derived again
+without any value, and if that changes nothing they are those of all members. Then a member is the
+model with other parameters and another start. Each member is derived by itself if its values
+change the equations (one chooses among the solutions of a constraint), if a start is given in
+other names than the coordinates, or if a parameter has another sign.
 """
 
 from __future__ import annotations

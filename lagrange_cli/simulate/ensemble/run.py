@@ -55,9 +55,14 @@ __all__ = [
 #: The status of a member that cannot be begun.
 REFUSED = "refused"
 
-#: Members of a block, where they are run one by one and where side by side, and into how many
-#: blocks fewer members are divided.
-_LARGEST_BLOCK, _LARGEST_SIDE_BY_SIDE, _FEWEST_BLOCKS = 32, 256, 16
+#: Members of the largest block that is run one by one; set by hand.
+_LARGEST_BLOCK = 32
+
+#: Members of the largest block that is run batched; set by hand.
+_LARGEST_BATCHED = 256
+
+#: Blocks into which fewer members are divided; set by hand.
+_FEWEST_BLOCKS = 16
 
 
 @dataclass(frozen=True)
@@ -145,10 +150,10 @@ class _Runner:
     def decide(self, task: Task, builder: BlockBuilder, between: Callable[[], None]) -> None:
         """Those members for which stepping them side by side decides what becomes of them."""
         if self.batched is not None:
-            for part in self._side_by_side(self.batched, task.rows, between):
+            for part in self._batched_parts(self.batched, task.rows, between):
                 builder.take(part)
 
-    def _side_by_side(
+    def _batched_parts(
         self, batched: BatchedResults, rows: Sequence[tuple[str, ...]], between: Callable[[], None]
     ) -> Iterator[BlockPart]:
         members = {k: x for k, texts in enumerate(rows) if (x := self._values(texts)) is not None}
@@ -312,7 +317,7 @@ def _run_single(task: Task) -> BlockPart:
 def tasks_of(plan: Plan, rows: Sequence[tuple[str, ...]]) -> list[Task]:
     """The members in blocks, which do not depend on where they are run."""
     many = plan.alone and bool(plan.model.code.taylor)
-    largest = _LARGEST_SIDE_BY_SIDE if many else _LARGEST_BLOCK
+    largest = _LARGEST_BATCHED if many else _LARGEST_BLOCK
     size = max(1, min(largest, len(rows) // _FEWEST_BLOCKS))
     return [
         Task(plan, number, tuple(rows[first : first + size]))

@@ -177,7 +177,7 @@ def _packed(block: MemberBlock) -> bytes:
     return file.getvalue()
 
 
-#: What a file that is no archive of arrays leads to.
+#: Exceptions that a file which is no archive of arrays leads to.
 _UNREADABLE = (
     *(OSError, ValueError, KeyError, EOFError, RuntimeError, MemoryError),
     *(zipfile.BadZipFile, zlib.error),

@@ -28,22 +28,22 @@ choices and tests derive from there. An implementer promises:
 8. **Determinism.** The same problem and control give the same bits; no clock,
    no random number, no state shared between instances.
 9. **Many steps.** :meth:`~Integrator.advance` gives the same bits however its
-   work is divided into calls. What is written here in terms of single steps
-   serves every method; compiled ones do it in one call.
+   work is divided into calls. The implementation here, in single steps, serves every
+   method; compiled ones do it in one call.
 10. **Declared properties.** ``order``, ``variable_order``, ``adaptive``,
    ``implicit``, ``symplectic``, ``projects`` and ``needs`` say what the method is;
    tests measure each of them for every registered method.
-11. **Constraints.** Where ``rhs`` has a :func:`projection`, the end of every accepted
+11. **Constraints.** If ``rhs`` has a :func:`projection`, the end of every accepted
    step is projected and the next step starts from there, slope included; so are the
-   samples between. What :meth:`~Integrator.interpolate` gives is not. A projection that
+   samples between. States of :meth:`~Integrator.interpolate` are not. A projection that
    fails is a step that cannot be made. A method whose own equations hold its states on the
    constraints, to its tolerance, may go on from the state before its projection. One that can
    do neither has ``projects`` false and is not started.
-12. **Pieces.** Where ``rhs`` has :func:`.piecewise.pieces`, steps end with each of them. What
-   sees ``rhs(t, y)`` alone is begun anew in each by :func:`.piecewise.in_pieces`.
-13. **Events.** Behind :meth:`~Integrator.stop_at` the run ends where the first of some
-   functions falls through zero: ``t`` and ``y`` are there, projected, ``end_event`` is the
-   function's number, and no later sample is filled. Methods without interpolant cannot.
+12. **Pieces.** If ``rhs`` has :func:`.piecewise.input_pieces`, steps end with each of them. A
+   method that sees ``rhs(t, y)`` alone is begun anew in each by :func:`.piecewise.in_pieces`.
+13. **Events.** After :meth:`~Integrator.stop_at` the run ends at the first + → − zero crossing
+   of some functions: ``t`` and ``y`` are there, projected, ``end_event`` is the function's
+   number, and no later sample is filled. Methods without interpolant cannot.
 14. **Going on.** :meth:`~Integrator.state` gives all that later steps depend on as plain values,
    and :meth:`~Integrator.restore`, called where a run of the same start and control has made no
    step, makes that run go on bit by bit as the other one. ``kept`` lists the attributes that

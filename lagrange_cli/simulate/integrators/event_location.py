@@ -19,12 +19,14 @@ from lagrange_cli.simulate.integrators.event_functions import (
     ZeroCrossing,
 )
 
-#: A function whose least value is more than so many times what it changes by does not dip to zero.
+#: A function whose least value is more than so many times its changes does not dip to zero.
 _SHALLOW = 4.0
 
-#: Part of a part of a step in which it is seen whether a function falls into it, and what tells
-#: least values there from slopes.
-_NEAR, _FLAT = 2.0**-12, 4.0
+#: Distance from an end of a step, beside a part of it, at which slopes of functions are seen.
+_NEAR = 2.0**-12
+
+#: Largest change over that distance at a least value, beside the change of a parabola.
+_FLAT = 4.0
 
 #: Part of an interval to which a least value is located: it is then known to rounding.
 _SHARP = 1e-9

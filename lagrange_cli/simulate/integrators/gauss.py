@@ -85,7 +85,7 @@ def _integrals(x: Array) -> Array:
 class Gauss16(Integrator):
     """Gauss–Legendre collocation of order 16 by fixed-point iteration.
 
-    Where the first half of y' is the second half of y, as in mechanics, the
+    If the first half of y' is the second half of y, as in mechanics, the
     stages of the first half follow from the slopes of the second by A² in place
     of A, which halves the iterations.
     """
@@ -217,8 +217,10 @@ class Gauss16(Integrator):
 
 
 def _estimate(h: float, slopes: Array, weight: Array, noise: float) -> float:
-    """How the expansion in Legendre polynomials ends: the error beside the tolerance, or
-    beside the rounding of the stages where that is larger."""
+    """Estimate the error by how the expansion in Legendre polynomials ends.
+
+    It is relative to the tolerance, or to the rounding of the stages if that is larger.
+    """
     before, last = (_tableau().expansion[-2:] @ slopes) * weight * h
     last, before = _mean(last), _mean(before)
     return _CAUTION * last * (last / before if last < before else 1.0) / max(1.0, noise)

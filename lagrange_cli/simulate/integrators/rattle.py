@@ -14,10 +14,12 @@ from lagrange_cli.simulate.integrators.base import (
     UnfitError,
     projection,
 )
-from lagrange_cli.simulate.integrators.symplectic import DIVERGES, FixedStep
-
-#: Iterations after which a step is given up, and those without progress after which they end.
-MOST_ITERATIONS, CALM = 60, 2
+from lagrange_cli.simulate.integrators.symplectic import (
+    CALM,
+    DIVERGES,
+    MOST_ITERATIONS,
+    FixedStep,
+)
 
 
 def require_shift(rhs: Rhs) -> Shift | None:

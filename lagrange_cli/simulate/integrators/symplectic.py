@@ -19,7 +19,8 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
 from lagrange_cli.simulate.integrators.scipy_explicit import two_sum
 
-#: Iterations of the equations of collocation after which a step is given up.
+#: Iterations of the equations of a step after which it is given up (rattle.c and collocation.c do
+#: the same).
 MOST_ITERATIONS = 60
 
 #: Iterations without progress after which they end.

@@ -1,8 +1,8 @@
-"""Exponents of sharp functions: where one has a peak, a force may act for a short time.
+"""Exponents of sharp functions: at the peak of one a force may act for a short time.
 
 ``exp(−((t − c)/w)²)``, ``1/(w² + x²)``, ``tanh(x/w)`` and ``cos(x)^1000`` are smooth, and yet may
-do all that they do between two evaluations of a step. What they are the exponentials of changes
-slowly beside them: its peak shows on a step's interpolant, however narrow the force is.
+do all that they do between two evaluations of a step. Their exponents change slowly beside them:
+the peak of an exponent shows on a step's interpolant, however narrow the force is.
 """
 
 from __future__ import annotations

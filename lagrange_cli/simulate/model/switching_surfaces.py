@@ -4,7 +4,7 @@
 vanishes. A step across loses its order there, and one that enters and leaves what is narrow sees
 nothing of it. So a simulation works with equations in which each such function is replaced by
 what it is on one side, a smooth function that goes on past the surface; weights of both sides,
-parameters of the code, say which side it is. Where a weight lies between 0 and 1 the motion
+parameters of the code, say which side it is. With a weight between 0 and 1 the motion
 stays on the surface (A. F. Filippov, *Differential Equations with Discontinuous Righthand Sides*,
 1988, §4).
 """

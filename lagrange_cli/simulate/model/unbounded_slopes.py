@@ -1,8 +1,8 @@
 """Arguments of functions whose slope is unbounded where the argument vanishes.
 
-A force as sqrt(x) is not Lipschitz at x = 0, and more than one motion may begin there. What
-:mod:`.verification.uniqueness` needs to know of such places are the arguments along a motion, and
-their rates.
+A force as sqrt(x) is not Lipschitz at x = 0, and more than one motion may begin there. Programs
+for the arguments and their rates along a motion are made here; :mod:`.verification.uniqueness`
+evaluates them.
 """
 
 from __future__ import annotations
@@ -24,16 +24,19 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
-#: Arguments that are looked at, and operations of each.
-_MOST_ARGUMENTS, _LARGEST_ARGUMENT = 16, 200
+#: Arguments that are looked at; set by hand.
+_MOST_ARGUMENTS = 16
+
+#: Operations of the largest that is looked at; set by hand.
+_LARGEST_ARGUMENT = 200
 
 
 def steep_arguments(equations: Equations) -> tuple[Expr, ...]:
     """Find expressions that vanish where a force or an inertia has an unbounded slope.
 
-    Found are the bases of powers with exponents between 0 and 1 (of absolute values what stands
-    in them), and 1 − g² for asin(g) and acos(g), g − 1 for acosh(g), of which the slope is not
-    bounded either. Of more than :data:`MOST_ARGUMENTS` the first are taken.
+    These are the bases of powers with exponents between 0 and 1 (the argument of an absolute
+    value), and 1 − g² for asin(g) and acos(g), g − 1 for acosh(g), whose slopes are not bounded
+    either. Of more than ``_MOST_ARGUMENTS`` the first are taken.
     """
     moving = {s for c in equations.coordinates for s in (c.q, c.v)}
     numbers = {p.symbol: sympy.Float(p.value) for p in equations.parameters if p.value is not None}
@@ -65,15 +68,16 @@ def _steep(expression: Expr, numbers: Mapping[Expr, Expr]) -> Iterator[Expr]:
 
 
 def steep_places(equations: Equations) -> tuple[str, ...]:
-    """The same as equations in words of the scene."""
+    """Write the places where arguments vanish as equations in words of the scene."""
     return tuple(f"{in_scene_language(equations, g)} = 0" for g in steep_arguments(equations))
 
 
 def steep_source(equations: Equations) -> str:
-    """Python text with a function ``outputs`` for each argument its value, its first and its
-    second rate; empty where there is none. It reads the accelerations behind the parameters.
+    """Write a Python module whose function ``outputs`` evaluates the arguments and their rates.
 
-    The second rate is 0 where the argument hangs on velocities.
+    It gives all arguments, then their first and their second rates; a second rate is 0 if the
+    argument depends on velocities. It reads accelerations behind the parameters. The text is
+    empty if there are no arguments.
     """
     arguments = steep_arguments(equations)
     if not arguments:

@@ -1,8 +1,8 @@
 """A program in which every operation is off by its rounding error.
 
 Each result is multiplied by a factor of its own, after the stochastic
-arithmetic of Vignes, *Math. Comput. Simul.* 35 (1993) 233. How far its value
-is from that of the program itself shows how much of it is rounding: a sum in
+arithmetic of Vignes, *Math. Comput. Simul.* 35 (1993) 233. The distance of a value
+from that of the program itself shows how much of it is rounding: a sum in
 which digits cancel amplifies the errors of its terms. The factors are further
 parameters of the program, so that one text serves every choice of them.
 """

@@ -1,8 +1,7 @@
 """A right-hand side at eight states at once: C whose loop over states compilers make vectors of.
 
-No statement of the loop branches. Where a pivot or a result is not what it
-should be at any of the states the function returns 1, and the caller evaluates
-them one by one.
+No statement of the loop branches. If a pivot is too small or a result not finite at any of the
+states, the function returns 1 and the caller evaluates them one by one.
 """
 
 from __future__ import annotations

@@ -134,7 +134,7 @@ def _body(
 def _loop(recurrences: Recurrences, outputs: Mapping[int, SeriesSum]) -> Iterator[str]:
     """All further coefficients: number 1, then two in a turn, whose sums share what they read.
 
-    What number k adds to the sums of number k + 1 follows between the two.
+    The terms that number k adds to the sums of number k + 1 follow between the two.
     """
     statements, rows = _statements(recurrences, outputs), recurrences.rows
     read = sorted({int(number) for line in statements for number in _SUM.findall(line)})

@@ -27,8 +27,11 @@ _EACH = {name: f"lagrange_each_{name}" for name in ("sin", "cos", "sqrt", "exp")
 #: Texts of constants that differ from motion to motion.
 _OF_LANES = re.compile(r"\b(?:p\[|k\d|zero\b)")
 
-#: Arrays of the first coefficients of all rows, and of those that are being found.
-FIRST, NOW = "c", "now"
+#: Array of the first coefficients of all rows.
+FIRST = "c"
+
+#: Array of the coefficients that are being found.
+NOW = "now"
 
 
 class NoSeriesError(Exception):

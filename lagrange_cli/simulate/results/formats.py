@@ -24,8 +24,14 @@ AddRows: TypeAlias = Callable[[Mapping[str, Array]], None]
 #: memory should not hold waits in ``folder``. It is complete at the end of the context.
 Format: TypeAlias = Callable[[BinaryIO, int, str | None], AbstractContextManager[AddRows]]
 
-#: Bytes of a number, of a column that are copied at a time, and of all that wait in memory.
-_NUMBER, _PART, IN_MEMORY = 8, 2**22, 2**26
+#: Bytes of a number.
+_NUMBER = 8
+
+#: Bytes of a column that are copied at a time.
+_PART = 2**22
+
+#: Bytes of all columns that wait in memory; more wait in a file.
+IN_MEMORY = 2**26
 
 #: Bytes of a column from which on the archive needs the format of 64 bits.
 LARGE = 2**31

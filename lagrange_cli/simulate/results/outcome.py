@@ -26,7 +26,7 @@ from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Failure
 
-#: How much earlier, as a part of the motion so far, an end is proposed.
+#: Time by which an end is proposed earlier, as a part of the motion so far.
 _BEFORE = 0.01
 
 #: Contacts that are named in one sentence.
@@ -69,7 +69,7 @@ _STUCK = {
     ),
 }
 
-#: What a user can do where a motion ends at a kink.
+#: Ways out for a user whose motion ends at a kink.
 _KINKS = {
     AMBIGUOUS: "begin beside it, or let what jumps grow within a width (tanh(x/w) for sign(x))",
     CROWDED: "--until ends before, and tanh(x/w) for sign(x) goes on",
@@ -77,7 +77,7 @@ _KINKS = {
     IMPULSIVE: "let what jumps grow within a width (tanh(x/w) for sign(x))",
 }
 
-#: What a user can do about it.
+#: Ways out for a user whose motion ends at contacts.
 _WAYS_OUT = {
     IMPOSSIBLE: "a stiff spring in place of {} gives way",
     UNDETERMINED: "restitutions are from 0 to 1, and the same where contacts meet",

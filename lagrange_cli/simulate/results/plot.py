@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: More lines than this in one panel have no legend.
 _LONGEST_LEGEND = 12
 
-#: What names of parts of an SVG are made with.
+#: Salt of the names of parts of an SVG, so that a picture is the same every time.
 _SALT = "lagrange"
 
 

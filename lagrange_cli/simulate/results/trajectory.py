@@ -67,7 +67,7 @@ class Event:
 class Trajectory:
     """Samples of a motion with the estimate of their error.
 
-    Where coordinates are, or may become singular, a run has at least 501 samples, of which those
+    If coordinates are, or may become singular, a run has at least 501 samples, of which those
     asked for are given; scales, drifts and the estimate are those of all.
 
     Attributes
@@ -79,7 +79,7 @@ class Trajectory:
     reason
         Words that say what happened when, if the status is not ``ok``; samples end there.
     t
-        Sample times, shape (samples,). Where memory was not to hold all samples, ``t`` and what
+        Sample times, shape (samples,). If memory was not to hold all samples, ``t`` and what
         goes with it has some of them, both ends included.
     columns
         Coordinates, Cartesian names of the scene, the ``dot(...)`` of both, and outputs →

@@ -180,8 +180,7 @@ class Run:
     def go(self, samples: int, *, most_evaluations: float = math.inf) -> bool:
         """Advance for a short while, so that the caller can look at the clock.
 
-        How far one call comes depends on the machine; what all calls together
-        give does not.
+        The part that one call does depends on the machine; the result of all calls does not.
         """
         started = time.perf_counter()
         goes_on = self.advance(samples, self._pace, most_evaluations)

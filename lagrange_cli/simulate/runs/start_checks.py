@@ -10,7 +10,7 @@ from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 
-#: How far a start may be from the constraints, as a part of the largest coordinate or
+#: Distance that a start may have from the constraints, as a part of the largest coordinate or
 #: velocity: more than the rounding of its numbers, less than anyone would call a start.
 _OFF = 1e-9
 

@@ -16,7 +16,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.event_functions import NativeEvents
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
-from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, RHS, projection_type
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, POINTER, RHS, projection_type
 from lagrange_cli.simulate.integrators.native.function import NativeInputs, NativeRhs
 from lagrange_cli.simulate.integrators.piecewise import InputPieces, with_projection
 from lagrange_cli.simulate.model.model import Model
@@ -32,16 +32,14 @@ from lagrange_cli.simulate.system.tables import (
 )
 from lagrange_cli.simulate.system.tracing import tracer
 
-_POINTER = ctypes.c_void_p
-
 #: int system_reset(t, y, u, p, event, bounce, work)
 _RESET = ctypes.CFUNCTYPE(
     ctypes.c_int,
     ctypes.c_double,
-    *[_POINTER] * 3,
+    *[POINTER] * 3,
     ctypes.c_long,
     ctypes.c_double,
-    _POINTER,
+    POINTER,
 )
 
 

@@ -361,12 +361,12 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         A file of inputs cannot be read.
     """
     functions = functions_of(model.code.python)
-    recorded = read_recorded_inputs(model.recordings)
+    inputs = read_recorded_inputs(model.recordings)
 
     def given_to(name: str, pattern: int = 0) -> Rhs:
         parameters = parameter_values(model, pattern)
         trace = tracer(model.code.python, name)
-        return bound(functions[name], parameters.tolist(), pieces_of(recorded, pattern), trace)
+        return bound(functions[name], parameters.tolist(), pieces_of(inputs, pattern), trace)
 
     def table(name: str, columns: int) -> Table:
         return interpreted_table(given_to(name), columns) if columns else no_columns
@@ -388,8 +388,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
 
     def surfaces_beside(beside: Callable[[Rhs], Rhs]) -> MakeSurfaces | None:
         return surfaces_maker(
-            model,
-            lambda pattern: InterpretedCode(functions, pieces_of(recorded, pattern), beside),
+            model, lambda pattern: InterpretedCode(functions, pieces_of(inputs, pattern), beside)
         )
 
     plain = RightHandSide(
@@ -403,7 +402,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         outputs=table("outputs", len(model.outputs)),
         exponents=table("landmarks", model.landmarks),
         implementation=f"interpreted Python: {reason}",
-        recorded_inputs=recorded,
+        recorded_inputs=inputs,
         guarded=guarded,
     )
     surfaces = surfaces_beside(lambda rhs: rhs)
@@ -411,6 +410,6 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
     return _with_contacts(
         model,
         sided,
-        lambda pattern: InterpretedContacts(model, functions, pieces_of(recorded, pattern)),
+        lambda pattern: InterpretedContacts(model, functions, pieces_of(inputs, pattern)),
         surfaces,
     )

@@ -15,9 +15,12 @@ from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.model.model import ChartSingularity, Model
 from lagrange_cli.simulate.system.tracing import functions_of
 
-#: The numbers of places whose factor keeps its sign while rates of lost coordinates are not
-#: zero, and at all times, beside that sign.
-WHILE_MOVING, ALWAYS = 1.0, 2.0
+#: Number of a singular configuration whose factor keeps its sign while rates of lost coordinates
+#: are not zero, beside that sign.
+WHILE_MOVING = 1.0
+
+#: The same if the factor keeps its sign at all times.
+ALWAYS = 2.0
 
 
 def singular_factors(model: Model) -> Callable[[float, Array], Array]:

@@ -13,6 +13,7 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
+from lagrange_cli.simulate.integrators.native.c_types import POINTER
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.piecewise import InputPieces, PiecewiseRhs
 
@@ -25,10 +26,10 @@ StateFunction: TypeAlias = Callable[[float, Array], Array]
 #: The same at many, with parameters that differ from state to state: those of all, (m, l).
 ParameterTable: TypeAlias = Callable[[Array, Array, Array], Array]
 
-_LONG, _POINTER = ctypes.c_long, ctypes.c_void_p
+_LONG = ctypes.c_long
 
 #: void system_table(f, rows, t, y, width, u, p, work, out, columns)
-_TABLE = ctypes.CFUNCTYPE(None, _POINTER, _LONG, _POINTER, _POINTER, _LONG, *[_POINTER] * 4, _LONG)
+_TABLE = ctypes.CFUNCTYPE(None, POINTER, _LONG, POINTER, POINTER, _LONG, *[POINTER] * 4, _LONG)
 
 
 def no_columns(t: Array, y: Array) -> Array:

@@ -1,8 +1,8 @@
 """A model's right-hand sides run over objects in place of numbers.
 
-What is run is the Python text of the model (see :mod:`.integrators.expressions`). Its comparisons
-say where a state has no accelerations; objects that stand for all states answer them as regular
-ones do.
+The Python text of the model is run (see :mod:`.integrators.expressions`). Its comparisons tell
+whether a state has accelerations; objects that stand for all states answer them as regular states
+do.
 """
 
 from __future__ import annotations
@@ -56,8 +56,7 @@ _NUMPY = SimpleNamespace(
 def functions_of(code: str) -> dict[str, Any]:
     """The functions of a model's code in Python, by name.
 
-    What is executed is made of names and numbers that the program chose: no
-    text of a scene is in it.
+    The text is made of names and numbers that the program chose: nothing of a scene is executed.
     """
     functions: dict[str, Any] = {}
     exec(_compiled(code), functions)

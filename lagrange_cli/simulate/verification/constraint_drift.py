@@ -10,11 +10,11 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
 
-#: Samples at which it is looked how residuals change with the state.
+#: Samples at which the change of residuals with the state is measured.
 _SAMPLES = 8
 
-#: How far a state is moved for that, as a part of its scales: where the error of a
-#: difference quotient and its rounding are about equal.
+#: Distance by which a state is moved for that, as a part of its scales: the error of a difference
+#: quotient and its rounding are then about equal.
 _MOVE = 2.0**-17
 
 #: Residuals of many states: t (m,), y (m, 2n) → (m, k).

@@ -21,7 +21,7 @@ from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.tables import Table
 from lagrange_cli.simulate.verification.constraint_drift import constraint_drift
 
-#: How far beyond the accuracy's first-order effect a gap must be negative to disprove it.
+#: Depth of a negative gap that disproves an accuracy, as a multiple of its first-order effect.
 _MARGIN = 8.0
 
 

@@ -22,7 +22,7 @@ from lagrange_cli.simulate.verification.energy_drift import (
     first_contradiction,
 )
 
-#: What a run with a method and tolerances is believed to keep of its scales.
+#: Accuracy, relative to scales, that a run with a method and tolerances is believed to have.
 _BELIEVED = 1e-3
 
 #: Digits in which an energy is evaluated before it convicts.

@@ -1,7 +1,7 @@
 """Drift of a conserved energy, and when it disproves an accuracy.
 
-The estimate of the error compares runs with each other. What all of them step
-over, a barrier narrower than a step, they do not see; the energy function may.
+The estimate of the error compares runs with each other. They do not see a barrier narrower than
+a step that all of them step over; the energy function may.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
 
-#: How far beyond the accuracy's first-order effect a change must be to disprove it.
+#: Change of the energy that disproves an accuracy, as a multiple of its first-order effect.
 _MARGIN = 8.0
 
 #: Rounding error of an energy, relative to its parts.

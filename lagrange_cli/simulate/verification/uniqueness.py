@@ -1,16 +1,16 @@
 """Forces of unbounded slope, past which more than one motion may follow.
 
-Where accelerations have bounded slopes, one motion follows from a state (Picard, Lindelöf). A
-force as sqrt(x) has none at x = 0: a particle at rest there may stay, or leave at any time (J.
-Norton, *Philosophers' Imprint* 3 (2003) 4). An integrator shows one of these motions, and the runs
-that are to show its error the same one. So the places where slopes are unbounded are looked at
-where a motion begins, and where it comes to rest on the way.
+If accelerations have bounded slopes, one motion follows from a state (Picard, Lindelöf). The
+slope of a force as sqrt(x) is unbounded at x = 0: a particle at rest there may stay, or leave at
+any time (J. Norton, *Philosophers' Imprint* 3 (2003) 4). An integrator shows one of these motions,
+and the runs that are to show its error the same one. So the places where slopes are unbounded are
+looked at where a motion begins, and where it comes to rest on the way.
 
 Let g be an argument whose power below 1 stands in a force. One motion follows where g, or its
 first rate, or its second rate is not zero: g then leaves zero as a known power of time, faster than
 any two motions can part. It follows, too, where the force points back to g = 0, as a spring does:
 the distance of two motions does not grow then (a one-sided Lipschitz condition, or the energy at
-its minimum). What is left are forces that push away, more steeply than any proportional force.
+its minimum). The forces that remain push away, more steeply than any proportional force.
 """
 
 from __future__ import annotations
@@ -32,14 +32,17 @@ from lagrange_cli.simulate.system.tracing import functions_of
 #: Values and rates below this part of their largest neighbours are zero but for rounding.
 _ZERO = 1e-13
 
-#: Two distances at which a force is looked at beside a place, as parts of the coordinates.
-_COARSE, _FINE = 2.0**-20, 2.0**-45
+#: Larger distance from a place at which a force is evaluated, as a part of the coordinates.
+_COARSE = 2.0**-20
 
-#: By how much its ratio to the distance grows from the coarse to the fine one where its slope is
-#: unbounded: (COARSE/FINE)^(1 − p) of a power p is above this for p up to 0.99.
+#: Smaller distance.
+_FINE = 2.0**-45
+
+#: Growth, from the coarse to the fine distance, of the ratio of a force to the distance, that shows
+#: an unbounded slope: (COARSE/FINE)^(1 − p) of a power p is above this for p up to 0.99.
 _GROWS = 1.15
 
-#: A change of a force counts that is this many times what rounding does to it.
+#: A change of a force counts that is this many times its rounding error.
 _CLEAR_OF_NOISE = 64.0
 
 #: Steps of Newton's method: where a gradient vanishes, too, each halves the distance.

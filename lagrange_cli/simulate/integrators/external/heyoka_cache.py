@@ -17,8 +17,11 @@ from typing import Any
 from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.files import temporary_folder
 
-#: The ending of entries, and the file that heyoka makes.
-SUFFIX, DATABASE = ".db", "cache.db"
+#: Ending of the cache's entries.
+SUFFIX = ".db"
+
+#: Name of the file that heyoka makes.
+DATABASE = "cache.db"
 
 #: The folder in which heyoka keeps code is a setting of the process.
 _SETTING = threading.Lock()

@@ -32,8 +32,14 @@ from lagrange_cli.simulate.integrators.external.heyoka_algebra import Algebra, T
 from lagrange_cli.simulate.integrators.external.heyoka_cache import compiled_once
 from lagrange_cli.simulate.toolchain.compiler import processor
 
-#: Relative tolerances that have an order of their own; without one the order is that of the last.
-LARGEST, SMALLEST, USUAL = 1e-3, 2.0**-52, 1e-12
+#: Largest relative tolerance with an order of its own.
+LARGEST = 1e-3
+
+#: Smallest one.
+SMALLEST = 2.0**-52
+
+#: Relative tolerance that sets the order if there is none.
+USUAL = 1e-12
 
 #: Operations of a right-hand side above which loops are compiled in place of one long text.
 _COMPACT = 150

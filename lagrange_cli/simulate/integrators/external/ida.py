@@ -38,13 +38,17 @@ _MOST_FAILURES = 30
 #: Iterations for a linear system; the first nearly solves it.
 _KRYLOV = 5
 
-#: By how much difference quotients move a number: parts of its motion and, at least, of its size.
-MOVE, LEAST_MOVE = 2.0**-26, 2.0**-40
+#: Distance by which difference quotients move a number, as a part of its motion.
+MOVE = 2.0**-26
 
-#: By how much more where a projection rounds more, until its derivative is one of a projector.
+#: The same at least, as a part of its size.
+LEAST_MOVE = 2.0**-40
+
+#: Factors of that distance that are tried until the derivative of a projection is a projector:
+#: some projections round more than others.
 _WIDER = 1.0, 64.0, 4096.0, 262144.0
 
-#: How far the square of a projector may be from it, beside its largest entry, and its trace from
+#: Largest distance of a projector from its square, beside its largest entry, and of its trace from
 #: its rank, beside its size.
 _ROUGH = 1e-2
 

@@ -22,9 +22,11 @@ _SMALLEST_RTOL = 1e-14
 #: Steps of fewer units in the last place of t have underflowed.
 _SMALLEST_STEP = 10
 
-#: By how much a first step becomes shorter that could not be made, and down to what part of the
-#: time to the end.
-SHORTER, SHORTEST = 1e-6, 1e-25
+#: Factor by which a first step becomes shorter that could not be made.
+SHORTER = 1e-6
+
+#: Shortest first step, as a part of the time to the end.
+SHORTEST = 1e-25
 
 
 class Sundials(Integrator):

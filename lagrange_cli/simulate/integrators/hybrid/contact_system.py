@@ -179,9 +179,9 @@ class HybridRhs(ABC):
     def reset(
         self, t: float, y: Array, closed: ContactMode, event: int, bounce: float
     ) -> tuple[Array | None, ContactMode]:
-        """State and closed contacts after the event of a contact.
+        """Return the state and the closed contacts after the event of a contact.
 
-        Where there is no such state it is None, and the contacts are those that together leave
-        no motion; none where that is not why. ``bounce`` multiplies the coefficients of
-        restitution.
+        The state is None if no motion follows; then the contacts are those that together leave
+        none, or none of them if that is not the reason. ``bounce`` multiplies the coefficients
+        of restitution.
         """

@@ -1,7 +1,7 @@
 """Continuations of a motion on switching surfaces: pass, leave to a side, or slide.
 
 A. F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988, §4: the rates on
-both sides decide. Where both lead back to the surface, the motion stays on it with the part of
+both sides decide. If both lead back to the surface, the motion stays on it with the part of
 both sides that keeps it there, as dry friction holds a body at rest.
 """
 

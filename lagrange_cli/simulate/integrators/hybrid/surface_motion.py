@@ -1,11 +1,11 @@
 """Motion across switching surfaces: smooth pieces, each on one side of every surface.
 
-Where ``abs``, ``sign``, ``min`` or ``max`` has a kink or a jump, a step ends: the surface is
-located on the step's interpolant, and the next piece begins with the equations of the other
-side. What happens on a surface is decided by the rates on both sides of it (A. F. Filippov,
-*Differential Equations with Discontinuous Righthand Sides*, 1988, §4): the motion passes
-through, or leaves to one side, or slides along it while both sides push it back, as dry friction
-holds a body at rest. Where more than one of these is possible, the motion is not determined.
+A step ends at a kink or jump of ``abs``, ``sign``, ``min`` or ``max``: the surface is located on
+the step's interpolant, and the next piece begins with the equations of the other side. The rates
+on both sides of a surface decide how the motion goes on (A. F. Filippov, *Differential Equations
+with Discontinuous Righthand Sides*, 1988, §4): it passes through, or leaves to one side, or slides
+along the surface while both sides push it back, as dry friction holds a body at rest. If more than
+one of these is possible, the motion is not determined.
 """
 
 from __future__ import annotations
@@ -33,9 +33,11 @@ from lagrange_cli.simulate.integrators.hybrid.sliding import (
 )
 from lagrange_cli.simulate.integrators.hybrid.surfaces import SurfaceSides, surfaces_of, with_sides
 
-#: A step whose event lies in less than this part of it is made again, to this many times the time
-#: until the event (advance.c does the same).
-EARLY, BEHIND = 0.5, 1.25
+#: A step whose event lies in less than this part of it is made again (advance.c does the same).
+EARLY = 0.5
+
+#: Length of the step that is made again, as a multiple of the time until the event.
+BEHIND = 1.25
 
 _ONE_STEP: Any = {"most_steps": 1, "most_evaluations": math.inf}
 

@@ -1,7 +1,7 @@
-"""Switching surfaces of right-hand sides: what tells on which side of them a state is.
+"""Switching surfaces of right-hand sides: on which side of them a state is.
 
-Where ``abs``, ``sign``, ``min`` or ``max`` has a kink or a jump, its argument vanishes on a surface
-in the space of states. Beside it the equations are smooth, and go on past it.
+The argument of ``abs``, ``sign``, ``min`` or ``max`` vanishes on a surface in the space of states,
+where the function has a kink or a jump. Beside it the equations are smooth, and go on past it.
 """
 
 from __future__ import annotations
@@ -91,9 +91,10 @@ class Surfaces(ABC):
     def placed(
         self, t: float, y: Array, sides: SurfaceSides, met: Sequence[int] = ()
     ) -> tuple[SurfaceSides, tuple[int, ...]]:
-        """The sides of surfaces on which a state is not, and the numbers of the others.
+        """Return the sides of surfaces on which a state is not, and the numbers of the others.
 
-        Those that are ``met`` are among them. A surface may hang on the sides of those before it.
+        Surfaces that are ``met`` count as others. A surface may depend on the sides of those
+        before it.
         """
         on = set(met)
         for _ in range(len(sides) + 1):

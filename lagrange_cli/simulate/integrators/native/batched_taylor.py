@@ -1,7 +1,7 @@
 """Many motions stepped at once by their Taylor series, in machine code.
 
 The C is :file:`kernels/members/taylor.c`; the series of a system are emitted by
-:mod:`lagrange_cli.simulate.native.taylor`. What a motion comes to does not depend on which others
+:mod:`lagrange_cli.simulate.native.taylor`. The result of a motion does not depend on which others
 are stepped beside it.
 """
 
@@ -17,21 +17,19 @@ from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_structures import members_type
-from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
-
-_LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, LONG, POINTER, NativeReal
 
 _ROWS = ctypes.CFUNCTYPE(ctypes.c_int)
-_WIDTH = ctypes.CFUNCTYPE(_LONG)
-_MEMORY = ctypes.CFUNCTYPE(_LONG, _POINTER)
-_ADVANCE = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _LONG)
+_WIDTH = ctypes.CFUNCTYPE(LONG)
+_MEMORY = ctypes.CFUNCTYPE(LONG, POINTER)
+_ADVANCE = ctypes.CFUNCTYPE(ctypes.c_int, POINTER, LONG)
 _TABLE = ctypes.CFUNCTYPE(
-    *(None, _POINTER, _POINTER, _LONG, _LONG, _POINTER, _POINTER),
-    *(_LONG, ctypes.c_double, _POINTER, _LONG, _POINTER, _POINTER, _LONG),
+    *(None, POINTER, POINTER, LONG, LONG, POINTER, POINTER),
+    *(LONG, ctypes.c_double, POINTER, LONG, POINTER, POINTER, LONG),
 )
 
-_EXTENT = ctypes.CFUNCTYPE(None, _LONG, _LONG, _LONG, _POINTER, ctypes.c_double, _POINTER)
-_ERRORS = ctypes.CFUNCTYPE(None, *[_LONG] * 3, _POINTER, _LONG, *[_POINTER] * 3)
+_EXTENT = ctypes.CFUNCTYPE(None, LONG, LONG, LONG, POINTER, ctypes.c_double, POINTER)
+_ERRORS = ctypes.CFUNCTYPE(None, *[LONG] * 3, POINTER, LONG, *[POINTER] * 3)
 
 #: Bytes of the largest vector of the machines of today.
 _ALIGNMENT = 64
@@ -138,7 +136,7 @@ class BatchedTaylor:
         numbers = (np.ascontiguousarray(a, self.real.dtype) for a in (times, starts, parameters))
         times, starts, parameters = numbers
         run = self._type()
-        run.series = ctypes.cast(self.system[f"system_{name}_taylor"], _POINTER).value
+        run.series = ctypes.cast(self.system[f"system_{name}_taylor"], POINTER).value
         run.rows = _ROWS((f"system_{name}_taylor_rows", self.system))()
         arrays = (times, starts, parameters, self._kinds, states, filled, made)
         places = ("times", "starts", "p", "kinds", "states", "filled", "steps")
@@ -200,7 +198,7 @@ class BatchedSamples:
         times, states, parameters = arrays
         space = np.empty(work + 9 * n + 9 * columns + 8)
         self._table(
-            *(None if entry is None else ctypes.cast(entry, _POINTER).value for entry in functions),
+            *(None if entry is None else ctypes.cast(entry, POINTER).value for entry in functions),
             members,
             samples,
             times.ctypes.data,
@@ -228,7 +226,7 @@ class BatchedSamples:
         samples, (members, 2n); NaN where there are any."""
         states, *companions = (np.ascontiguousarray(a) for a in (states, *companions))
         errors, count = np.empty((len(states), states.shape[2])), len(companions)
-        places = (_POINTER * count)(*(companion.ctypes.data for companion in companions))
+        places = (POINTER * count)(*(companion.ctypes.data for companion in companions))
         weighs = (ctypes.c_double * count)(*weights)
         arguments = states.ctypes.data, count, places, weighs, errors.ctypes.data
         self._errors(*states.shape, *arguments)

@@ -12,9 +12,7 @@ from functools import cache
 from typing import Any
 
 from lagrange_cli.simulate.integrators.event_functions import EVENT_PARTS
-from lagrange_cli.simulate.integrators.native.c_types import NativeReal
-
-_LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
+from lagrange_cli.simulate.integrators.native.c_types import LONG, POINTER, NativeReal
 
 #: Events of one function in a step at most (MOST of events.c).
 MOST_EVENTS = 3 * EVENT_PARTS
@@ -38,16 +36,16 @@ class KernelStatus(IntEnum):
 def run_type(real: NativeReal) -> Any:
     """``lagrange_run`` of kernel.h."""
     fields = (
-        *((name, _POINTER) for name in ("rhs", "lanes", "project", "u", "p", "work")),
-        *((name, _POINTER) for name in ("rtol", "atol", "memory")),
-        ("events", _POINTER),
-        ("n", _LONG),
+        *((name, POINTER) for name in ("rhs", "lanes", "project", "u", "p", "work")),
+        *((name, POINTER) for name in ("rtol", "atol", "memory")),
+        ("events", POINTER),
+        ("n", LONG),
         *((name, real.ctype) for name in ("t_end", "max_step", "t", "t_old", "t_new", "h")),
-        *((name, _LONG) for name in ("steps", "rejections", "evaluations", "dense", "mode")),
+        *((name, LONG) for name in ("steps", "rejections", "evaluations", "dense", "mode")),
         *((name, real.ctype) for name in ("rate", "noise")),
-        *((name, _POINTER) for name in ("starts", "inputs")),
-        *((name, _LONG) for name in ("width", "pieces", "piece")),
-        *((name, _POINTER) for name in ("shift", "landmarks")),
+        *((name, POINTER) for name in ("starts", "inputs")),
+        *((name, LONG) for name in ("width", "pieces", "piece")),
+        *((name, POINTER) for name in ("shift", "landmarks")),
     )
     return _structure("Run", fields)
 
@@ -56,10 +54,10 @@ def run_type(real: NativeReal) -> Any:
 def events_type() -> Any:
     """``lagrange_events`` of events.h."""
     fields = (
-        *((name, _POINTER) for name in ("function", "u", "p", "work", "direction", "terminal")),
-        *((name, _POINTER) for name in ("sign", "noise", "reach", "before", "values", "state")),
-        *((name, _LONG) for name in ("count", "capacity", "found", "first")),
-        *((name, _POINTER) for name in ("times", "indices", "states")),
+        *((name, POINTER) for name in ("function", "u", "p", "work", "direction", "terminal")),
+        *((name, POINTER) for name in ("sign", "noise", "reach", "before", "values", "state")),
+        *((name, LONG) for name in ("count", "capacity", "found", "first")),
+        *((name, POINTER) for name in ("times", "indices", "states")),
     )
     return _structure("Events", fields)
 
@@ -68,9 +66,9 @@ def events_type() -> Any:
 def landmarks_type() -> Any:
     """``lagrange_landmarks`` of kernel.h."""
     fields = (
-        *((name, _POINTER) for name in ("function", "p", "work", "level", "active")),
-        *((name, _POINTER) for name in ("values", "state")),
-        *((name, _LONG) for name in ("count", "remade")),
+        *((name, POINTER) for name in ("function", "p", "work", "level", "active")),
+        *((name, POINTER) for name in ("values", "state")),
+        *((name, LONG) for name in ("count", "remade")),
     )
     return _structure("Landmarks", fields)
 
@@ -79,13 +77,13 @@ def landmarks_type() -> Any:
 def members_type(width: int, real: NativeReal) -> Any:
     """``lagrange_members`` of taylor.c, for so many lanes."""
     fields = (
-        *((name, _POINTER) for name in ("series", "times", "starts", "p", "kinds", "states")),
-        *((name, _POINTER) for name in ("filled", "steps", "memory")),
-        *((name, _LONG) for name in ("n", "rows", "order", "members", "samples", "parameters")),
-        ("most_steps", _LONG),
+        *((name, POINTER) for name in ("series", "times", "starts", "p", "kinds", "states")),
+        *((name, POINTER) for name in ("filled", "steps", "memory")),
+        *((name, LONG) for name in ("n", "rows", "order", "members", "samples", "parameters")),
+        ("most_steps", LONG),
         *((name, real.ctype) for name in ("tolerance", "longest", "glance", "forgiven")),
-        ("begun", _LONG),
-        *((name, _LONG * width) for name in ("member", "next")),
+        ("begun", LONG),
+        *((name, LONG * width) for name in ("member", "next")),
     )
     return _structure("Members", fields)
 

@@ -9,7 +9,11 @@ from typing import Any
 
 import numpy as np
 
-_POINTER = ctypes.c_void_p
+#: int64_t of the kernels.
+LONG = ctypes.c_int64
+
+#: Any pointer.
+POINTER = ctypes.c_void_p
 
 
 @dataclass(frozen=True)
@@ -34,17 +38,17 @@ EXTENDED = NativeReal(np.longdouble, ctypes.c_longdouble)
 @cache
 def function_type(real: NativeReal) -> Any:
     """int f(real t, const real *y, const real *u, const void *p, real *work, real *out)"""
-    return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[_POINTER] * 5)
+    return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[POINTER] * 5)
 
 
 @cache
 def projection_type(real: NativeReal) -> Any:
     """int f(real t, real *y, const real *u, const void *p, real *work)"""
-    return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[_POINTER] * 4)
+    return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[POINTER] * 4)
 
 
 #: The same for doubles.
 RHS = function_type(DOUBLE)
 
 #: The same at eight states: t and every array with the state as last index.
-LANES = ctypes.CFUNCTYPE(ctypes.c_int, *[_POINTER] * 6)
+LANES = ctypes.CFUNCTYPE(ctypes.c_int, *[POINTER] * 6)

@@ -13,9 +13,7 @@ from lagrange_cli.simulate.integrators.event_functions import (
     ZeroCrossing,
 )
 from lagrange_cli.simulate.integrators.native.c_structures import MOST_EVENTS, events_type
-from lagrange_cli.simulate.integrators.native.c_types import NativeReal
-
-_LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
+from lagrange_cli.simulate.integrators.native.c_types import POINTER, NativeReal
 
 #: Steps full of events that the buffer of one call holds.
 _STEPS = 64
@@ -57,7 +55,7 @@ class EventBuffer:
         self._noise, self._reach = arrays["noise"], arrays["reach"]
         self._kept_alive = events, arrays
         self._c = events_type()(count=count, capacity=capacity, u=inputs)
-        self._c.function = ctypes.cast(events.function, _POINTER)
+        self._c.function = ctypes.cast(events.function, POINTER)
         for name, array in arrays.items():
             setattr(self._c, name, array.ctypes.data)
 

@@ -12,18 +12,16 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Projection, Shift
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
-from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, POINTER, NativeReal
 from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
 
-_POINTER = ctypes.c_void_p
-
 
 def _address(function: Any) -> int:
-    return int(ctypes.cast(function, _POINTER).value or 0)
+    return int(ctypes.cast(function, POINTER).value or 0)
 
 
 class NativeInputs:

@@ -10,9 +10,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_structures import LANDMARK_ROWS, landmarks_type
-from lagrange_cli.simulate.integrators.native.c_types import NativeReal
-
-_POINTER = ctypes.c_void_p
+from lagrange_cli.simulate.integrators.native.c_types import POINTER, NativeReal
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ class LandmarkBuffer:
         }
         self._kept_alive = landmarks, arrays
         self._c = landmarks_type()(count=count)
-        self._c.function = ctypes.cast(landmarks.function, _POINTER)
+        self._c.function = ctypes.cast(landmarks.function, POINTER)
         for name, array in arrays.items():
             setattr(self._c, name, array.ctypes.data)
 

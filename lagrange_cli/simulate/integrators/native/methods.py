@@ -30,7 +30,7 @@ from lagrange_cli.simulate.integrators.event_functions import (
 )
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.native.c_structures import KernelStatus, run_type
-from lagrange_cli.simulate.integrators.native.c_types import NativeReal
+from lagrange_cli.simulate.integrators.native.c_types import LONG, POINTER, NativeReal
 from lagrange_cli.simulate.integrators.native.events import EventBuffer
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.native.landmarks import LandmarkBuffer
@@ -39,20 +39,18 @@ from lagrange_cli.simulate.integrators.scipy_explicit import DOP853, RK4
 from lagrange_cli.simulate.integrators.scipy_implicit import Radau
 from lagrange_cli.simulate.integrators.symplectic import DIVERGES, Gauss4, Gauss6, Verlet
 
-_LONG, _POINTER = ctypes.c_int64, ctypes.c_void_p
-
-_ROWS = ctypes.CFUNCTYPE(_LONG)
-_START = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER)
+_ROWS = ctypes.CFUNCTYPE(LONG)
+_START = ctypes.CFUNCTYPE(ctypes.c_int, POINTER)
 
 
 @cache
 def _interpolate_type(real: NativeReal) -> Any:
-    return ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, real.ctype, _POINTER)
+    return ctypes.CFUNCTYPE(ctypes.c_int, POINTER, real.ctype, POINTER)
 
 
 @cache
 def _advance_type(real: NativeReal) -> Any:
-    arguments = (_POINTER, _POINTER, _LONG, _POINTER, _POINTER, _LONG, real.ctype)
+    arguments = (POINTER, POINTER, LONG, POINTER, POINTER, LONG, real.ctype)
     return ctypes.CFUNCTYPE(ctypes.c_int, *arguments)
 
 
@@ -170,7 +168,7 @@ class _Compiled:
 
     def restore(self, state: SavedState) -> None:
         run = self._run
-        pointers = {name: getattr(run, name) for name, kind in run._fields_ if kind is _POINTER}
+        pointers = {name: getattr(run, name) for name, kind in run._fields_ if kind is POINTER}
         ctypes.memmove(ctypes.byref(run), state["run"].tobytes(), ctypes.sizeof(run))
         for name, address in pointers.items():
             setattr(run, name, address)
@@ -207,7 +205,7 @@ class _Compiled:
         times = np.ascontiguousarray(times, dtype)
         fits = states.flags.c_contiguous and states.dtype == dtype
         out = states if fits else np.empty(states.shape, dtype)
-        filled, run = _LONG(), self._run
+        filled, run = LONG(), self._run
         run.max_step = self._control.max_step
         self._tolerances[:] = self._control.rtol, self._control.atol
         status = self._advance(
