@@ -9,15 +9,8 @@ from lagrange_cli.mechanics.equations import tagged
 from lagrange_cli.notation.symbols import multiplier_name
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import (
-        Account,
-        CartesianName,
-        Certificate,
-        Conserved,
-        ConstraintLine,
-        Equations,
-        ShownEquation,
-    )
+    from lagrange_cli.mechanics.equations import CartesianName, Equations, ShownEquation
+    from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine
 
 #: Names of quantities, and what they become where the scene uses the letter.
 _LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}

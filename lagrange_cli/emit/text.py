@@ -37,7 +37,8 @@ from lagrange_cli.notation.unicode import UnicodePrinter
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Conserved, Equations, Input
+    from lagrange_cli.mechanics.equations import Equations, Input
+    from lagrange_cli.mechanics.findings import Conserved
 
 #: Columns of a line, where a formula can be broken.
 TEXT_WIDTH = 100

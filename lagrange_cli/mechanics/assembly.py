@@ -27,7 +27,7 @@ from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaul
 from lagrange_cli.mechanics.initial.suggestions import possible_start
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import working_digits
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.structure import (
     conserved_quantities,
     cyclic_names,
@@ -97,12 +97,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         outputs=tuple(_outputs(reduced)),
         inputs=tuple(_inputs(reduced)),
         literals=decimal_literals(scene.expressions()),
-        warnings=(
-            *reduced.warnings,
-            *_unused_warnings(scene, structure.unused_parameters),
-            *filter(None, [rank_deficiency_warning(derivation, initial)]),
-            *jump_warnings(reduced),
-        ),
+        warnings=tuple(_warnings(derivation, initial, structure.unused_parameters)),
         remarks=_remarks(derivation, initial),
         closures=derivation.closures,
         contacts=derivation.contacts,
@@ -120,6 +115,15 @@ def _remarks(derivation: Uncertified, initial: InitialState | None) -> tuple[str
     if not derivation.collected:
         remarks.append("products of sums are left unexpanded: they exceed the budget of terms")
     return tuple(remarks)
+
+
+def _warnings(
+    derivation: Uncertified, initial: InitialState | None, unused: tuple[str, ...]
+) -> Iterator[Problem]:
+    yield from derivation.reduced.warnings
+    yield from _unused_warnings(derivation.reduced.scene, unused)
+    yield from filter(None, [rank_deficiency_warning(derivation, initial)])
+    yield from jump_warnings(derivation.reduced)
 
 
 def _unused_warnings(scene: Scene, unused: tuple[str, ...]) -> tuple[Problem, ...]:

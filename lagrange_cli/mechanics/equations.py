@@ -15,6 +15,14 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
+from lagrange_cli.mechanics.findings import (
+    Account,
+    Certificate,
+    Conserved,
+    Facts,
+    FormulationChoice,
+    SingularConfiguration,
+)
 from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
@@ -34,7 +42,19 @@ def tagged(name: str, tail: str) -> str:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter; ``value`` is its double (None: must be given to simulate)."""
+    """A parameter.
+
+    Attributes
+    ----------
+    name, symbol
+        Its name in the scene, and its symbol.
+    value
+        Its double; None if it must be given to simulate.
+    positive
+        True if the scene declares it positive.
+    unit, description, latex
+        Texts of the scene, None if absent.
+    """
 
     name: str
     symbol: Symbol
@@ -49,8 +69,14 @@ class Parameter:
 class Input:
     """A given function of time.
 
-    ``expression`` is the scene's, over t and parameters; None where the values are
-    those of a ``recording``, which is read when they are needed.
+    Attributes
+    ----------
+    name, symbol
+        Its name in the scene, and its symbol.
+    expression
+        Its value over t and parameters, None if it is recorded.
+    recording
+        The file that holds its values, read when they are needed; None if it is an expression.
     """
 
     name: str
@@ -61,10 +87,20 @@ class Input:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A generalized coordinate with its independent symbols for q, q̇ and q̈.
+    """A generalized coordinate.
 
-    ``is_angle``: it enters positions only through 2π-periodic functions, or
-    has unit rad.
+    Attributes
+    ----------
+    name
+        Its name in the scene.
+    q, v, a
+        Independent symbols of q, q̇ and q̈.
+    is_angle
+        True if it enters positions only through 2π-periodic functions, or has unit rad.
+    unit, description, latex
+        Texts of the scene, None if absent.
+    mark
+        Its place in the scene, None if the scene does not declare it.
     """
 
     name: str
@@ -79,56 +115,18 @@ class Coordinate:
 
 
 @dataclass(frozen=True)
-class ConstraintLine:
-    """One constraint in the DOF account.
-
-    ``equations`` as written; ``status``: ``independent``; ``satisfied`` (the
-    definitions satisfy it identically); ``redundant`` (others imply it, named
-    in ``implied_by``); ``nonholonomic`` (it holds velocities and is not
-    integrable); ``unilateral`` (an inequality, with its ``restitution`` as written).
-    ``rheonomic``: it contains t. ``on_a_part``: the definitions satisfy it around the start,
-    and not everywhere.
-    """
-
-    name: str
-    equations: tuple[str, ...]
-    status: Literal["independent", "satisfied", "redundant", "nonholonomic", "unilateral"] = (
-        "independent"
-    )
-    implied_by: tuple[str, ...] = ()
-    rheonomic: bool = False
-    restitution: str = ""
-    on_a_part: bool = False
-
-
-@dataclass(frozen=True)
-class Account:
-    """DOF = 3N + E − K, with what K is made of.
-
-    ``cartesian`` = 3N; ``extra`` = E; ``constraints`` = K; ``implied`` of the K
-    restrictions are stated by no constraint but follow from definitions or
-    position expressions. ``nonholonomic`` constraints lower the freedom of
-    velocities, not ``dof``; ``unilateral`` ones neither.
-    """
-
-    cartesian: int
-    extra: int
-    constraints: int
-    dof: int
-    implied: int
-    lines: tuple[ConstraintLine, ...]
-    chosen_automatically: bool = False
-    nonholonomic: int = 0
-
-    @property
-    def unilateral(self) -> int:
-        """Number of one-sided constraints."""
-        return sum(line.status == "unilateral" for line in self.lines)
-
-
-@dataclass(frozen=True)
 class CartesianName:
-    """A Cartesian name that the scene writes (``x1``, ``z_bob``), over (q, t) and (q, v, t)."""
+    """A Cartesian name that the scene writes (``x1``, ``z_bob``).
+
+    Attributes
+    ----------
+    name
+        The name.
+    position, velocity
+        Its value over (q, t) and its rate over (q, v, t).
+    latex
+        LaTeX of the scene, None if absent.
+    """
 
     name: str
     position: Expr
@@ -138,7 +136,17 @@ class CartesianName:
 
 @dataclass(frozen=True)
 class ParticleMotion:
-    """A particle: mass, component names, position r(q, t) and velocity ṙ(q, v, t)."""
+    """A particle and its motion.
+
+    Attributes
+    ----------
+    name, mass
+        Its name and its mass.
+    components
+        Names of its x, y and z.
+    position, velocity
+        r(q, t) and ṙ(q, v, t), each along x, y, z.
+    """
 
     name: str
     mass: Expr
@@ -149,7 +157,17 @@ class ParticleMotion:
 
 @dataclass(frozen=True)
 class BodyForce:
-    """A non-conservative force of the scene and its generalized force on each coordinate."""
+    """A non-conservative force of the scene.
+
+    Attributes
+    ----------
+    name, on
+        Its name, and that of the particle, point or coordinate it acts on.
+    components
+        Along x, y, z; one only on a coordinate.
+    generalized
+        Generalized force Q on each coordinate.
+    """
 
     name: str
     on: str
@@ -159,18 +177,32 @@ class BodyForce:
 
 @dataclass(frozen=True)
 class Closure:
-    """An equation that is kept beside the coordinates, with its multiplier.
+    """A closure equation: a constraint kept beside the coordinates, with its multiplier.
 
-    ``kind`` ``position``: φ(q, t) = 0 with ``expression`` φ = lhs − rhs,
-    φ̇ = ``gradient``·v + ``rate`` and φ̈ = ``gradient``·a + ``bias``.
-    ``kind`` ``velocity``: ψ(q, v, t) = 0, not integrable, with ``expression``
+    Between positions, φ(q, t) = 0 with φ̇ = ``gradient``·v + ``rate`` and
+    φ̈ = ``gradient``·a + ``bias``. Between velocities, ψ(q, v, t) = 0, not integrable, with
     ψ = ``gradient``·v + ``rate`` and ψ̇ = ``gradient``·a + ``bias``.
 
-    ``gradient`` has one entry a coordinate, over q and t, walked by
-    :func:`~lagrange_cli.mechanics.sparse.entries`; ``rate`` is over q
-    and t, ``bias`` over q, v and t. ``multiplier`` is the symbol λ: λ·gradient
-    is the generalized force that the constraint exerts. ``integral``: the scene
-    states the rate of φ, whose constant its initial state gives.
+    Attributes
+    ----------
+    name
+        Name of the constraint.
+    kind
+        ``position`` or ``velocity``.
+    expression
+        φ or ψ: left-hand side − right-hand side.
+    gradient
+        One entry a coordinate, over q and t; walk it by :func:`.sparse.entries`.
+    rate
+        Over q and t, as above.
+    bias
+        Over q, v and t, as above.
+    multiplier
+        The symbol λ: λ·gradient is the generalized force that the constraint exerts.
+    text, mark
+        The equation as the scene writes it, and its place.
+    integral
+        True if the scene states the rate of φ, whose constant the initial state gives.
     """
 
     name: str
@@ -185,7 +217,7 @@ class Closure:
     integral: bool = False
 
     @cached_property
-    def held(self) -> tuple[int, ...]:
+    def coordinate_numbers(self) -> tuple[int, ...]:
         """Numbers of the coordinates whose entry of the gradient is not plainly zero."""
         return tuple(entries(self.gradient))
 
@@ -210,10 +242,15 @@ class Contact:
 class ShownEquation:
     """The textbook form of one equation of motion, ``Σ coefficient·factor = 0``.
 
-    ``terms`` in display order: those in ddot (factor an acceleration symbol),
-    then those in dot (factor a monomial in velocities), then the rest (factor
-    1), then those with a multiplier as factor. ``divided_by`` is the common
-    factor that was divided out (1 if none).
+    Attributes
+    ----------
+    coordinate
+        Name of its coordinate.
+    terms
+        Pairs of coefficient and factor in display order: those in ddot (factor an acceleration),
+        in dot (a monomial in velocities), without either (1), and with a multiplier.
+    divided_by
+        Common factor that was divided out, 1 if none.
     """
 
     coordinate: str
@@ -229,92 +266,15 @@ class ShownEquation:
 
 
 @dataclass(frozen=True)
-class Conserved:
-    """A conserved quantity.
-
-    ``kind`` ``momentum``: of the cyclic ``coordinate``, ``name`` = ``p_theta``;
-    ``energy``: T + V, ``name`` = ``energy``; ``jacobi``: Σ v ∂L/∂v − L where
-    that is not T + V, ``name`` = ``jacobi``. ``reason`` is a short phrase.
-    """
-
-    name: str
-    kind: Literal["momentum", "energy", "jacobi"]
-    expression: Expr
-    reason: str
-    coordinate: str | None = None
-
-
-@dataclass(frozen=True)
-class Facts:
-    """Structure facts (all booleans are proven, False means "not shown").
-
-    ``separable``: T(p) + V(q) without closures; ``separable_on_closures``: with closures, if any,
-    of positions alone.
-    """
-
-    constant_mass_matrix: bool
-    diagonal_mass_matrix: bool
-    separable: bool
-    autonomous: bool
-    rheonomic: bool
-    planar: bool
-    positive_definite_mass_matrix: bool
-    unused_parameters: tuple[str, ...] = ()
-    separable_on_closures: bool = False
-
-
-@dataclass(frozen=True)
-class Certificate:
-    """Random states, decimal digits and largest relative mismatch of the check."""
-
-    points: int
-    digits: int
-    mismatch: float
-
-
-@dataclass(frozen=True)
-class FormulationChoice:
-    """The formulation that was taken of two.
-
-    Attributes
-    ----------
-    minimal, multiplier
-        Operations predicted for one right-hand side in each.
-    why
-        A short phrase, or empty.
-    """
-
-    formulation: Literal["minimal", "multiplier"]
-    minimal: int
-    multiplier: int
-    why: str = ""
-
-
-@dataclass(frozen=True)
-class SingularConfiguration:
-    """Zero set of a factor of det M, at which coordinates lose their meaning.
-
-    Attributes
-    ----------
-    coordinates
-        Names of the coordinates whose rates M does not determine there.
-    where
-        Expression over q and parameters that is zero there.
-    infinite
-        True at a pole of det M, where the coordinates end.
-    """
-
-    coordinates: tuple[str, ...]
-    where: Expr
-    infinite: bool = False
-
-
-@dataclass(frozen=True)
 class InitialState:
-    """Initial q and v (doubles, in coordinate order) at the start time.
+    """Initial state at the start time.
 
-    ``projected`` is the largest change made to a given value to satisfy the
-    constraints (0 if none).
+    Attributes
+    ----------
+    positions, velocities
+        q and v as doubles, in the order of the coordinates.
+    projected
+        Largest change made to a given value to satisfy the constraints, 0 if none.
     """
 
     positions: tuple[float, ...]
@@ -324,11 +284,19 @@ class InitialState:
 
 @dataclass(frozen=True)
 class ReplacedChart:
-    """Coordinates that others have replaced, from which each of those follows.
+    """Coordinates that others have replaced.
 
-    ``places`` are the present coordinates over the former ones; ``start`` is the initial
-    state in these, None where it is not known. ``steady``: those of which
-    :func:`.dynamics.singular_configurations.conserved_momenta` proves that their rates keep signs.
+    Attributes
+    ----------
+    coordinates
+        The former coordinates.
+    places
+        The present coordinates over the former ones.
+    start
+        Initial state in the former ones, None if it is not known.
+    steady
+        Names of former ones whose rates are proven to keep their signs, by
+        :func:`.dynamics.singular_configurations.conserved_momenta`.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -341,25 +309,70 @@ class ReplacedChart:
 class Equations:
     """Equations of motion ``mass_matrix · a = forcing + Σ λ·gradient`` with all that explains them.
 
-    ``closures`` are the independent equations that the coordinates obey beside
-    them, each with its multiplier λ; none in the formulation ``minimal``.
-    ``contacts`` are one-sided: λ is zero while the gap is open.
-
-    ``mass_matrix`` (n rows of n entries, over q, t) and ``forcing`` (n, over q, v, t) are
-    unscaled; ``shown`` is the textbook form. ``kinetic`` and ``potential`` are
-    T and V in display form; ``potential`` may hold velocities (a generalized
-    potential U). ``energy`` is Σ v ∂L/∂v − L, whether conserved or not.
-    ``abbreviations`` are the scene's definitions that name no Cartesian name;
-    ``outputs`` what it asks for besides, by name, over (q, v, t). The symbols of
-    ``inputs`` may stand wherever velocities may, but beside them in L.
-    ``literals`` maps exact values to decimals as the scene wrote them.
-    ``choice`` is None where there is one formulation only; ``singular`` are places that
-    the coordinates do not cover. ``chart``: what the coordinates have replaced.
-    ``initial`` is None when the scene gives no initial state or a parameter
-    lacks its value; ``suggested`` are values of coordinates that could be given then.
-    ``constraint_forces`` is None unless it was asked for. ``open_questions`` names
-    coordinates that may be cyclic and quantities that may be conserved: it is neither proven
-    nor seen to be false.
+    Attributes
+    ----------
+    name, title, description
+        Texts of the scene.
+    file, digest
+        Its file, and the SHA-256 of its text.
+    t
+        Symbol of time.
+    parameters, coordinates, inputs
+        Symbols of the expressions. Those of inputs may stand wherever velocities may, but beside
+        them in L.
+    account
+        Account of degrees of freedom.
+    particles, cartesian_names
+        Positions and velocities over the coordinates.
+    kinetic, potential
+        T and V in display form; V may hold velocities (a generalized potential U).
+    lagrangian, dissipation
+        L, and the dissipation function.
+    forces
+        Non-conservative forces.
+    mass_matrix
+        n rows of n entries over q and t, unscaled.
+    forcing
+        n entries over q, v and t, unscaled.
+    shown
+        Textbook form of each equation.
+    energy
+        Σ v ∂L/∂v − L, whether conserved or not.
+    cyclic
+        Names of cyclic coordinates.
+    conserved, facts
+        Conserved quantities and other proven facts.
+    certificate
+        The comparison with Newton's law.
+    initial
+        Initial state; None if the scene gives none or a parameter lacks its value.
+    simulate
+        The scene's section ``simulate``.
+    abbreviations
+        Definitions of the scene that name no Cartesian name.
+    literals
+        Exact values with decimals as the scene wrote them.
+    warnings, remarks
+        Findings to be reported.
+    closures
+        Independent equations between the coordinates; none in minimal form.
+    contacts
+        One-sided constraints, whose λ is zero while the gap is open.
+    outputs
+        Expressions that the scene asks for, by name, over (q, v, t).
+    suggested
+        Values of coordinates that could be given if ``initial`` is None.
+    constraint_forces
+        Constraint forces, None unless they were asked for.
+    choice
+        Formulation that was taken, None if there is one only.
+    singular
+        Configurations that the coordinates do not cover.
+    chart
+        Coordinates that the present ones have replaced, None if there were none.
+    open_questions
+        Coordinates that may be cyclic and quantities that may be conserved: neither proven nor
+        refuted.
     """
 
     name: str

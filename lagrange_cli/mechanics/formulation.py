@@ -25,17 +25,14 @@ from lagrange_cli.mechanics.dynamics.singular_configurations import (
     MOST_COORDINATES,
     conserved_momenta,
 )
-from lagrange_cli.mechanics.equations import (
-    CartesianName,
-    FormulationChoice,
-    InitialState,
-    ReplacedChart,
-)
+from lagrange_cli.mechanics.equations import CartesianName, InitialState, ReplacedChart
+from lagrange_cli.mechanics.findings import FormulationChoice
 from lagrange_cli.mechanics.initial.state import initial_state
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.mechanics.reduction.cartesian_form import cartesian_form, closure_incidence
 from lagrange_cli.mechanics.reduction.no_minimal_form import no_minimal_form_error
-from lagrange_cli.mechanics.reduction.reduce import Reduced, reduce
+from lagrange_cli.mechanics.reduction.reduce import reduce
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.scene.conditions import Formulation

@@ -13,8 +13,14 @@ if TYPE_CHECKING:
 class BodyReaction:
     """The constraint force f = m r̈ − F on a particle, or on a point that a force pulls at.
 
-    ``components`` along x, y, z over q, v, t, or as :attr:`ConstraintForces.form` says.
-    ``size`` is f along its direction, of either sign (None: no short form).
+    Attributes
+    ----------
+    name
+        Name of the particle or point.
+    components
+        f along x, y, z, over q, v, t or as :attr:`ConstraintForces.form` says.
+    size
+        f along its direction, of either sign; None if there is no short form.
     """
 
     name: str
@@ -24,10 +30,18 @@ class BodyReaction:
 
 @dataclass(frozen=True)
 class Reaction:
-    """The multiplier λ of one equation φ = 0 of the scene: it exerts λ ∇φ.
+    """The multiplier λ of one equation φ = 0 of the scene, which exerts λ ∇φ.
 
-    ``text`` is φ = 0 as the scene writes it; ``sizes``: λ |∇φ| for each body that
-    φ holds the Cartesian names of.
+    Attributes
+    ----------
+    name
+        Name of the constraint.
+    text
+        φ = 0 as the scene writes it.
+    multiplier
+        λ.
+    sizes
+        λ |∇φ| for each body whose Cartesian names φ holds.
     """
 
     name: str
@@ -40,12 +54,21 @@ class Reaction:
 class ConstraintForces:
     """Constraint forces on bodies, and the multipliers of the scene's equations.
 
-    ``form`` tells what the expressions hold: ``motion`` q, v and t alone;
-    ``accelerations`` symbols ``ddot(q)`` too; ``multipliers`` those of the closures
-    (and accelerations where no multiplier alone gives a force). ``open``: constraints
-    whose multipliers are not determined or have no short form. ``included``: names of
-    terms of the scene that are written in coordinates, so that they act on no
-    particle: the constraints pass them on.
+    Attributes
+    ----------
+    bodies
+        Forces on particles and points.
+    reactions
+        Multipliers of equations.
+    form
+        Symbols of the expressions: ``motion`` q, v and t alone; ``accelerations`` ``ddot(q)``
+        too; ``multipliers`` those of the closures (and accelerations if no multiplier alone
+        gives a force).
+    open
+        Constraints whose multipliers are not determined or have no short form.
+    included
+        Terms of the scene that are written in coordinates, so that they act on no particle: the
+        constraints pass them on.
     """
 
     bodies: tuple[BodyReaction, ...]

@@ -1,7 +1,7 @@
-"""Rows of which most entries are zero: of a mass matrix, or gradients of closures.
+"""Sparse rows of expressions: of a mass matrix, or gradients of closures.
 
-A row reads like the tuple of all its entries; what has many coordinates is walked by
-:func:`entries` instead, so that its zeros cost nothing.
+A row reads like the tuple of all its entries; long rows are walked by :func:`entries` instead, so
+that zeros cost nothing.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ class ExpressionRow(Sequence["Expr"]):
     ----------
     length
         Number of columns.
-    held
+    nonzero
         Column → entry; zeros among them are left out.
     """
 
-    __slots__ = ("_held", "_length")
+    __slots__ = ("_length", "_nonzero")
 
-    def __init__(self, length: int, held: Mapping[int, Expr]) -> None:
+    def __init__(self, length: int, nonzero: Mapping[int, Expr]) -> None:
         self._length = length
-        self._held = {j: held[j] for j in sorted(held) if held[j] != 0}
+        self._nonzero = {j: nonzero[j] for j in sorted(nonzero) if nonzero[j] != 0}
 
     @property
-    def held(self) -> Mapping[int, Expr]:
+    def nonzero(self) -> Mapping[int, Expr]:
         """The entries that are not zero by column, ascending."""
-        return self._held
+        return self._nonzero
 
     def __len__(self) -> int:
         return self._length
@@ -49,26 +49,26 @@ class ExpressionRow(Sequence["Expr"]):
 
         columns = range(self._length)[place]
         if isinstance(columns, range):
-            return tuple(self._held.get(j, sympy.S.Zero) for j in columns)
-        return self._held.get(columns, sympy.S.Zero)
+            return tuple(self._nonzero.get(j, sympy.S.Zero) for j in columns)
+        return self._nonzero.get(columns, sympy.S.Zero)
 
     def __iter__(self) -> Iterator[Expr]:
         return iter(self[:])
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, ExpressionRow):
-            return (self._length, self._held) == (other._length, other._held)
+            return (self._length, self._nonzero) == (other._length, other._nonzero)
         return isinstance(other, tuple) and self[:] == other
 
     def __hash__(self) -> int:
         return hash(self[:])
 
     def __repr__(self) -> str:
-        return f"ExpressionRow({self._length}, {self._held})"
+        return f"ExpressionRow({self._length}, {self._nonzero})"
 
 
 def entries(row: Sequence[Expr]) -> Mapping[int, Expr]:
     """The entries of a row that are not plainly zero, by column."""
     if isinstance(row, ExpressionRow):
-        return row.held
+        return row.nonzero
     return {j: entry for j, entry in enumerate(row) if entry != 0}

@@ -11,13 +11,15 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.mechanics.algebra.collect import collected_terms, factored
+from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure, Conserved, Coordinate, Facts
+from lagrange_cli.mechanics.equations import Closure, Coordinate
+from lagrange_cli.mechanics.findings import Conserved, Facts
 from lagrange_cli.mechanics.numerics.rank import (
     DoubleRow,
     Matrix,
@@ -25,7 +27,7 @@ from lagrange_cli.mechanics.numerics.rank import (
     dense_matrix,
 )
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.scene.checks.names import without_rate
 from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.model import Scene

@@ -12,19 +12,15 @@ import sympy
 from sympy import Rational, Symbol, cos, sin
 
 from lagrange_cli.mechanics.equations import (
-    Account,
     BodyForce,
     CartesianName,
-    Certificate,
-    Conserved,
-    ConstraintLine,
     Coordinate,
     Equations,
-    Facts,
     Parameter,
     ParticleMotion,
     ShownEquation,
 )
+from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine, Facts
 from lagrange_cli.scene.conditions import SimulationDefaults
 
 HALF = Rational(1, 2)

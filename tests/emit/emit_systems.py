@@ -7,16 +7,14 @@ from fractions import Fraction
 import sympy as sp
 
 from lagrange_cli.mechanics.equations import (
-    Account,
     CartesianName,
-    Certificate,
     Coordinate,
     Equations,
-    Facts,
     InitialState,
     Parameter,
     ParticleMotion,
 )
+from lagrange_cli.mechanics.findings import Account, Certificate, Facts
 from lagrange_cli.scene.conditions import SimulationDefaults
 
 T = sp.Symbol("t", real=True)

@@ -12,7 +12,7 @@ import sympy
 from lagrange_cli.emit.latex import words as latex_words
 from lagrange_cli.emit.latex.equations import equation_latex, equations_latex
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.mechanics.equations import ConstraintLine
+from lagrange_cli.mechanics.findings import ConstraintLine
 from lagrange_cli.notation.latex_escape import latex_text
 from tests.emit.emit_scenes import (
     bead_on_parabola,

@@ -8,7 +8,7 @@ import sympy
 
 from lagrange_cli.emit.text import TEXT_WIDTH, derivation_text
 from lagrange_cli.mechanics import derive
-from lagrange_cli.mechanics.equations import Conserved, ConstraintLine
+from lagrange_cli.mechanics.findings import Conserved, ConstraintLine
 from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, break_lines, joined
 from lagrange_cli.notation.one_line import columns
 from lagrange_cli.notation.symbols import latex_name, text_name

@@ -96,7 +96,7 @@ def dense(equations):
     arguments.append([p.symbol for p in e.parameters])
     n = len(e.coordinates)
     diagonal = [e.mass_matrix[i][i] for i in range(n)]
-    held = [(k, j) for k, c in enumerate(e.closures) for j in c.held]
+    held = [(k, j) for k, c in enumerate(e.closures) for j in c.coordinate_numbers]
     gradients = [e.closures[k].gradient[j] for k, j in held]
     columns = [e.forcing, [c.bias for c in e.closures], [c.expression for c in e.closures]]
     function = sp.lambdify(arguments, [diagonal, gradients, *map(list, columns)], "math")

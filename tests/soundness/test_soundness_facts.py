@@ -12,7 +12,7 @@ import pytest
 
 from lagrange_cli.api import loads
 from lagrange_cli.mechanics import derive
-from lagrange_cli.mechanics.equations import Conserved
+from lagrange_cli.mechanics.findings import Conserved
 from lagrange_cli.scene import read_text
 
 pytestmark = pytest.mark.slow

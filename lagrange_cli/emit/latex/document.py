@@ -28,7 +28,8 @@ from lagrange_cli.notation.symbols import latex_name
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Conserved, Coordinate, Equations, ParticleMotion
+    from lagrange_cli.mechanics.equations import Coordinate, Equations, ParticleMotion
+    from lagrange_cli.mechanics.findings import Conserved
 
 _PREAMBLE = r"""\documentclass[11pt,a4paper]{article}
 \usepackage[T1]{fontenc}

@@ -9,6 +9,7 @@ __all__ = [
     "collect",
     "derivatives",
     "expand",
+    "factor",
     "group_by_velocity",
     "identities",
     "polynomials",

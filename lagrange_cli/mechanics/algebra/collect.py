@@ -1,7 +1,7 @@
 """Collection of like terms in sums of products, as in a textbook.
 
-Every term is split into a number, a mass, a trigonometric monomial and the
-rest. Terms that differ only in number or mass are gathered, so that
+Every term is split into a number, a mass, a trigonometric monomial and other
+powers. Terms that differ only in number or mass are gathered, so that
 ``m1 l² + m2 l²`` becomes ``(m1 + m2) l²``; then sin² + cos² = 1 and the
 addition theorems are applied wherever they shorten the sum. The work is
 linear in terms times trigonometric factors of one; nothing searches.
@@ -17,8 +17,6 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.algebra.hyperbolic import shorten_hyperbolic
 from lagrange_cli.mechanics.algebra.identities import (
     Rational,
     TrigFactor,
@@ -26,12 +24,10 @@ from lagrange_cli.mechanics.algebra.identities import (
     Weights,
     shorten_trigonometric,
 )
-from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
-from lagrange_cli.mechanics.algebra.squares import binomial_square, normalize_square_signs
 
-_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
-#: Terms that a sum may be multiplied out to while a shorter form is sought. Set by hand.
-_TERM_BUDGET = 200
+_ZERO = sp.Integer(0)
+_ONE = sp.Integer(1)
+
 #: Largest denominator that is cleared as content of a sum: 9.81 = 981/100 stays.
 _LARGEST_DENOMINATOR = 4
 #: sin, cos and tan as powers of sin and cos.
@@ -47,12 +43,21 @@ _SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
 class TermParts(NamedTuple):
     """A term taken apart: ``number · mass · Π base^exponent · trigonometric monomial``.
 
-    ``rest``: base → exponent. ``trig``: trigonometric factor → power.
+    Attributes
+    ----------
+    number
+        Its rational factor.
+    mass
+        Its mass, 1 if it has none.
+    powers
+        Base → exponent of all other factors.
+    trig
+        Trigonometric factor → power.
     """
 
     number: Rational
     mass: sp.Expr
-    rest: dict[sp.Expr, sp.Expr]
+    powers: dict[sp.Expr, sp.Expr]
     trig: dict[TrigFactor, int]
 
 
@@ -106,12 +111,12 @@ class Splitter:
         """Take ``a·b`` apart without forming the product."""
         first, second = self.split(a), self.split(b)
         number, mass = first.number * second.number, first.mass
-        powers = dict(first.rest)
+        powers = dict(first.powers)
         if mass is _ONE:
             mass = second.mass
         elif second.mass is not _ONE:
             powers[second.mass] = powers.get(second.mass, _ZERO) + 1
-        for base, power in second.rest.items():
+        for base, power in second.powers.items():
             total = powers.get(base, _ZERO) + power
             if base.func is sp.sign and total.is_Integer:
                 total %= 2
@@ -179,7 +184,7 @@ class TermSum:
 
     def _add(self, split: TermParts, weights: Weights | None) -> None:
         trig = self._splitter.canonical(split.trig)
-        group = self._groups.setdefault(frozenset(split.rest.items()), {})
+        group = self._groups.setdefault(frozenset(split.powers.items()), {})
         into = group.setdefault(trig, {})
         if not weights:
             into[split.mass] = into.get(split.mass, 0) + split.number
@@ -265,7 +270,7 @@ def _weight_sum(weights: Weights) -> tuple[Rational, sp.Expr]:
         for mass, count in present.items():
             return count, mass
         return 0, _ONE
-    content = _rational_content(present.values())
+    content = rational_content(present.values())
     if all(c < 0 for c in present.values()):
         content = -content
     shares = {m: _exact_quotient(c, content) for m, c in present.items()}
@@ -291,7 +296,7 @@ def sympy_rational(number: Rational) -> sp.Rational:
     return sp.Rational(number.numerator, number.denominator)
 
 
-def _rational_content(numbers: Iterable[Rational]) -> Rational:
+def rational_content(numbers: Iterable[Rational]) -> Rational:
     """Find the largest positive rational of which every number is a multiple (1 of none).
 
     Fractions are cleared only up to quarters: decimals such as 9.81 stay themselves.
@@ -302,142 +307,3 @@ def _rational_content(numbers: Iterable[Rational]) -> Rational:
         return 1
     numerator = math.gcd(*(n.numerator for n in nonzero))
     return numerator if denominator == 1 else Fraction(numerator, denominator)
-
-
-def common_factor(terms: list[sp.Expr]) -> sp.Expr:
-    """Find the greatest common monomial of terms, with the positive content of their numbers."""
-    if not terms:
-        return _ONE
-    numbers = []
-    common: dict[sp.Expr, sp.Expr] | None = None
-    for term in terms:
-        number, product = term.as_coeff_Mul(rational=True)
-        numbers.append(python_rational(number))
-        powers = _powers(product)
-        common = powers if common is None else _shared(common, powers)
-    number = sympy_rational(_rational_content(numbers))
-    product = sp.Mul(*(b**e for b, e in (common or {}).items()))
-    return scaled(number, product)
-
-
-def scaled(number: sp.Rational, product: sp.Expr) -> sp.Expr:
-    """Multiply by a number that SymPy would distribute over a sum; keep the sum a factor."""
-    if product.is_Add and number != 1:
-        return sp.Mul(number, product, evaluate=False)
-    return number * product
-
-
-def _shared(
-    first: dict[sp.Expr, sp.Expr], second: dict[sp.Expr, sp.Expr]
-) -> dict[sp.Expr, sp.Expr]:
-    """Find powers common to two products: of two exponents of one sign the nearer to zero."""
-    shared = {}
-    for base, exponent in first.items():
-        second_exponent = second.get(base)
-        if second_exponent is not None and (second_exponent > 0) == (exponent > 0):
-            shared[base] = min(exponent, second_exponent, key=abs)
-    return shared
-
-
-def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
-    """Map each base to its nonzero rational exponent."""
-    powers: dict[sp.Expr, sp.Expr] = {}
-    for factor in sp.Mul.make_args(product):
-        base, exponent = factor.as_base_exp()
-        if factor.is_number or not exponent.is_Rational:
-            powers[factor] = _ONE
-        else:
-            powers[base] = exponent
-    powers.pop(_ONE, None)
-    return powers
-
-
-#: Most terms, and most symbols, of a sum that is tried for a shorter form. Set by hand.
-_SHORT_TERMS, _SHORT_SYMBOLS = 12, 4
-#: Most operations of a sum with denominators that is put over one. Set by hand.
-_SHORT_OPERATIONS = 24
-
-
-def factored(terms: list[sp.Expr]) -> sp.Expr:
-    """Write the sum of terms as a product: common monomial times a shorter form of the rest."""
-    if len(terms) < 2:
-        return sp.Add(*terms)
-    number, common = common_factor(terms).as_coeff_Mul(rational=True)
-    if all(t.could_extract_minus_sign() for t in terms):
-        number = -number
-    inner = _shorter_form(sp.Add(*(t / common / number for t in terms)))
-    return scaled(number, common * inner)
-
-
-def _shorter_form(expr: sp.Expr) -> sp.Expr:
-    """Write ``l² + 2 l x + x²`` as ``(l + x)²``, ``1 + x²/(l² − x²)`` as ``l²/(l² − x²)``.
-
-    Tried for short sums that are rational in symbols; kept only if a shorter product results.
-    """
-    if not expr.is_Add or len(expr.args) > _SHORT_TERMS:
-        return expr
-    if expr.has(sp.sinh):
-        return shorten_hyperbolic(expr)
-    symbols = sorted(expr.free_symbols, key=str)
-    divided = _has_divided_sum(expr)
-    if len(symbols) > _SHORT_SYMBOLS or (len(expr.args) < 3 and not divided):
-        return expr
-    if divided:
-        expr = _by_denominator(expr)
-        if not expr.is_Add or sp.count_ops(expr) > _SHORT_OPERATIONS:
-            return expr
-    if not symbols or not expr.is_rational_function(*symbols):
-        return binomial_square(expr)
-    if not all(a.is_Rational or a.is_Symbol for a in _leaves(expr)):
-        return expr
-    product = normalize_square_signs(_one_fraction(expr) if divided else factored_form(expr))
-    return expr if product.is_Add or sp.count_ops(product) >= sp.count_ops(expr) else product
-
-
-def _by_denominator(expr: sp.Expr) -> sp.Expr:
-    """Gather terms over the same denominator, and factor their numerators."""
-    groups: dict[sp.Expr, list[sp.Expr]] = {}
-    for term in expr.args:
-        below = [f for f in sp.Mul.make_args(term) if f.is_Pow and f.exp.is_negative]
-        groups.setdefault(sp.Mul(*below), []).append(term / sp.Mul(*below))
-    return sp.Add(*(factored(numerator) * below for below, numerator in groups.items()))
-
-
-def _one_fraction(expr: sp.Expr) -> sp.Expr:
-    numerator, denominator = sp.fraction(cancelled(expr))
-    if denominator.could_extract_minus_sign():
-        numerator, denominator = -numerator, -denominator
-    return factored_form(numerator) / denominator
-
-
-def _has_divided_sum(expr: sp.Expr) -> bool:
-    return any(
-        f.is_Pow and f.exp.is_negative and f.base.is_Add
-        for term in expr.args
-        for f in sp.Mul.make_args(term)
-    )
-
-
-def _leaves(expr: sp.Expr) -> Iterator[sp.Expr]:
-    return (a for a in sp.preorder_traversal(expr) if not a.args)
-
-
-def tidy(expr: sp.Expr, masses: frozenset[sp.Expr] = frozenset()) -> sp.Expr:
-    """Collect the sums of an expression, under roots too, if that makes them shorter."""
-    if expr.is_Add:
-        return _collected_if_shorter(sp.Add(*(tidy(a, masses) for a in expr.args)), masses)
-    if expr.is_Mul or (expr.is_Pow and expr.exp.is_Rational):
-        return expr.func(*(tidy(a, masses) for a in expr.args))
-    return expr
-
-
-def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
-    expanded = expand_terms(expr, _TERM_BUDGET)
-    if expanded is None:
-        return expr
-    total = TermSum(Splitter(masses))
-    total.add_all(e for e in expanded if e != 0)
-    terms = total.collected()
-    if len(terms) < min(len(sp.Add.make_args(expr)), len(expanded)):
-        return factored(terms)
-    return expr

@@ -15,7 +15,8 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 
-_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+_ZERO = sp.Integer(0)
+_ONE = sp.Integer(1)
 
 #: Terms that one position component may be multiplied out to. Set by hand.
 _TERM_BUDGET = 200

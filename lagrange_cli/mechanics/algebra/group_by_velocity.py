@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.collect import common_factor, factored
+from lagrange_cli.mechanics.algebra.factor import common_factor, factored
 
 
 def group_by_velocities(

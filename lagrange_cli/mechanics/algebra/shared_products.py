@@ -32,7 +32,17 @@ class MovingComponent:
 
 @dataclass(frozen=True)
 class _Part:
-    """An expression in the Jacobian column ``coordinate`` (−1: convective) of some components."""
+    """An expression that recurs in the Jacobian of positions.
+
+    Attributes
+    ----------
+    coordinate
+        Its column; −1 for the convective part of r̈.
+    expression
+        The expression.
+    components
+        Bit k is set if component k holds it there.
+    """
 
     coordinate: int
     expression: sp.Expr

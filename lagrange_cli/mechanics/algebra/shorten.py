@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.collect import collected_terms, factored, tidy
+from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.factor import factored, tidy
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor, factored_form
 
 # Budgets, set by hand.

@@ -33,7 +33,8 @@ from lagrange_cli.errors import InputError, InternalError, Mark, NotRealError, P
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
 from lagrange_cli.mechanics.certify.routes import Observation, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Certificate, Closure, ShownEquation
+from lagrange_cli.mechanics.equations import Closure, ShownEquation
+from lagrange_cli.mechanics.findings import Certificate
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
@@ -117,7 +118,23 @@ class Evidence:
 
 @dataclass
 class _State:
-    """Findings of one state."""
+    """Findings at one state; fields as in :class:`Evidence` where these have one name.
+
+    Attributes
+    ----------
+    mismatch
+        Largest relative mismatch of the derivation.
+    mass
+        Rows of the mass matrix.
+    vanishes
+        For each delicate number, whether it is zero or nothing but rounding.
+    residuals
+        Residual of each equation of motion, with the size of its terms.
+    gradients
+        Rows of the closures' gradients.
+    beyond
+        First diagonal entry of M that no double holds, with its index; None if all are held.
+    """
 
     mismatch: mpf
     mass: list[dict[int, float]]
@@ -198,7 +215,7 @@ def _evidence(
     close_residuals: Callable[[], Sequence[tuple[mpf, mpf]]],
 ) -> Evidence:
     n = len(vanishes) // 2 - 1
-    acted_on = {j for closure in closures for j in closure.held}
+    acted_on = {j for closure in closures for j in closure.coordinate_numbers}
     return Evidence(
         certificate,
         tuple(vanishes[j] and j not in acted_on for j in range(n)),
@@ -343,11 +360,11 @@ def _looked_at_closely(
     *,
     thorough: bool,
 ) -> _State:
-    """The same with so many digits that rounding alone makes no mismatch.
+    """Look at a state with so many digits that rounding alone makes no mismatch.
 
-    Where numbers of very different sizes meet, as 1 and a displacement of 1e-150, terms cancel
-    to more digits than are carried; what disagrees then too, is wrong. A force whose terms cancel
-    altogether is nothing but rounding, which has no digits to agree in.
+    If numbers of very different sizes occur, as 1 and a displacement of 1e-150, terms cancel to
+    more digits than are carried; a mismatch that remains here is a real one. A force whose terms
+    cancel altogether is nothing but rounding, which has no digits to agree in.
     """
     with mpmath.workdps(_CLOSE_DIGITS):
         least = mpf(10) ** -_CLOSE_NOTHING

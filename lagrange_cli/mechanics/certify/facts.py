@@ -15,7 +15,8 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure, Conserved
+from lagrange_cli.mechanics.equations import Closure
+from lagrange_cli.mechanics.findings import Conserved
 from lagrange_cli.mechanics.proofs.finite_field import field_inverse
 from lagrange_cli.mechanics.proofs.refutation import depends, is_nonzero, jumps
 from lagrange_cli.mechanics.proofs.zero_test import (
@@ -86,10 +87,10 @@ def _are_reactions(closures: Sequence[Closure], forces: Sequence[sp.Expr]) -> bo
     if not closures or len(closures) > _CLOSURES:
         return False
     places = {j for j, force in enumerate(forces) if force != 0}
-    held = sorted(places.union(*(c.held for c in closures)))
-    rows = [[forces[j] for j in held], *([c.gradient[j] for j in held] for c in closures)]
+    numbers = sorted(places.union(*(c.coordinate_numbers for c in closures)))
+    rows = [[forces[j] for j in numbers], *([c.gradient[j] for j in numbers] for c in closures)]
     return relation_holds(
-        [e for row in rows for e in row], lambda values, p: _is_combination(values, len(held), p)
+        [e for row in rows for e in row], lambda values, p: _is_combination(values, len(numbers), p)
     )
 
 

@@ -19,9 +19,22 @@ _ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
 
 @dataclass(frozen=True)
 class Observation:
-    """A state: series along the motion, Q, values of L, T, V and L's terms, gradient of L.
+    """Values of a derivation at one state.
 
-    ``magnitude`` is the decimal exponent of the largest number met on the way to L.
+    Attributes
+    ----------
+    point
+        The state.
+    series
+        Symbol → its Taylor series along the motion.
+    forces
+        Generalized forces Q.
+    values
+        Values of L, T, V and each term of L.
+    gradient
+        Series of the derivatives of L.
+    magnitude
+        Decimal exponent of the largest number on the way to L.
     """
 
     point: SymbolValues

@@ -11,7 +11,7 @@ from mpmath import mpf
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import PLACED_DRAWS, SamplePoint
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
 #: Starts in a scene of many coordinates, where each costs seconds; set by hand.
 _STARTS_OF_MANY = 4

@@ -18,7 +18,7 @@ from lagrange_cli.mechanics.equations import Closure, Contact
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, working_digits
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, gap_over_names
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
 from lagrange_cli.mechanics.symbols.values import nearest_double
 from lagrange_cli.scene.model import Unilateral
@@ -94,7 +94,7 @@ def _require_change(
     reduced: Reduced, gap: ClosureEquation, closure: Closure, states: Sequence[SamplePoint]
 ) -> None:
     """Refuse a gap that is the same in all configurations next to each other."""
-    slopes = {reduced.coordinates[j].q: closure.gradient[j] for j in closure.held}
+    slopes = {reduced.coordinates[j].q: closure.gradient[j] for j in closure.coordinate_numbers}
     level, size, changes = _change(gap, slopes, states)
     if changes:
         return

@@ -23,7 +23,7 @@ from lagrange_cli.mechanics.elimination.eliminate import StatedEquation, substit
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.farkas import FalseSum, false_sum
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
 from lagrange_cli.mechanics.symbols.yaml_snippets import one_sided_snippet

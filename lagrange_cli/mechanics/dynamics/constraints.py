@@ -16,13 +16,14 @@ from functools import partial
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.alpha_equivalence import ShapeClasses
-from lagrange_cli.mechanics.algebra.collect import collected_terms, factored, tidy
+from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.factor import factored, tidy
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
 from lagrange_cli.mechanics.equations import Closure, tagged
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 
 #: Terms that a part of a closure may be multiplied out to.
@@ -74,7 +75,17 @@ def _free(name: str, taken: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class _Parts:
-    """A closure's expression and its derivatives; ``gradient`` by number of the coordinate."""
+    """A closure's expression and its derivatives, as in :class:`Closure`.
+
+    Attributes
+    ----------
+    expression
+        φ or ψ.
+    gradient
+        Number of a coordinate → entry.
+    rate, bias
+        Parts of the derivatives that do not hold the highest ones.
+    """
 
     expression: sp.Expr
     gradient: Mapping[int, sp.Expr]

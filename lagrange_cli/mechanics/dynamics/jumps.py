@@ -13,7 +13,7 @@ import sympy as sp
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.proofs.zero_test import vanish
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.scene.model import Term
 
 _HINT = (

@@ -25,20 +25,19 @@ from lagrange_cli.mechanics.algebra.collect import (
     Splitter,
     TermSum,
     collected_terms,
-    factored,
     monomial,
     python_rational,
-    tidy,
 )
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.factor import factored, tidy
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
 from lagrange_cli.mechanics.algebra.identities import Weights
 from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
 from lagrange_cli.mechanics.contacts.gaps import contacts
 from lagrange_cli.mechanics.dynamics.constraints import closures
 from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.scene.model import Force
 
@@ -102,9 +101,14 @@ class Uncertified:
 class RawTerms:
     """Potentials and kinetic terms before coordinates are put in.
 
-    ``positional`` are potentials without velocities, over raw symbols;
-    ``velocity_dependent`` are the others and ``kinetic`` the section
-    ``kinetic``, both over q, v, t.
+    Attributes
+    ----------
+    positional
+        Potentials without velocities, over raw symbols.
+    velocity_dependent
+        All other potentials, over q, v, t.
+    kinetic
+        Terms of the section ``kinetic``, over q, v, t.
     """
 
     positional: tuple[sp.Expr, ...]

@@ -19,7 +19,7 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.polynomials import factored_form
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.solve_exactly import solve_exactly
-from lagrange_cli.mechanics.equations import SingularConfiguration
+from lagrange_cli.mechanics.findings import SingularConfiguration
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 #: Most coordinates of a block that is examined; set by hand, as all below.

@@ -27,14 +27,8 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.mechanics.algebra.collect import (
-    Splitter,
-    TermSum,
-    common_factor,
-    scaled,
-    sympy_rational,
-    trig_factors,
-)
+from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum, sympy_rational, trig_factors
+from lagrange_cli.mechanics.algebra.factor import common_factor, scaled
 from lagrange_cli.mechanics.algebra.trig_polynomials import TrigPolynomial, refined
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
@@ -43,8 +37,12 @@ _PRODUCT_BUDGET = 250
 #: Most terms of a numerator.
 _NUMERATOR_BUDGET = 40
 
-#: Digits carried and relative agreement asked for where a solution is tried; points tried.
-_DIGITS, _AGREEMENT, _DRAWS = 40, mpf(10) ** -25, 8
+#: Decimal digits carried when a solution is tried at a point. Set by hand.
+_DIGITS = 40
+#: Relative agreement that is asked for there. Set by hand.
+_AGREEMENT = mpf(10) ** -25
+#: Points that are tried. Set by hand.
+_DRAWS = 8
 
 _UNIT = [sp.Integer(1)]
 
@@ -54,7 +52,17 @@ _Product = tuple[int, _Terms, _Terms]
 
 @dataclass(frozen=True)
 class SolvedAcceleration:
-    """a of one coordinate: (numerator − Σ coupling · a of another) / denominator."""
+    """a of one coordinate: (numerator − Σ coupling · a of another) / denominator.
+
+    Attributes
+    ----------
+    coordinate
+        Number of the coordinate.
+    numerator, denominator
+        Parts of the quotient.
+    coupling
+        Numbers of coordinates that are solved before, each with its factor.
+    """
 
     coordinate: int
     numerator: sp.Expr
@@ -269,7 +277,10 @@ class _System:
         )
 
     def _last_coordinates(self, determinant: _Terms) -> list[SolvedAcceleration] | None:
-        """One by Cramer's rule, the other, if there is one, from its equation."""
+        """Solve for one or two coordinates; None beyond the budget.
+
+        The first by Cramer's rule, the second so too if that is shorter than by its equation.
+        """
         if len(self.left) == 1:
             (i,) = self.left
             return [_quotient(i, self.forcing[i], determinant)]
@@ -284,13 +295,13 @@ class _System:
         if length > _NUMERATOR_BUDGET:
             return None
         first = _quotient(i, numerator, determinant)
-        other = self._numerator(j, i)
-        if len(other) <= len(self.forcing[j]) + len(self.mass[i, j]):
-            return [first, _quotient(j, other, determinant)]
+        last_numerator = self._numerator(j, i)
+        if len(last_numerator) <= len(self.forcing[j]) + len(self.mass[i, j]):
+            return [first, _quotient(j, last_numerator, determinant)]
         return [first, self._row(j, [i])]
 
     def _numerator(self, i: int, j: int) -> _Terms:
-        """Cramer's numerator of coordinate i, where j is the other that is left."""
+        """Cramer's numerator of coordinate i if j is the only other one left."""
         return self._sum(
             (1, self.mass[j, j], self.forcing[i]), (-1, self.mass[i, j], self.forcing[j])
         )
@@ -307,15 +318,15 @@ class _System:
         return self._refined(total.collected())
 
     def _refined(self, terms: _Terms) -> _Terms:
-        """The same with the identities that collecting does not see."""
+        """Apply the identities that collecting does not see."""
         groups: dict[frozenset[tuple[sp.Expr, sp.Expr]], TrigPolynomial] = {}
         for term in terms:
             split = self.splitter.split(term)
-            group = groups.setdefault(frozenset(split.rest.items()), {})
+            group = groups.setdefault(frozenset(split.powers.items()), {})
             group[self.splitter.canonical(split.trig)] = split.number
         return [
-            sp.Mul(sympy_rational(number), *(b**e for b, e in rest), *trig_factors(monomial))
-            for rest, group in groups.items()
+            sp.Mul(sympy_rational(number), *(b**e for b, e in powers), *trig_factors(monomial))
+            for powers, group in groups.items()
             for monomial, number in refined(group, self.arguments).items()
         ]
 
@@ -325,19 +336,19 @@ def _never_negative(terms: _Terms) -> bool:
 
 
 def _factored(terms: _Terms) -> sp.Expr:
-    """The sum as common factor times the rest, which is thus one value wherever it is used."""
+    """The sum as common factor times cofactor, which is thus one value wherever it is used."""
     common = common_factor(terms)
     return _times(common, sp.Add(*(t / common for t in terms)))
 
 
 def _quotient(coordinate: int, numerator: _Terms, determinant: _Terms) -> SolvedAcceleration:
     common = common_factor(determinant)
-    rest = sp.Add(*(t / common for t in determinant))
+    cofactor = sp.Add(*(t / common for t in determinant))
     shared = common_factor([*numerator, common])
     above = sp.Add(*(t / shared for t in numerator))
-    return SolvedAcceleration(coordinate, above, (), _times(common / shared, rest))
+    return SolvedAcceleration(coordinate, above, (), _times(common / shared, cofactor))
 
 
-def _times(factor: sp.Expr, rest: sp.Expr) -> sp.Expr:
-    number, others = factor.as_coeff_Mul(rational=True)
-    return scaled(number, others * rest)
+def _times(factor: sp.Expr, cofactor: sp.Expr) -> sp.Expr:
+    number, factors = factor.as_coeff_Mul(rational=True)
+    return scaled(number, factors * cofactor)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.collect import common_factor, factored, scaled
+from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
 from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities, positional_groups
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import ShownEquation
@@ -81,7 +81,7 @@ class _Rows:
     def groups(self, row: int) -> list[tuple[sp.Expr, sp.Expr]]:
         """(coefficient, factor) in display order."""
         coordinates = self.derivation.reduced.coordinates
-        inertia = self.derivation.mass_matrix[row].held
+        inertia = self.derivation.mass_matrix[row].nonzero
         terms = [(entry, coordinates[k].a) for k, entry in inertia.items()]
         forces = [-f for f in self.derivation.forcing[row]]
         present = {s for term in forces for s in term.free_symbols if s in self.order}
@@ -119,9 +119,9 @@ def _divided(
 
 
 def _quotient(coefficient: sp.Expr, factor: sp.Expr, divisor: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    number, rest = coefficient.as_coeff_Mul(rational=True)
-    by_number, by_rest = divisor.as_coeff_Mul(rational=True)
-    value = rest / by_rest
+    number, product = coefficient.as_coeff_Mul(rational=True)
+    by_number, by_product = divisor.as_coeff_Mul(rational=True)
+    value = product / by_product
     scale = number / by_number
     parts = value.args if value.is_Add else ()
     if any(part.as_coeff_Mul(rational=True)[0].q > 1 for part in parts):

@@ -45,7 +45,14 @@ _ELSEWHERE = mpmath.mpf(10) ** -6
 class StatedEquation:
     """One equation of a constraint over raw symbols; φ = left − right.
 
-    ``integral``: the scene states its rate. ``one_sided``: it is φ ≥ 0.
+    Attributes
+    ----------
+    constraint, equation
+        Name of the constraint; the equation as written.
+    left, right
+        Its sides.
+    integral, one_sided
+        True if the scene states its rate; true if it is φ ≥ 0.
     """
 
     constraint: str
@@ -109,10 +116,7 @@ class Elimination:
 
     def sources_of(self, expr: sp.Expr) -> frozenset[int]:
         """Collect the numbers of stated equations that the symbols of ``expr`` rest on."""
-        numbers: frozenset[int] = frozenset()
-        for s in expr.free_symbols:
-            numbers |= self.sources.get(s, frozenset())
-        return numbers
+        return frozenset[int]().union(*(self.sources.get(s, ()) for s in expr.free_symbols))
 
     def behind(self, numbers: Iterable[int]) -> list[int]:
         """Number some stated equations and those that were put into them, in order."""
@@ -147,16 +151,17 @@ class Elimination:
             if s in self.unknowns:
                 self._in_equations.setdefault(s, {})[number] = None
 
-    def define(self, definitions: Mapping[sp.Symbol, sp.Expr]) -> None:
-        """Give symbols their defining expressions, each after those that it holds."""
+    def _define(self, definitions: Mapping[sp.Symbol, sp.Expr]) -> None:
+        """Give symbols their defining expressions, each after those that occur in it."""
         within = {
             s: sorted(e.free_symbols & definitions.keys(), key=str) for s, e in definitions.items()
         }
         for symbol in TopologicalSorter(within).static_order():
             self.give(symbol, self.reduce(definitions[symbol]), frozenset())
 
-    def begin(self) -> None:
-        """Queue all stated equations."""
+    def begin(self, definitions: Mapping[sp.Symbol, sp.Expr]) -> None:
+        """Put definitions in and queue all stated equations."""
+        self._define(definitions)
         for number, stated in enumerate(self.stated):
             self.touched[number] = self.sources_of(stated.phi)
             self._await(number, self.reduce(stated.left), self.reduce(stated.right))
@@ -421,8 +426,7 @@ def eliminate(
         True if the scene declares its coordinates.
     """
     state = Elimination(stated, reference, constants, declared, unknowns=dict.fromkeys(unknowns))
-    state.define(definitions)
-    state.begin()
+    state.begin(definitions)
     state.run(3)
     check(state)
     state.run(4)
@@ -441,7 +445,6 @@ def substitute(
     The parameters are those of :func:`eliminate`; of the reference, values of the constants.
     """
     state = Elimination(stated, reference or {}, constants, unknowns=dict.fromkeys(unknowns))
-    state.define(definitions)
-    state.begin()
+    state.begin(definitions)
     state.run(2)
     return state

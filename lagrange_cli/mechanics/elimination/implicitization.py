@@ -20,7 +20,8 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor
 
-_ZERO, _ONE = sp.Integer(0), sp.Integer(1)
+_ZERO = sp.Integer(0)
+_ONE = sp.Integer(1)
 
 #: Terms that an equation may be multiplied out to. Set by hand.
 _TERM_BUDGET = 200
@@ -55,7 +56,15 @@ class ImplicitEquation:
 
 @dataclass(frozen=True)
 class AngleSymbols:
-    """Sine and cosine of an angle as symbols of their own."""
+    """Sine and cosine of an angle as symbols of their own.
+
+    Attributes
+    ----------
+    q
+        The angle.
+    sine, cosine
+        Symbols for sin q and cos q.
+    """
 
     q: sp.Symbol
     sine: sp.Symbol

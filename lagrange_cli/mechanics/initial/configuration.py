@@ -18,7 +18,7 @@ from mpmath import mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import rank
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
 _ZERO = mpf(0)
 #: Starts of Newton's method, the guess first; set by hand.

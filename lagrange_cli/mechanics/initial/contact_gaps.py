@@ -12,7 +12,7 @@ from lagrange_cli.errors import InconsistentStartError, InputError, NotRealError
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, gap_over_names
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
 _ZERO = mpf(0)
 

@@ -11,7 +11,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InconsistentStartError, InputError, Problem
 from lagrange_cli.mechanics.initial.configuration import NEWTON_STARTS, ConfigurationSearch
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
 _ZERO = mpf(0)
 

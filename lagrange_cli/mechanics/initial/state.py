@@ -1,6 +1,6 @@
 """The initial state: coordinates and velocities from what the scene gives.
 
-Values may be given in coordinates or in Cartesian names. What is given stays;
+Values may be given in coordinates or in Cartesian names. Given values stay;
 missing positions follow from given Cartesian values, missing velocities are
 the smallest in the kinetic-energy metric that the given ones and the closures allow.
 """
@@ -36,7 +36,7 @@ from lagrange_cli.mechanics.numerics.rank import (
     normalized_row,
     scale_columns,
 )
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.mechanics.symbols.yaml_snippets import near_snippet
 from lagrange_cli.scene.conditions import InitialValue
@@ -179,8 +179,8 @@ class _Initial:
             placed = self._tape(0).run(inputs, 0).values
         except DomainError:
             return False
-        given = [self.given[0][s][0] for s in self._cartesian(0)]
-        apart = (abs(x - y) for x, y in zip(placed, given, strict=True))
+        stated = [self.given[0][s][0] for s in self._cartesian(0)]
+        apart = (abs(x - y) for x, y in zip(placed, stated, strict=True))
         return bool(max(apart, default=_ZERO) <= _TOLERANCE * self._length())
 
     def _cartesian(self, order: int) -> list[sp.Symbol]:
@@ -352,8 +352,8 @@ class _Initial:
         scales = (self._length(), max([*speeds, _ZERO]) or mpf(1))
         for order, values in ((0, placed), (1, rates)):
             for symbol, value in zip(self._cartesian(order), values, strict=True):
-                given, entry = self.given[order][symbol]
-                miss = abs(value - given)
+                stated, entry = self.given[order][symbol]
+                miss = abs(value - stated)
                 if miss > _TOLERANCE * scales[order]:
                     raise _contradiction(entry, value)
                 if miss > _ROUNDING * scales[order]:
@@ -402,8 +402,10 @@ def _smallest(
     which is told as of any velocities that no rates of the coordinates give.
     """
     width = len(metric)
-    given = [normalized_row(row) for row in matrix]
-    dependent = dependent_rows(scale_columns(given, column_factors(given, width)), _DEPENDENT)
+    normalized = [normalized_row(row) for row in matrix]
+    dependent = dependent_rows(
+        scale_columns(normalized, column_factors(normalized, width)), _DEPENDENT
+    )
     kept = [k for k in range(len(matrix)) if k not in dependent]
     if not kept:
         return [_ZERO] * width

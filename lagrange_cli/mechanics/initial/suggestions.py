@@ -19,7 +19,7 @@ from lagrange_cli.errors import (
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 from lagrange_cli.mechanics.numerics.sampling import working_digits
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet, section_snippet
 
 #: Most coordinates of a scene for which a configuration is sought; set by hand.
@@ -135,13 +135,13 @@ def other_start_hint(reduced: Reduced) -> str:
 
 
 def with_suggestion(
-    reduced: Reduced, error: InputError, given: Mapping[sp.Symbol, mpf], *, placed: bool
+    reduced: Reduced, error: InputError, known: Mapping[sp.Symbol, mpf], *, placed: bool
 ) -> InputError:
     """The error of an initial state with a line that could stand in place of the scene's.
 
     Parameters
     ----------
-    given
+    known
         Values of coordinates that the scene gives.
     placed
         True if the positions satisfy the constraints.
@@ -150,11 +150,11 @@ def with_suggestion(
     singular, orders = isinstance(error, SingularError), tuple[int, ...]()
     values: dict[str, str] | None = {}
     if isinstance(error, MissingStartError):
-        values, orders = suggested_configuration(reduced, given), (0, 1)
+        values, orders = suggested_configuration(reduced, known), (0, 1)
     elif isinstance(error, _WRONG) and placed and not singular:
         orders = (0,)
     elif isinstance(error, _WRONG):
-        values = suggested_configuration(reduced, {}, None if singular else given)
+        values = suggested_configuration(reduced, {}, None if singular else known)
         # Velocities are free where only gaps hold the positions.
         orders = () if reduced.closures else (1,)
     if not values and orders in ((), (1,)):

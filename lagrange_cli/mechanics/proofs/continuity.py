@@ -20,8 +20,13 @@ _CONTINUOUS = (
     *(sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh, sp.tanh),
     *(sp.asin, sp.acos, sp.atan, sp.asinh, sp.acosh),
 )
+#: Functions that are infinite somewhere.
 _INFINITE = (sp.tan, sp.log, sp.atanh)
-_INVERSE, _PERIODIC = (sp.asin, sp.acos, sp.atan), (sp.sin, sp.cos, sp.tan)
+#: Inverse functions, which bend where a periodic function in them turns.
+_INVERSE = (sp.asin, sp.acos, sp.atan)
+#: Periodic functions.
+_PERIODIC = (sp.sin, sp.cos, sp.tan)
+#: Functions with a kink.
 _BENT = (sp.Abs, sp.Max, sp.Min)
 
 

@@ -66,14 +66,35 @@ class FalseSum:
 
 @dataclass
 class _Rows:
-    """Σ entry·term + constant, each an equation or ``one_sided`` (≥ 0)."""
+    """Rows Σ entry·term + constant, equations (= 0) or one-sided (≥ 0).
+
+    Attributes
+    ----------
+    constants
+        Values of parameters.
+    terms
+        Term → its column.
+    entries
+        Entries of each row by column.
+    constant
+        Constant of each row.
+    one_sided
+        True for each row that is ≥ 0.
+    origin
+        For each row, the number of the stated one or the text of a bound.
+    strict
+        Numbers of rows that are > 0.
+    units
+        Factor by which :meth:`equilibrate` divided each row.
+    size
+        Factor by which it divided the constants.
+    """
 
     constants: Mapping[sp.Symbol, mpf]
     terms: dict[sp.Expr, int] = field(default_factory=dict)
     entries: list[dict[int, mpf]] = field(default_factory=list)
     constant: list[mpf] = field(default_factory=list)
     one_sided: list[bool] = field(default_factory=list)
-    #: Number of the stated row, or the text of a bound.
     origin: list[int | str] = field(default_factory=list)
     strict: list[int] = field(default_factory=list)
     units: list[mpf] = field(default_factory=list)

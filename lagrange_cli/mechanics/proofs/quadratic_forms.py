@@ -29,7 +29,8 @@ _DEGREE_BUDGET = 8
 QuadraticForm = dict[tuple[int, int], mpf]
 """Coefficients fᵢⱼ, i ≤ j, of a quadratic form over generators."""
 
-_NONE, _ONE = mpf(0), mpf(1)
+_ZERO = mpf(0)
+_ONE = mpf(1)
 
 #: Least and largest value of functions that have both.
 _RANGES = {
@@ -82,7 +83,7 @@ class QuadraticForms:
         for term in terms:
             number, factors = self._factors(term)
             pair = self._pair(sorted(factors))
-            coefficients[pair] = coefficients.get(pair, _NONE) + number
+            coefficients[pair] = coefficients.get(pair, _ZERO) + number
         return {pair: x for pair, x in coefficients.items() if x}
 
     def multiply(self, form: QuadraticForm, generator: int) -> QuadraticForm:
@@ -91,7 +92,7 @@ class QuadraticForms:
         for (i, j), x in form.items():
             factors = [*self.monomials[i], *self.monomials[j], *self.monomials[generator]]
             pair = self._pair(sorted(factors))
-            coefficients[pair] = coefficients.get(pair, _NONE) + x
+            coefficients[pair] = coefficients.get(pair, _ZERO) + x
         return {pair: x for pair, x in coefficients.items() if x}
 
     def coincidences(self) -> list[QuadraticForm]:
@@ -177,7 +178,7 @@ class QuadraticForms:
                 form = self.multiply(form, k)
             self.domains.append(_sum(form, {(0, 0): -_ONE}))
 
-    def _vanish(self, form: QuadraticForm, constant: mpf = _NONE) -> None:
+    def _vanish(self, form: QuadraticForm, constant: mpf = _ZERO) -> None:
         """Add the relation that a form and a number are zero together."""
         self.relations.append(_sum(form, {(0, 0): constant}))
 
@@ -224,7 +225,7 @@ def _is_root(expr: sp.Expr) -> bool:
 def _sum(form: QuadraticForm, addend: QuadraticForm) -> QuadraticForm:
     total = dict(form)
     for pair, x in addend.items():
-        total[pair] = total.get(pair, _NONE) + x
+        total[pair] = total.get(pair, _ZERO) + x
     return {pair: x for pair, x in total.items() if x}
 
 

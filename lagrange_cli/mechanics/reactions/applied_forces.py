@@ -14,7 +14,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Term

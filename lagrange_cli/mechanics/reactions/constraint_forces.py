@@ -5,9 +5,9 @@ solved for them; larger systems keep ``ddot(q)``. With closures, a coordinate th
 Cartesian name itself feels Σ λ·gradient. A point that a force acts on has no mass: the
 constraints balance the force.
 
-All of it is compared with Newton's law before it is shown, at the states of the
+All forces are compared with Newton's law before they are shown, at the states of the
 derivation's certificate: component by component, and by the work on virtual displacements,
-which is that of the closures (none, where there are none).
+which is that of the closures (none if there are none).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from typing import Literal, TypeVar
 
 import mpmath
@@ -60,7 +61,7 @@ _CLOSE_DIGITS = 1300
 #: Zero there: products of three doubles are larger.
 _NOTHING = mpf(10) ** -1000
 
-#: By how much one rounding error may exceed another one.
+#: Factor by which one rounding error may exceed another one.
 _MARGIN = 1000
 
 _Seen = TypeVar("_Seen")
@@ -71,9 +72,16 @@ _STATES = 2
 
 @dataclass(frozen=True)
 class _Forces:
-    """Force along each raw symbol; ``by_multipliers``: those written as Σ λ·gradient.
+    """Constraint forces along raw symbols.
 
-    ``solved``: what stands for the accelerations.
+    Attributes
+    ----------
+    along
+        Raw symbol → force along it.
+    by_multipliers
+        Raw symbol whose force is written as Σ λ·gradient → its number as a coordinate.
+    solved
+        Symbol of an acceleration → expression for it; empty if one has none.
     """
 
     along: dict[sp.Symbol, sp.Expr]
@@ -117,9 +125,6 @@ def _form(
     return "motion" if symbols.isdisjoint(c.a for c in equations.coordinates) else "accelerations"
 
 
-# The forces.
-
-
 def _forces(derivation: Uncertified, equations: Equations, applied: AppliedForces) -> _Forces:
     reduced = derivation.reduced
     masses = dict.fromkeys(reduced.names.cartesian.values(), sp.Integer(0))
@@ -140,7 +145,7 @@ def _forces(derivation: Uncertified, equations: Equations, applied: AppliedForce
 
 
 def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
-    """Closed forms of all accelerations; empty where one has none."""
+    """Closed forms of all accelerations; empty if one has none."""
     if equations.closures or len(equations.coordinates) > _SOLVED:
         return {}
     explicit = explicit_accelerations(equations)
@@ -241,10 +246,8 @@ def _written(
 
 
 def _numbered(name: str, taken: set[str]) -> str:
-    number = 1
-    while tagged(name, f"_{number}") in taken:
-        number += 1
-    return tagged(name, f"_{number}")
+    numbered = (tagged(name, f"_{number}") for number in count(1))
+    return next(candidate for candidate in numbered if candidate not in taken)
 
 
 def _reactions(
@@ -255,8 +258,8 @@ def _reactions(
     along = dict(forces.along)
     along |= {c.q: check.applied.of(c.q) for c in reduced.coordinates if c.q not in along}
     point = check.points[0]
-    exact = force_balances(reduced, stated, along, point, given=False)
-    hoped = force_balances(reduced, stated, forces.along, point, given=True)
+    exact = force_balances(reduced, stated, along, point, keep_definitions=False)
+    hoped = force_balances(reduced, stated, forces.along, point, keep_definitions=True)
     solved = multipliers(stated, exact, hoped, point, check.scales[0])
     check.rows([r for r in exact if r.gradient.keys() <= solved.keys()], solved)
     reactions = [

@@ -23,7 +23,7 @@ from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
 #: Numbers below this part of their terms are zeros.
 _NOTHING = mpf(10) ** -20
@@ -52,7 +52,17 @@ class ConstraintEquation:
 
 @dataclass(frozen=True)
 class ForceBalance:
-    """``force = Σ λ_k gradient_k`` along one symbol of a body."""
+    """``force = Σ λ_k gradient_k`` along one symbol of a body.
+
+    Attributes
+    ----------
+    body
+        Name of the body, or of a coordinate that belongs to none.
+    force
+        The constraint force.
+    gradient
+        Number k of an equation → slope of φ_k along the symbol.
+    """
 
     body: str
     force: sp.Expr
@@ -61,10 +71,18 @@ class ForceBalance:
 
 @dataclass
 class _Search:
-    """Multipliers by number of the equation, found so far.
+    """Search for multipliers, body by body.
 
-    ``scale``: size of the forces at the point; ``given_up``: equations whose multipliers
-    fill pages.
+    Attributes
+    ----------
+    solved
+        Number of an equation → its multiplier, as far as it is found.
+    point
+        State at which expressions are tested for zero.
+    scale
+        Size of the forces at the point.
+    given_up
+        Equations whose multipliers fill pages.
     """
 
     solved: dict[int, sp.Expr]
@@ -181,7 +199,7 @@ def force_balances(
     forces: Mapping[sp.Symbol, sp.Expr],
     point: SymbolValues,
     *,
-    given: bool,
+    keep_definitions: bool,
 ) -> list[ForceBalance]:
     """Rows over all names of particles, or over names and coordinates that no definition gives.
 
@@ -191,16 +209,16 @@ def force_balances(
     ----------
     forces
         Raw symbol or coordinate → force along it, over q, v, t.
-    given
+    keep_definitions
         Leave the definitions of particles' names as they are.
     """
     names = reduced.names
     owners = _owners(reduced)
-    kept = {s for body in names.particle_symbols for s in body} if given else set()
+    kept = {s for body in names.particle_symbols for s in body} if keep_definitions else set()
     givens = {s: e for s, e in names.given.items() if s not in kept}
     expanded = {s: _expanded(givens, s) for s in givens}
     variables = [s for s in names.cartesian.values() if s not in expanded]
-    if not given:
+    if not keep_definitions:
         variables += [c.q for c in reduced.coordinates if c.q not in names.cartesian.values()]
     rows = []
     for w in variables:

@@ -31,7 +31,8 @@ from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, dependent_rows,
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, working_digits
 from lagrange_cli.mechanics.reduction.angles import periodic_symbols
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
-from lagrange_cli.mechanics.reduction.reduce import RANK_POINTS, Reduced, in_coordinates
+from lagrange_cli.mechanics.reduction.reduce import RANK_POINTS
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced, in_coordinates
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene

@@ -18,7 +18,17 @@ from lagrange_cli.mechanics.symbols.values import ParameterValues
 
 @dataclass(frozen=True)
 class Chart:
-    """Coordinates of a geometry, with what points are drawn from."""
+    """Coordinates of a geometry, and values from which its points are drawn.
+
+    Attributes
+    ----------
+    values
+        Values of parameters.
+    geometry
+        Positions over the coordinates.
+    coordinates
+        The coordinates.
+    """
 
     values: ParameterValues
     geometry: Geometry

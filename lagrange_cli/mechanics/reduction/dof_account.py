@@ -19,7 +19,7 @@ from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.diagnosis import errors as refusals
 from lagrange_cli.mechanics.diagnosis.inconsistency import proven_inconsistency
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
-from lagrange_cli.mechanics.equations import Account, ConstraintLine
+from lagrange_cli.mechanics.findings import Account, ConstraintLine
 from lagrange_cli.mechanics.numerics.rank import (
     Matrix,
     SymbolValues,
@@ -105,9 +105,9 @@ def with_partial_identities(
 
 
 def _partial(stated: StatedEquation, what: str, is_solved: bool, place: str) -> Problem:
-    how = " as it was solved" if is_solved else ""
+    as_solved = " as it was solved" if is_solved else ""
     return Problem(
-        f"constraint '{stated.constraint}' {what} on a part of the configurations only{how}:"
+        f"constraint '{stated.constraint}' {what} on a part of the configurations only{as_solved}:"
         f" not at {place}",
         stated.equation.mark(),
         hint="the motion goes on as if it held everywhere: leave the constraint out, or write it"

@@ -124,8 +124,18 @@ class Geometry:
 class ClosureEquation:
     """An equation kept beside the coordinates, ``left = right``.
 
-    Of ``position`` over q and t; of ``velocity`` over q, v and t. ``text`` and ``mark``
-    are those of the scene's equation, of which it is the ``integral`` or itself.
+    Attributes
+    ----------
+    name
+        Name of the constraint.
+    kind
+        Whether it is between positions or between velocities.
+    left, right
+        Its sides, over q and t, of velocities over v too.
+    text, mark
+        The scene's equation and its place.
+    integral
+        True if it is an integral of the scene's equation.
     """
 
     name: str
@@ -139,7 +149,19 @@ class ClosureEquation:
 
 @dataclass(frozen=True)
 class Leftover:
-    """A stated equation that no unknown was solved from: what it says at feasible points."""
+    """A stated equation that no unknown was solved from, and its values at feasible points.
+
+    Attributes
+    ----------
+    number
+        Number of the equation.
+    reduced
+        left − right over the coordinates.
+    identity
+        True if that is zero at all points.
+    constant
+        True if that is one number at all points.
+    """
 
     number: int
     reduced: sp.Expr

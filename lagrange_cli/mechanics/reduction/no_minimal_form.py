@@ -11,7 +11,7 @@ from lagrange_cli.mechanics.elimination.solve_equation import (
     solves_everywhere,
 )
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
-from lagrange_cli.mechanics.reduction.reduce import Reduced
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.quoting import quoted
 
 #: Reasons, of one constraint and of several.

@@ -46,7 +46,19 @@ _ZERO = sp.Integer(0)
 
 @dataclass(frozen=True)
 class RedundantRate:
-    """A constraint on velocities that others imply."""
+    """A constraint on velocities that others imply.
+
+    Attributes
+    ----------
+    constraint
+        Its name.
+    equation
+        Its equation as written.
+    implied_by
+        Names of the constraints that imply it.
+    by_definitions
+        True if definitions imply it with no other constraint.
+    """
 
     constraint: str
     equation: Equation
@@ -56,15 +68,26 @@ class RedundantRate:
 
 @dataclass(frozen=True)
 class _Row:
-    """A v + b = 0, with the constraint it is (the rate of).
+    """A v + b = 0: a constraint on velocities, or the rate of one on positions.
 
-    ``position``: the equation between positions; None where the scene states the row.
+    Attributes
+    ----------
+    constraint
+        Name of the constraint.
+    equation
+        Its equation as written.
+    slopes
+        Velocity → its factor, A.
+    drift
+        b.
+    position
+        The equation between positions; None if the scene states this one.
     """
 
     constraint: str
     equation: Equation
     slopes: Mapping[sp.Symbol, sp.Expr]
-    rest: sp.Expr
+    drift: sp.Expr
     position: StatedEquation | None = None
 
 
@@ -100,7 +123,7 @@ class _Rates:
         psi: sp.Expr,
         position: StatedEquation | None = None,
     ) -> _Row | None:
-        """ψ as a row; None where it is not linear in rates."""
+        """ψ as a row; None if it is not linear in rates."""
         present = psi.free_symbols
         slopes = {s: derivative(psi, v) for s, v in self.rates.items() if v in present}
         slopes = {s: sp.expand(a) for s, a in slopes.items()}
@@ -184,17 +207,17 @@ class _Seen:
         for row in rows:
             for s in row.slopes:
                 place.setdefault(s, len(place))
-        everything = [e for row in rows for e in (*row.slopes.values(), row.rest)]
+        everything = [e for row in rows for e in (*row.slopes.values(), row.drift)]
         try:
             pending = iter(evaluate(everything, _held(everything, point)))
         except (DomainError, KeyError):
             self.is_real = False
             return
         self._slopes: list[dict[int, mpf]] = []
-        self._rest: list[mpf] = []
+        self._drifts: list[mpf] = []
         for row in rows:
             self._slopes.append({place[s]: next(pending) for s in row.slopes})
-            self._rest.append(next(pending))
+            self._drifts.append(next(pending))
         self._compare()
 
     def _compare(self) -> None:
@@ -206,7 +229,7 @@ class _Seen:
         """The other rows."""
         remaining = copy(self)
         remaining._slopes = [row for k, row in enumerate(self._slopes) if k != number]
-        remaining._rest = [x for k, x in enumerate(self._rest) if k != number]
+        remaining._drifts = [x for k, x in enumerate(self._drifts) if k != number]
         remaining._compare()
         return remaining
 
@@ -217,14 +240,14 @@ class _Seen:
         """Tell whether a dependent row asks for something else than those it depends on."""
         circuit = self.dependent[number]
         columns = sorted({j for k in (*circuit, number) for j in self._slopes[k]})
-        residual, parts = self._rest[number], [self._rest[number]]
+        residual, parts = self._drifts[number], [self._drifts[number]]
         if circuit:
             matrix = mpmath.matrix(
                 [[self._slopes[k].get(j, mpf(0)) for k in circuit] for j in columns]
             )
             target = mpmath.matrix([self._slopes[number].get(j, mpf(0)) for j in columns])
             shares = mpmath.lu_solve(matrix, target)
-            parts += [x * self._rest[k] for x, k in zip(shares, circuit, strict=True)]
+            parts += [x * self._drifts[k] for x, k in zip(shares, circuit, strict=True)]
             residual -= sum(parts[1:], mpf(0))
         return bool(abs(residual) > RANK_TOLERANCE * sum(map(abs, parts), mpf(0)))
 
@@ -252,8 +275,8 @@ class _Combination:
             square = matrix.extract(range(len(basis)), chosen).T
             target = sp.Matrix([last.slopes.get(columns[j], _ZERO) for j in chosen])
             shares = square.LUsolve(target) if basis else []
-            parts = (x * row.rest for x, row in zip(shares, basis, strict=True))
-            whole = sp.fraction(sp.together(last.rest - sp.Add(*parts)))[0]
+            parts = (x * row.drift for x, row in zip(shares, basis, strict=True))
+            whole = sp.fraction(sp.together(last.drift - sp.Add(*parts)))[0]
             whole = sp.expand(whole)
             return whole if whole.count_ops() <= _OPERATIONS else None
         return None

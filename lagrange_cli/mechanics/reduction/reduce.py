@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import TypeAlias
+from functools import partial
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InconsistentError, Problem, SingularError
-from lagrange_cli.mechanics.algebra.collect import tidy
+from lagrange_cli.errors import InconsistentError, SingularError
+from lagrange_cli.mechanics.algebra.factor import tidy
 from lagrange_cli.mechanics.diagnosis.errors import remaining_coordinates, require_enough
 from lagrange_cli.mechanics.diagnosis.inconsistency import (
     diagnose_no_configuration,
@@ -29,15 +28,12 @@ from lagrange_cli.mechanics.elimination.eliminate import (
     StatedEquation,
     eliminate,
 )
-from lagrange_cli.mechanics.equations import Account, Coordinate
-from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, working_digits
 from lagrange_cli.mechanics.reduction.coordinates import (
     Chart,
     generalized_coordinates,
     manifold_of,
     sampler_of,
-    scales,
 )
 from lagrange_cli.mechanics.reduction.dof_account import (
     balanced_account,
@@ -49,7 +45,6 @@ from lagrange_cli.mechanics.reduction.dof_account import (
     without_redundant_rates,
 )
 from lagrange_cli.mechanics.reduction.geometry import (
-    ClosureEquation,
     Geometry,
     restricting_equations,
 )
@@ -60,12 +55,12 @@ from lagrange_cli.mechanics.reduction.local_identities import (
     violating_configurations,
 )
 from lagrange_cli.mechanics.reduction.rate_redundancy import RedundantRate, redundant_rates
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.reduction.velocity_constraints import (
     VelocityConstraint,
     independent_constraints,
     integrate_constraints,
 )
-from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
 from lagrange_cli.mechanics.symbols.masses import particle_mass
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues, evaluated
@@ -80,99 +75,6 @@ RANK_POINTS = 3
 
 #: The same on closures of many coordinates: what is constant is told from what is not.
 _FEWEST_POINTS = 2
-
-
-_Motion: TypeAlias = "Mapping[sp.Symbol, tuple[int, sp.Symbol]]"
-
-
-@dataclass(frozen=True)
-class Reduced:
-    """A scene over its generalized coordinates.
-
-    Attributes
-    ----------
-    resolved
-        Raw symbol → r(q, t).
-    masses
-        One expression for each particle.
-    reference
-        Values of symbols that ``initial`` and ``near`` give.
-    closures
-        Independent equations that restrict the coordinates and their velocities.
-    origin
-        The scene as it was reduced, where these coordinates replace others.
-    """
-
-    scene: Scene
-    names: Names
-    values: ParameterValues
-    coordinates: tuple[Coordinate, ...]
-    resolved: Mapping[sp.Symbol, sp.Expr]
-    masses: tuple[sp.Expr, ...]
-    account: Account
-    reference: Mapping[sp.Symbol, mpf]
-    warnings: tuple[Problem, ...]
-    remarks: tuple[str, ...]
-    closures: tuple[ClosureEquation, ...]
-    chart: Chart
-    origin: Reduced | None = None
-
-    def resolve(self, expr: sp.Expr) -> sp.Expr:
-        """``expr`` with raw symbols replaced by their r(q, t)."""
-        present = {s: self.resolved[s] for s in expr.free_symbols if s in self.resolved}
-        return expr.xreplace(present) if present else expr
-
-    @property
-    def scales(self) -> Mapping[sp.Symbol, mpf]:
-        """Size of the motion of each coordinate."""
-        return scales(self.chart)
-
-    @cached_property
-    def motion(self) -> _Motion:
-        """Number and rate of each q, then of each v."""
-        moving = [(c.q, c.v) for c in self.coordinates] + [(c.v, c.a) for c in self.coordinates]
-        return {symbol: (number, rate) for number, (symbol, rate) in enumerate(moving)}
-
-    @property
-    def gaps(self) -> tuple[ClosureEquation, ...]:
-        """One-sided constraints, ``left`` ≥ ``right``."""
-        return self.chart.geometry.gaps
-
-    @property
-    def rate(self) -> Rate:
-        """Total time derivative of an expression over raw symbols, q, v and t.
-
-        Raw symbols move with ṙ(q, v, t); velocities with accelerations.
-        """
-        return partial(_rate, self)
-
-    def sampler(self, domain: list[sp.Expr]) -> Sampler:
-        """Random feasible configurations at which ``domain`` is real as well."""
-        return sampler_of(self.chart, domain, self.manifold())
-
-    def manifold(self, gaps: Sequence[ClosureEquation] = ()) -> Manifold:
-        """The states that the closures leave, and ``gaps`` that are closed."""
-        return manifold_of(self.chart, [*self.closures, *gaps]) if gaps else self._manifold
-
-    @cached_property
-    def _manifold(self) -> Manifold:
-        return manifold_of(self.chart, self.closures)
-
-
-def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
-    t, motion = reduced.names.t, reduced.motion
-    chain = _chain(motion, expr)
-    for symbol in sorted(expr.free_symbols & reduced.resolved.keys(), key=str):
-        if symbol not in motion:
-            position = reduced.resolved[symbol]
-            chain.append((symbol, total_derivative(position, t, _chain(motion, position))))
-    return total_derivative(expr, t, chain)
-
-
-def _chain(motion: _Motion, expr: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Symbols of an expression with their rates; a large system has far more than these."""
-    present = sorted(expr.free_symbols & motion.keys(), key=lambda s: motion[s][0])
-    return [(s, motion[s][1]) for s in present]
 
 
 def reduce(scene: Scene) -> Reduced:
@@ -202,34 +104,23 @@ def reduce(scene: Scene) -> Reduced:
         return _with_levels(reduced, _levels(reduced, equations)) if equations else reduced
 
 
-def in_coordinates(
-    reduced: Reduced,
-    names: Names,
-    resolved: Mapping[sp.Symbol, sp.Expr],
-    coordinates: Sequence[sp.Symbol],
-    closures: Sequence[ClosureEquation],
-    reference: Mapping[sp.Symbol, mpf],
-) -> Reduced:
-    """The same scene over other coordinates with closures beside them; its account stays."""
-    elimination = reduced.chart.geometry.elimination
-    geometry = Geometry(names, elimination, resolved, coordinates, reference)
-    chart = Chart(reduced.values, geometry, tuple(generalized_coordinates(geometry, closures)))
-    return replace(
-        reduced,
-        names=names,
-        coordinates=chart.coordinates,
-        resolved=resolved,
-        reference=reference,
-        remarks=tuple(r for r in reduced.remarks if r not in elimination.remarks),
-        closures=tuple(closures),
-        chart=chart,
-        origin=reduced,
-    )
-
-
 @dataclass(frozen=True)
 class _Problem:
-    """Values that stay while velocity constraints are integrated."""
+    """Values that stay while velocity constraints are integrated.
+
+    Attributes
+    ----------
+    scene
+        The scene.
+    names
+        Its names as symbols.
+    values
+        Values of its parameters.
+    masses
+        One expression for each particle.
+    reference
+        Values of symbols that ``initial`` and ``near`` give.
+    """
 
     scene: Scene
     names: Names

@@ -41,7 +41,17 @@ from lagrange_cli.scene.language.expression import Equation
 
 @dataclass(frozen=True)
 class VelocityConstraint:
-    """A constraint on velocities, ``left = right`` over q, v and t."""
+    """A constraint on velocities, ``left = right``.
+
+    Attributes
+    ----------
+    constraint
+        Its name.
+    equation
+        Its equation as written.
+    left, right
+        Its sides over q, v and t.
+    """
 
     constraint: str
     equation: Equation

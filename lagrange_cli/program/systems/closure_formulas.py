@@ -129,7 +129,7 @@ class ClosureValue:
 
     @property
     def coordinates(self) -> _Coordinates:
-        return [self.equations.coordinates[j] for j in self.closure.held]
+        return [self.equations.coordinates[j] for j in self.closure.coordinate_numbers]
 
     @property
     def parts(self) -> tuple[Expr, ...]:

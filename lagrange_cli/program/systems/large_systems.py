@@ -258,7 +258,7 @@ class _System:
         formulas = []
         for k in self.closures:
             closure = e.closures[k]
-            masses = tuple(mass[j] for j in closure.held)
+            masses = tuple(mass[j] for j in closure.coordinate_numbers)
             residual = ClosureValue(self.asked.residual, closure, e)
             parts = (*entries(closure.gradient).values(), *masses, *residual.parts)
             formulas.append(Formula(len(masses), parts, _OfRow(residual, masses)))
@@ -272,7 +272,7 @@ class _System:
         for k in self.closures:
             *cells, residual_cell = next(results)
             pairs = zip(cells[: len(cells) // 2], cells[len(cells) // 2 :], strict=True)
-            self.rows.append(dict(zip(e.closures[k].held, pairs, strict=True)))
+            self.rows.append(dict(zip(e.closures[k].coordinate_numbers, pairs, strict=True)))
             self.residuals.append(residual_cell)
         self.free = {j: next(results)[0] for j in forced}
         self.compliant = {k: next(results)[0] for k in compliant}

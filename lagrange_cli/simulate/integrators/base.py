@@ -182,7 +182,7 @@ class Integrator(ABC):
     symplectic
         Steps are symplectic maps.
     needs
-        Structure facts it relies on, names of :class:`~lagrange_cli.mechanics.equations.Facts`.
+        Structure facts it relies on, names of :class:`~lagrange_cli.mechanics.findings.Facts`.
     interpolates, projects
         The fourth and the eleventh promise.
     kept, resumes

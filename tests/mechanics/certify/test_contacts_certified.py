@@ -88,7 +88,7 @@ def test_a_gap_is_no_other_by_a_constant(number: int) -> None:
 @pytest.mark.parametrize("change", ["sign", "digit", "missing", "added"])
 def test_wrong_gradient(number: int, change: str) -> None:
     closure = derivation().contacts[number].closure
-    row = {j: closure.gradient[j] for j in closure.held}
+    row = {j: closure.gradient[j] for j in closure.coordinate_numbers}
     first = min(row)
     if change == "missing":
         del row[first]

@@ -230,7 +230,7 @@ def test_states_are_kept_and_runs_are_independent(method):
 def test_needs_are_structure_facts(method):
     from dataclasses import fields
 
-    from lagrange_cli.mechanics.equations import Facts
+    from lagrange_cli.mechanics.findings import Facts
 
     assert set(method.needs) <= {f.name for f in fields(Facts)}
 

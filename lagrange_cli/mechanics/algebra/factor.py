@@ -1,0 +1,163 @@
+"""Common factors and shorter products of sums, for textbook forms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.collect import (
+    Splitter,
+    TermSum,
+    python_rational,
+    rational_content,
+    sympy_rational,
+)
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.hyperbolic import shorten_hyperbolic
+from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
+from lagrange_cli.mechanics.algebra.squares import binomial_square, normalize_square_signs
+
+_ONE = sp.Integer(1)
+
+#: Terms that a sum may be multiplied out to while a shorter form is sought. Set by hand.
+_TERM_BUDGET = 200
+#: Most terms of a sum that is tried for a shorter form. Set by hand.
+_SHORT_TERMS = 12
+#: Most symbols of such a sum. Set by hand.
+_SHORT_SYMBOLS = 4
+#: Most operations of a sum with denominators that is put over one. Set by hand.
+_SHORT_OPERATIONS = 24
+
+
+def common_factor(terms: list[sp.Expr]) -> sp.Expr:
+    """Find the greatest common monomial of terms, with the positive content of their numbers."""
+    if not terms:
+        return _ONE
+    numbers = []
+    common: dict[sp.Expr, sp.Expr] | None = None
+    for term in terms:
+        number, product = term.as_coeff_Mul(rational=True)
+        numbers.append(python_rational(number))
+        powers = _powers(product)
+        common = powers if common is None else _shared(common, powers)
+    number = sympy_rational(rational_content(numbers))
+    product = sp.Mul(*(b**e for b, e in (common or {}).items()))
+    return scaled(number, product)
+
+
+def scaled(number: sp.Rational, product: sp.Expr) -> sp.Expr:
+    """Multiply by a number that SymPy would distribute over a sum; keep the sum a factor."""
+    if product.is_Add and number != 1:
+        return sp.Mul(number, product, evaluate=False)
+    return number * product
+
+
+def _shared(
+    first: dict[sp.Expr, sp.Expr], second: dict[sp.Expr, sp.Expr]
+) -> dict[sp.Expr, sp.Expr]:
+    """Find powers common to two products: of two exponents of one sign the nearer to zero."""
+    shared = {}
+    for base, exponent in first.items():
+        second_exponent = second.get(base)
+        if second_exponent is not None and (second_exponent > 0) == (exponent > 0):
+            shared[base] = min(exponent, second_exponent, key=abs)
+    return shared
+
+
+def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
+    """Map each base to its nonzero rational exponent."""
+    powers: dict[sp.Expr, sp.Expr] = {}
+    for factor in sp.Mul.make_args(product):
+        base, exponent = factor.as_base_exp()
+        if factor.is_number or not exponent.is_Rational:
+            powers[factor] = _ONE
+        else:
+            powers[base] = exponent
+    powers.pop(_ONE, None)
+    return powers
+
+
+def factored(terms: list[sp.Expr]) -> sp.Expr:
+    """Write the sum of terms as a product: common monomial times a shorter form of the rest."""
+    if len(terms) < 2:
+        return sp.Add(*terms)
+    number, common = common_factor(terms).as_coeff_Mul(rational=True)
+    if all(t.could_extract_minus_sign() for t in terms):
+        number = -number
+    inner = _shorter_form(sp.Add(*(t / common / number for t in terms)))
+    return scaled(number, common * inner)
+
+
+def _shorter_form(expr: sp.Expr) -> sp.Expr:
+    """Write ``l² + 2 l x + x²`` as ``(l + x)²``, ``1 + x²/(l² − x²)`` as ``l²/(l² − x²)``.
+
+    Tried for short sums that are rational in symbols; kept only if a shorter product results.
+    """
+    if not expr.is_Add or len(expr.args) > _SHORT_TERMS:
+        return expr
+    if expr.has(sp.sinh):
+        return shorten_hyperbolic(expr)
+    symbols = sorted(expr.free_symbols, key=str)
+    divided = _has_divided_sum(expr)
+    if len(symbols) > _SHORT_SYMBOLS or (len(expr.args) < 3 and not divided):
+        return expr
+    if divided:
+        expr = _by_denominator(expr)
+        if not expr.is_Add or sp.count_ops(expr) > _SHORT_OPERATIONS:
+            return expr
+    if not symbols or not expr.is_rational_function(*symbols):
+        return binomial_square(expr)
+    if not all(a.is_Rational or a.is_Symbol for a in _leaves(expr)):
+        return expr
+    product = normalize_square_signs(_one_fraction(expr) if divided else factored_form(expr))
+    return expr if product.is_Add or sp.count_ops(product) >= sp.count_ops(expr) else product
+
+
+def _by_denominator(expr: sp.Expr) -> sp.Expr:
+    """Gather terms over the same denominator, and factor their numerators."""
+    groups: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in expr.args:
+        below = [f for f in sp.Mul.make_args(term) if f.is_Pow and f.exp.is_negative]
+        groups.setdefault(sp.Mul(*below), []).append(term / sp.Mul(*below))
+    return sp.Add(*(factored(numerator) * below for below, numerator in groups.items()))
+
+
+def _one_fraction(expr: sp.Expr) -> sp.Expr:
+    numerator, denominator = sp.fraction(cancelled(expr))
+    if denominator.could_extract_minus_sign():
+        numerator, denominator = -numerator, -denominator
+    return factored_form(numerator) / denominator
+
+
+def _has_divided_sum(expr: sp.Expr) -> bool:
+    return any(
+        f.is_Pow and f.exp.is_negative and f.base.is_Add
+        for term in expr.args
+        for f in sp.Mul.make_args(term)
+    )
+
+
+def _leaves(expr: sp.Expr) -> Iterator[sp.Expr]:
+    return (a for a in sp.preorder_traversal(expr) if not a.args)
+
+
+def tidy(expr: sp.Expr, masses: frozenset[sp.Expr] = frozenset()) -> sp.Expr:
+    """Collect the sums of an expression, under roots too, if that makes them shorter."""
+    if expr.is_Add:
+        return _collected_if_shorter(sp.Add(*(tidy(a, masses) for a in expr.args)), masses)
+    if expr.is_Mul or (expr.is_Pow and expr.exp.is_Rational):
+        return expr.func(*(tidy(a, masses) for a in expr.args))
+    return expr
+
+
+def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
+    expanded = expand_terms(expr, _TERM_BUDGET)
+    if expanded is None:
+        return expr
+    total = TermSum(Splitter(masses))
+    total.add_all(e for e in expanded if e != 0)
+    terms = total.collected()
+    if len(terms) < min(len(sp.Add.make_args(expr)), len(expanded)):
+        return factored(terms)
+    return expr

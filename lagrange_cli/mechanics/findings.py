@@ -1,0 +1,198 @@
+"""Findings about a system as frozen values: degrees of freedom, facts, certificate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+
+@dataclass(frozen=True)
+class ConstraintLine:
+    """One constraint in the account of degrees of freedom.
+
+    Attributes
+    ----------
+    name, equations
+        Its name, and its equations as written.
+    status
+        ``independent``; ``satisfied`` (the definitions satisfy it identically); ``redundant``
+        (others imply it); ``nonholonomic`` (it holds velocities and is not integrable);
+        ``unilateral`` (an inequality).
+    implied_by
+        Names of the constraints that imply it, if it is redundant.
+    rheonomic
+        True if it contains t.
+    restitution
+        Coefficient of restitution of an inequality as written, or empty.
+    on_a_part
+        True if the definitions satisfy it around the start, and not everywhere.
+    """
+
+    name: str
+    equations: tuple[str, ...]
+    status: Literal["independent", "satisfied", "redundant", "nonholonomic", "unilateral"] = (
+        "independent"
+    )
+    implied_by: tuple[str, ...] = ()
+    rheonomic: bool = False
+    restitution: str = ""
+    on_a_part: bool = False
+
+
+@dataclass(frozen=True)
+class Account:
+    """Account of degrees of freedom, dof = 3N + E − K.
+
+    Attributes
+    ----------
+    cartesian
+        3N.
+    extra
+        E: coordinates besides positions.
+    constraints
+        K, the number of independent equations between positions.
+    dof
+        Degrees of freedom.
+    implied
+        How many of the K no constraint states: they follow from definitions or positions.
+    lines
+        The constraints one by one.
+    chosen_automatically
+        True if the program chose the coordinates.
+    nonholonomic
+        Number of constraints that lower the freedom of velocities, but not ``dof``.
+    """
+
+    cartesian: int
+    extra: int
+    constraints: int
+    dof: int
+    implied: int
+    lines: tuple[ConstraintLine, ...]
+    chosen_automatically: bool = False
+    nonholonomic: int = 0
+
+    @property
+    def unilateral(self) -> int:
+        """Number of one-sided constraints."""
+        return sum(line.status == "unilateral" for line in self.lines)
+
+
+@dataclass(frozen=True)
+class Conserved:
+    """A conserved quantity.
+
+    Attributes
+    ----------
+    name
+        ``energy``, ``jacobi``, or the name of a momentum such as ``p_theta``.
+    kind
+        ``energy``: T + V; ``jacobi``: Σ v ∂L/∂v − L if that is not T + V; ``momentum`` of a cyclic
+        coordinate.
+    expression
+        The quantity over q, v and t.
+    reason
+        Why it is conserved, a short phrase.
+    coordinate
+        Name of the cyclic coordinate, None for energies.
+    """
+
+    name: str
+    kind: Literal["momentum", "energy", "jacobi"]
+    expression: Expr
+    reason: str
+    coordinate: str | None = None
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Structure facts. All booleans are proven; False means "not shown".
+
+    Attributes
+    ----------
+    constant_mass_matrix, diagonal_mass_matrix
+        Properties of M.
+    separable
+        The Hamiltonian is T(p) + V(q), without closures.
+    autonomous
+        Nothing depends on t.
+    rheonomic
+        A position or constraint depends on t explicitly.
+    planar
+        All particles move in one coordinate plane, or in planes parallel to it.
+    positive_definite_mass_matrix
+        M is positive definite.
+    unused_parameters
+        Names of parameters that nothing depends on.
+    separable_on_closures
+        As ``separable``, but with closures, if any, of positions alone.
+    """
+
+    constant_mass_matrix: bool
+    diagonal_mass_matrix: bool
+    separable: bool
+    autonomous: bool
+    rheonomic: bool
+    planar: bool
+    positive_definite_mass_matrix: bool
+    unused_parameters: tuple[str, ...] = ()
+    separable_on_closures: bool = False
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """The comparison of the derivation with Newton's law.
+
+    Attributes
+    ----------
+    points
+        Number of random states.
+    digits
+        Decimal digits that had to agree.
+    mismatch
+        Largest relative mismatch.
+    """
+
+    points: int
+    digits: int
+    mismatch: float
+
+
+@dataclass(frozen=True)
+class FormulationChoice:
+    """The formulation that was taken of two.
+
+    Attributes
+    ----------
+    minimal, multiplier
+        Operations predicted for one right-hand side in each.
+    why
+        A short phrase, or empty.
+    """
+
+    formulation: Literal["minimal", "multiplier"]
+    minimal: int
+    multiplier: int
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class SingularConfiguration:
+    """Zero set of a factor of det M, at which coordinates lose their meaning.
+
+    Attributes
+    ----------
+    coordinates
+        Names of the coordinates whose rates M does not determine there.
+    where
+        Expression over q and parameters that is zero there.
+    infinite
+        True at a pole of det M, where the coordinates end.
+    """
+
+    coordinates: tuple[str, ...]
+    where: Expr
+    infinite: bool = False

@@ -1,0 +1,163 @@
+"""A scene over its generalized coordinates: r(q, t) of every name, and the closures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TypeAlias
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import Problem
+from lagrange_cli.mechanics.equations import Coordinate
+from lagrange_cli.mechanics.findings import Account
+from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
+from lagrange_cli.mechanics.numerics.sampling import Sampler
+from lagrange_cli.mechanics.reduction.coordinates import (
+    Chart,
+    generalized_coordinates,
+    manifold_of,
+    sampler_of,
+    scales,
+)
+from lagrange_cli.mechanics.reduction.geometry import (
+    ClosureEquation,
+    Geometry,
+)
+from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
+from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.values import ParameterValues
+from lagrange_cli.scene.model import Scene
+
+_Motion: TypeAlias = "Mapping[sp.Symbol, tuple[int, sp.Symbol]]"
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """A scene over its generalized coordinates.
+
+    Attributes
+    ----------
+    scene
+        The scene.
+    names
+        Its names as symbols.
+    values
+        Values of its parameters.
+    coordinates
+        Generalized coordinates.
+    resolved
+        Raw symbol → r(q, t).
+    masses
+        One expression for each particle.
+    account
+        Account of degrees of freedom.
+    reference
+        Values of symbols that ``initial`` and ``near`` give.
+    warnings, remarks
+        Findings to be reported.
+    closures
+        Independent equations that restrict the coordinates and their velocities.
+    chart
+        The coordinates with values from which points are drawn.
+    origin
+        The scene as it was reduced before, if these coordinates replace others; else None.
+    """
+
+    scene: Scene
+    names: Names
+    values: ParameterValues
+    coordinates: tuple[Coordinate, ...]
+    resolved: Mapping[sp.Symbol, sp.Expr]
+    masses: tuple[sp.Expr, ...]
+    account: Account
+    reference: Mapping[sp.Symbol, mpf]
+    warnings: tuple[Problem, ...]
+    remarks: tuple[str, ...]
+    closures: tuple[ClosureEquation, ...]
+    chart: Chart
+    origin: Reduced | None = None
+
+    def resolve(self, expr: sp.Expr) -> sp.Expr:
+        """``expr`` with raw symbols replaced by their r(q, t)."""
+        present = {s: self.resolved[s] for s in expr.free_symbols if s in self.resolved}
+        return expr.xreplace(present) if present else expr
+
+    @property
+    def scales(self) -> Mapping[sp.Symbol, mpf]:
+        """Size of the motion of each coordinate."""
+        return scales(self.chart)
+
+    @cached_property
+    def motion(self) -> _Motion:
+        """Number and rate of each q, then of each v."""
+        moving = [(c.q, c.v) for c in self.coordinates] + [(c.v, c.a) for c in self.coordinates]
+        return {symbol: (number, rate) for number, (symbol, rate) in enumerate(moving)}
+
+    @property
+    def gaps(self) -> tuple[ClosureEquation, ...]:
+        """One-sided constraints, ``left`` ≥ ``right``."""
+        return self.chart.geometry.gaps
+
+    @property
+    def rate(self) -> Rate:
+        """Total time derivative of an expression over raw symbols, q, v and t.
+
+        Raw symbols move with ṙ(q, v, t); velocities with accelerations.
+        """
+        return partial(_rate, self)
+
+    def sampler(self, domain: list[sp.Expr]) -> Sampler:
+        """Random feasible configurations at which ``domain`` is real as well."""
+        return sampler_of(self.chart, domain, self.manifold())
+
+    def manifold(self, gaps: Sequence[ClosureEquation] = ()) -> Manifold:
+        """The states that the closures leave, and ``gaps`` that are closed."""
+        return manifold_of(self.chart, [*self.closures, *gaps]) if gaps else self._manifold
+
+    @cached_property
+    def _manifold(self) -> Manifold:
+        return manifold_of(self.chart, self.closures)
+
+
+def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
+    t, motion = reduced.names.t, reduced.motion
+    chain = _chain(motion, expr)
+    for symbol in sorted(expr.free_symbols & reduced.resolved.keys(), key=str):
+        if symbol not in motion:
+            position = reduced.resolved[symbol]
+            chain.append((symbol, total_derivative(position, t, _chain(motion, position))))
+    return total_derivative(expr, t, chain)
+
+
+def _chain(motion: _Motion, expr: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Symbols of an expression with their rates; a large system has far more than these."""
+    present = sorted(expr.free_symbols & motion.keys(), key=lambda s: motion[s][0])
+    return [(s, motion[s][1]) for s in present]
+
+
+def in_coordinates(
+    reduced: Reduced,
+    names: Names,
+    resolved: Mapping[sp.Symbol, sp.Expr],
+    coordinates: Sequence[sp.Symbol],
+    closures: Sequence[ClosureEquation],
+    reference: Mapping[sp.Symbol, mpf],
+) -> Reduced:
+    """The same scene over other coordinates with closures beside them; its account stays."""
+    elimination = reduced.chart.geometry.elimination
+    geometry = Geometry(names, elimination, resolved, coordinates, reference)
+    chart = Chart(reduced.values, geometry, tuple(generalized_coordinates(geometry, closures)))
+    return replace(
+        reduced,
+        names=names,
+        coordinates=chart.coordinates,
+        resolved=resolved,
+        reference=reference,
+        remarks=tuple(r for r in reduced.remarks if r not in elimination.remarks),
+        closures=tuple(closures),
+        chart=chart,
+        origin=reduced,
+    )
