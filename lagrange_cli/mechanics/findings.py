@@ -57,7 +57,7 @@ class Account:
     dof
         Degrees of freedom.
     implied
-        How many of the K no constraint states: they follow from definitions or positions.
+        Number of those among K that no constraint states: definitions or positions imply them.
     lines
         The constraints one by one.
     chosen_automatically

@@ -92,7 +92,7 @@ def in_formulation(
 
     Returns
     -------
-    The scene, and the choice; None where there was none to make.
+    The scene, and the choice; None if there was none to make.
 
     Raises
     ------

@@ -240,7 +240,7 @@ def _steep(reduced: Reduced, closure: Closure) -> InputError:
 
 
 def _null_direction(inertia: Sequence[DoubleRow], slopes: Sequence[DoubleRow]) -> Matrix | None:
-    """Direction of q that the equations leave open, None where they are regular (or there is none).
+    """Direction of q that the equations leave open, None if they are regular (or there is none).
 
     M is scaled by its diagonal, each gradient by its largest entry.
     """

@@ -26,8 +26,7 @@ from lagrange_cli.notation.tree import (
     factors_of,
 )
 
-#: How each function of the scene language is written; ``exp`` and ``abs`` have
-#: forms of their own.
+#: Function of the scene language → its macro; ``exp`` and ``abs`` have forms of their own.
 LATEX_FUNCTIONS = {
     "sin": r"\sin",
     "cos": r"\cos",
@@ -54,7 +53,7 @@ _NAMED_POWERS = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
 
 _WIDE = frozenset("mwABCDEFGHKLMNOPQRTUVWXYZ")
 
-#: How names of several letters begin.
+#: Beginnings of names of several letters.
 _WORDS = (r"\mathrm{", r"\dot{\mathrm{", r"\ddot{\mathrm{", r"\text{")
 
 #: Wider ones are not put over or under a line, under a root, or in an exponent.

@@ -35,7 +35,7 @@ _VULGAR = {
 
 _SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-#: How each function of the scene language is written.
+#: Function of the scene language → its text.
 UNICODE_FUNCTIONS = {
     "sin": "sin",
     "cos": "cos",

@@ -1,4 +1,4 @@
-"""The functions that emitted code has more of where closure equations are kept.
+"""Functions that emitted code needs besides if closure equations are kept.
 
 ``multipliers`` and ``constraints`` belong to the interface. The others are what
 ``project`` is made of: changes of q and of v that lead back to the closures,

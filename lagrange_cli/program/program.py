@@ -106,7 +106,7 @@ class Program:
     Attributes
     ----------
     coordinates, parameters, driven
-        How many inputs ``q0, …``, ``p0, …`` and ``u0, …`` there are.
+        Numbers of inputs ``q0, …``, ``p0, …`` and ``u0, …``.
     assignments
         Names and operands, each after what it needs.
     outputs
@@ -164,7 +164,7 @@ def _upper_triangle(e: Equations) -> Iterable[Expr]:
     return (e.mass_matrix[i][j] for i in range(n) for j in range(i, n))
 
 
-#: What can be asked for, besides what solves a system: each a function to its expressions.
+#: Output that solves no system → its expressions.
 OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "mass_matrix": _upper_triangle,
     "forcing": lambda e: e.forcing,
@@ -174,14 +174,14 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "positions": lambda e: (c.position for c in e.cartesian_names),
     "velocities": lambda e: (c.velocity for c in e.cartesian_names),
     "momenta": _momenta,
-    # Those that are recorded are handed over.
+    # Recorded inputs are handed over.
     "inputs": lambda e: (u.expression if u.recording is None else u.symbol for u in e.inputs),
     "outputs": lambda e: (expression for _, expression in e.outputs),
     **CLOSURE_OUTPUTS,
     **CONTACT_OUTPUTS,
 }
 
-#: What is found by solving a system with the mass matrix.
+#: Output → the system with the mass matrix that it solves.
 SYSTEMS = {**CLOSURE_SYSTEMS, **CONTACT_SYSTEMS}
 
 

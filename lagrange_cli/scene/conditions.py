@@ -1,4 +1,4 @@
-"""The sections of a scene that say how it starts, runs and is checked, as frozen values.
+"""Initial values, simulation defaults and expectations of a scene, as frozen values.
 
 Of every value here ``mark`` is its place in the file.
 """

@@ -85,7 +85,7 @@ def _product(series: _Series) -> TrigPolynomial | None:
 def _squares(series: _Series) -> TrigPolynomial | None:
     """c₀ + Σ c cos w = (c₀ − Σ |c|) + Σ 2 |c| cos²(w/2), with sin² for negative c.
 
-    None where c₀ < Σ |c|, or there are sines.
+    None if c₀ < Σ |c|, or there are sines.
     """
     remainder = 2 * series.get(_CONSTANT, Fraction(0)) - sum(map(abs, series.values()))
     if remainder < 0 or any(name == "sin" for name, _ in series):

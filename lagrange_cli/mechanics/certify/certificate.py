@@ -79,15 +79,15 @@ class Evidence:
     Attributes
     ----------
     cyclic
-        For each coordinate, whether ∂L/∂q vanished at every state, and no closure or
+        For each coordinate, true if ∂L/∂q vanished at every state, and no closure or
         contact acts on it.
     forced
-        For each coordinate, whether a generalized force did not vanish.
+        For each coordinate, true if a generalized force did not vanish.
     energy_conserved
-        Whether d/dt (Σ q̇ ∂L/∂q̇ − L) = Q·q̇ − ∂L/∂t vanished at every state, and
+        True if d/dt (Σ q̇ ∂L/∂q̇ − L) = Q·q̇ − ∂L/∂t vanished at every state, and
         no closure or contact does work: none is moved in time.
     energy_is_sum
-        Whether Σ q̇ ∂L/∂q̇ − L equals T + V (V without velocities) at every state.
+        True if Σ q̇ ∂L/∂q̇ − L equals T + V (V without velocities) at every state.
         These four are about states near the start until :func:`.facts.proven` has proven
         them of all.
     mass_matrices
@@ -127,7 +127,7 @@ class _State:
     mass
         Rows of the mass matrix.
     vanishes
-        For each delicate number, whether it is zero or nothing but rounding.
+        For each delicate number, true if it is zero or nothing but rounding.
     residuals
         Residual of each equation of motion, with the size of its terms.
     gradients
@@ -385,11 +385,11 @@ def _doubles(rows: Sequence[SparseRow]) -> list[dict[int, float]]:
 
 
 def _vanishing(tapes: Tapes, seen: Observation, known: Sequence[bool]) -> list[bool]:
-    """Which of the delicate numbers are zero, or nothing but rounding.
+    """For each delicate number, tell whether it is zero or nothing but rounding.
 
-    With more digits the rounding error of a zero shrinks, and any other number stays; they are so
-    many that nothing is lost beside the largest number on the way. Numbers known not to vanish are
-    not looked at.
+    With more digits the rounding error of a zero shrinks, and any other number stays. There are so
+    many digits that nothing is lost beside the largest number on the way. Numbers known not to
+    vanish are not examined, and are False.
     """
     first = tapes.delicate(seen)
     zero = [x == 0 and not k for x, k in zip(first, known, strict=True)]

@@ -163,8 +163,10 @@ class ClosureCheck:
     def solved(
         self, point: SymbolValues, mass: Sequence[SparseRow], forcing: Sequence[mpf]
     ) -> list[mpf] | None:
-        """a and λ of [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None where that is singular,
-        or too large. Contacts push as the state says."""
+        """Solve [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None if that is singular or too large.
+
+        Contacts push as the state says.
+        """
         if len(forcing) + len(self.closures) > _LARGE:
             return None
         derived = self._derived(point)

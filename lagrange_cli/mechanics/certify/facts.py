@@ -185,6 +185,6 @@ def open_questions(
         return
     work = [f * c.v for f, c in zip(forces, reduced.coordinates, strict=True)]
     changes = depends(lagrangian, reduced.names.t) or is_nonzero(sp.Add(*work))
-    driven = not lagrangian.free_symbols.isdisjoint(reduced.names.inputs.values())
-    if not (changes or driven or jumps(lagrangian)):
+    depends_on_inputs = not lagrangian.free_symbols.isdisjoint(reduced.names.inputs.values())
+    if not (changes or depends_on_inputs or jumps(lagrangian)):
         yield "energy"

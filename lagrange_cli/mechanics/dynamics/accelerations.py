@@ -51,7 +51,7 @@ def multiplier_terms(equations: Equations) -> list[list[sympy.Expr]]:
 def explicit_accelerations(equations: Equations) -> tuple[sympy.Expr | None, ...]:
     """q̈ over (q, v, t) and multipliers, one for each coordinate.
 
-    None where more than two are coupled, or where no inertia is.
+    None if more than two are coupled, or there is no inertia.
 
     Solved from the shown equations, whose terms are collected as a person
     would: single ones are divided, pairs follow Cramer's rule, and common

@@ -168,7 +168,7 @@ def _vanishes(
 
 
 def _zero(factor: sp.Expr, q: sp.Symbol, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
-    """A value of one coordinate at which the factor is zero; None where none is certain."""
+    """A value of one coordinate at which the factor is zero; None if none is certain."""
     if q not in factor.free_symbols:
         return None
     if factor.func in (sp.sin, sp.cos):
@@ -242,7 +242,10 @@ def _lost(
 
 
 def _null(mass: _Matrix, q: sp.Symbol, value: sp.Expr) -> list[bool]:
-    """Which rates move nothing where a coordinate has a value, at some values of the others."""
+    """For each rate, tell whether it moves nothing if coordinate ``q`` has a value.
+
+    All other symbols have irrational values, at which nothing vanishes by chance.
+    """
     entries = [e.xreplace({q: value}) for row in mass for e in row]
     symbols = sorted(set().union(*(e.free_symbols for e in entries)), key=str)
     point = {s: mpmath.frac(mpmath.sqrt(2) * k) for k, s in enumerate(symbols, 7)}

@@ -89,7 +89,7 @@ class _OverBudgetError(Exception):
 def solve_exactly(
     mass: Sequence[Sequence[sp.Expr]], forcing: Sequence[sp.Expr], coordinates: Iterable[sp.Symbol]
 ) -> ExactSolution | None:
-    """Solve M a = f, where M is positive definite, as the module says; None where it cannot.
+    """Solve M a = f, where M is positive definite, as the module says; None if it cannot.
 
     Parameters
     ----------

@@ -32,9 +32,9 @@ def shown_equations(
     Parameters
     ----------
     conserving
-        Whether an equation is a conservation law and stays undivided.
+        For each equation, true if it is a conservation law and stays undivided.
     asked
-        Tells whether ``expect`` asks for a given residual; None if it asks for none.
+        Tells whether ``expect`` asks for a residual; None if it asks for none.
     """
     rows = _Rows(derivation)
     return tuple(_shown(rows, row, whole, asked) for row, whole in enumerate(conserving))

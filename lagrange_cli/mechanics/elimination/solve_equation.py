@@ -72,7 +72,7 @@ def solutions(
     Parameters
     ----------
     at
-        Value of an expression at the reference configuration, None where that is
+        Value of an expression at the reference configuration, None if that is
         not known.
     several
         Without, an equation of more than one branch gives None.

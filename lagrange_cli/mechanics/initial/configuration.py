@@ -37,8 +37,9 @@ class Configurations:
         Configurations that have the given values, each physically different one
         once, that nearest to the guess first.
     nearest
-        Where there are none: a configuration of least distance, with the
-        ``values`` it has and their ``misses``.
+        If there are none: a configuration of least distance.
+    values, misses
+        Values that it has, and how far they are from the given ones.
     regular
         True if the targets determine the coordinates to first order at some iterate.
     """
@@ -160,7 +161,7 @@ class ConfigurationSearch:
         return starts
 
     def _gauss_newton(self, start: list[mpf]) -> list[mpf] | None:
-        """A least-squares solution from one start; None where it does not converge."""
+        """A least-squares solution from one start; None if it does not converge."""
         q = list(start)
         if len(self._target) < len(self._missing):
             return None

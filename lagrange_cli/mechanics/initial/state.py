@@ -45,7 +45,7 @@ from lagrange_cli.scene.conditions import InitialValue
 _TOLERANCE = mpf(10) ** -9
 
 _DIGITS = 34
-#: What is left of the arithmetic's rounding.
+#: Relative size of rounding errors that remain.
 _ROUNDING = mpf(10) ** -20
 #: Further digits for the metric, whose inverse is huge where a coordinate has no inertia.
 _MORE_DIGITS = 26

@@ -81,7 +81,7 @@ class Sampler:
         self.t = t
         self._place = place
         self.many = place is not None and len(coordinates) > _LARGE
-        # Where no configuration is given, all coordinates are about 0, and no rod has its length.
+        # If no configuration is given, all coordinates are about 0, and no rod has its length.
         self._placed = any(center[q] != 0 for q in coordinates)
         self._starts = DRAWS if place is None else PLACED_DRAWS
         self.coordinates = list(coordinates)

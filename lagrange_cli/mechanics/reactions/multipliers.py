@@ -115,8 +115,8 @@ class _Search:
     def _solve_group(self, group: Sequence[ForceBalance], unknown: set[int], number: int) -> bool:
         """Solve the unknown multipliers of some rows, where they are determined."""
         wanted = sorted({k for row in group for k in row.gradient} - self.solved.keys())
-        open_ones = unknown - self.given_up
-        if len(wanted) != number or not open_ones.issuperset(wanted):
+        sought = unknown - self.given_up
+        if len(wanted) != number or not sought.issuperset(wanted):
             return False
         gram = [[_dot(group, i, j) for j in wanted] for i in wanted]
         right = [self._work(group, i) for i in wanted]

@@ -45,7 +45,7 @@ _DEPENDENT = 1e-6
 
 
 def cartesian_form(reduced: Reduced) -> Reduced | None:
-    """The scene over Cartesian names with closures; None where that says nothing new.
+    """The scene over Cartesian names with closures; None if that says nothing new.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ class _Form:
         dropped: frozenset[sp.Symbol],
         rewrite: Callable[[sp.Expr], sp.Expr],
     ) -> Reduced | None:
-        """The form without some coordinates; None where the relations do not suffice for it."""
+        """The form without some coordinates; None if the relations do not suffice for it."""
         raw = [s for s in self.names.cartesian.values() if s not in self.known]
         remaining = [q for q in self.own if q not in dropped]
         present = {s for r in relations for s in r.expression.free_symbols}
@@ -250,7 +250,7 @@ class _Form:
     def _independent(
         self, coordinates: Sequence[sp.Symbol], relations: Sequence[ImplicitEquation]
     ) -> list[ImplicitEquation] | None:
-        """Relations that hold, one for each coordinate too many; None where they do not suffice."""
+        """Relations that hold, one for each coordinate too many; None if they do not suffice."""
         wanted = len(coordinates) - len(self.reduced.coordinates)
         sampler = self.reduced.sampler([])
         points = [p for p in (sampler.draw() for _ in range(RANK_POINTS)) if p is not None]

@@ -149,13 +149,13 @@ def with_velocities(
 
 
 def without_redundant_rates(
-    account: Account, dropped: Sequence[RedundantRate], open_ones: Sequence[tuple[str, Equation]]
+    account: Account, dropped: Sequence[RedundantRate], remaining: Sequence[tuple[str, Equation]]
 ) -> Account:
-    """The account with constraints on velocities that others imply; ``open_ones`` stay."""
+    """The account with constraints on velocities that others imply; ``remaining`` stay."""
     by: dict[str, tuple[str, ...]] = {}
     for one in dropped:
         by[one.constraint] = (*by.get(one.constraint, ()), *one.implied_by)
-    gone = by.keys() - {name for name, _ in open_ones}
+    gone = by.keys() - {name for name, _ in remaining}
 
     def line(line: ConstraintLine) -> ConstraintLine:
         if line.name not in gone or line.status != "independent":
@@ -334,7 +334,7 @@ def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.S
 def _unmoved(
     r: Sequence[sp.Expr], moving: Sequence[sp.Symbol], points: Sequence[SymbolValues]
 ) -> Matrix | None:
-    """Directions of the coordinates that change nothing of ``r``; None where there are none."""
+    """Directions of the coordinates that change nothing of ``r``; None if there are none."""
     if {*moving} <= {*r}:
         return None  # each coordinate is a Cartesian component itself
     return dependent_columns(r, moving, points)

@@ -129,7 +129,7 @@ class ClosureEquation:
     name
         Name of the constraint.
     kind
-        Whether it is between positions or between velocities.
+        ``position`` if it is between positions, ``velocity`` if between velocities.
     left, right
         Its sides, over q and t, of velocities over v too.
     text, mark

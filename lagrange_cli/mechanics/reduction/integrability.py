@@ -50,7 +50,7 @@ class PfaffianForm:
 
 
 def integrate_form(form: PfaffianForm, points: Sequence[SymbolValues]) -> sp.Expr | None:
-    """F with dF = ω; None where ω is not closed, or F not found in closed form.
+    """F with dF = ω; None if ω is not closed, or F not found in closed form.
 
     Parameters
     ----------

@@ -146,7 +146,7 @@ class _Rates:
 def redundant_rates(
     names: Names,
     elimination: Elimination,
-    open_ones: Sequence[tuple[str, Equation]],
+    stated_rates: Sequence[tuple[str, Equation]],
     resolved: Mapping[sp.Symbol, sp.Expr],
     points: Sequence[SamplePoint],
     reference: Mapping[sp.Symbol, mpf],
@@ -155,7 +155,7 @@ def redundant_rates(
 
     Parameters
     ----------
-    open_ones
+    stated_rates
         Names and equations of the constraints on velocities.
     points
         Configurations that satisfy those on positions.
@@ -166,7 +166,7 @@ def redundant_rates(
         Constraints that no velocities satisfy together.
     """
     rates = _Rates(names)
-    levels = [rates.of_velocity(*one) for one in open_ones]
+    levels = [rates.of_velocity(*one) for one in stated_rates]
     rows = [row for row in map(rates.of_position, elimination.stated) if row is not None]
     first = len(rows)
     numbers = [k for k, level in enumerate(levels) if level is not None]

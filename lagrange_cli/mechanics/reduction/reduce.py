@@ -89,7 +89,7 @@ def reduce(scene: Scene) -> Reduced:
     with mpmath.workdps(working_digits(_DIGITS)):
         problem = _problem(scene)
         integrated = _integrated(problem)
-        reduced, equations = integrated.reduced, integrated.open_ones
+        reduced, equations = integrated.reduced, integrated.remaining
         geometry = reduced.chart.geometry
         require_enough(scene, geometry.elimination)
         if reduced.closures:
@@ -145,14 +145,18 @@ class _Integrated:
 
     Attributes
     ----------
-    open_ones
-        The others.
+    reduced
+        The scene in coordinates that satisfy them.
+    remaining
+        Velocity constraints that are not integrated.
     redundant
-        Those that others imply.
+        Velocity constraints that others imply.
+    remarks
+        Findings to be reported.
     """
 
     reduced: Reduced
-    open_ones: Sequence[_Written] = ()
+    remaining: Sequence[_Written] = ()
     redundant: Sequence[RedundantRate] = ()
     remarks: Sequence[str] = ()
 
@@ -161,18 +165,18 @@ def _integrated(problem: _Problem) -> _Integrated:
     """The scene with its velocity constraints integrated, one after another."""
     names = problem.names
     written = [(c.name, e) for c in problem.scene.constraints for e in c.equations]
-    open_ones = [x for x in written if _holds_rate(names, x)]
+    remaining = [x for x in written if _holds_rate(names, x)]
     stated = [_stated(names, x) for x in written if not _holds_rate(names, x)]
-    integrated = _Integrated(_reduced(problem, stated, strict=not open_ones))
-    if not open_ones:
+    integrated = _Integrated(_reduced(problem, stated, strict=not remaining))
+    if not remaining:
         return integrated
     points = _drawn(integrated.reduced.chart.geometry, integrated.reduced.sampler([]), ())
-    implied = _implied(integrated.reduced, open_ones, points)
-    open_ones = [x for k, x in enumerate(open_ones) if k not in implied]
-    integrated = replace(integrated, open_ones=open_ones, redundant=tuple(implied.values()))
-    while integrated.open_ones:
+    implied = _implied(integrated.reduced, remaining, points)
+    remaining = [x for k, x in enumerate(remaining) if k not in implied]
+    integrated = replace(integrated, remaining=remaining, redundant=tuple(implied.values()))
+    while integrated.remaining:
         reduced = integrated.reduced
-        levels = _levels(reduced, integrated.open_ones)
+        levels = _levels(reduced, integrated.remaining)
         points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
         whole, new = integrate_constraints(
             names, levels, reduced.coordinates, points, problem.reference
@@ -180,24 +184,24 @@ def _integrated(problem: _Problem) -> _Integrated:
         if not whole:
             break
         stated += whole.values()
-        open_ones = [x for k, x in enumerate(integrated.open_ones) if k not in whole]
+        remaining = [x for k, x in enumerate(integrated.remaining) if k not in whole]
         try:
-            reduced = _reduced(problem, stated, strict=not open_ones)
+            reduced = _reduced(problem, stated, strict=not remaining)
         except (InconsistentError, SingularError):
             if problem.scene.initial:
                 raise
             break  # with other constants of integration than zero they may hold
         remarks = [*integrated.remarks, *new]
-        integrated = replace(integrated, reduced=reduced, open_ones=open_ones, remarks=remarks)
+        integrated = replace(integrated, reduced=reduced, remaining=remaining, remarks=remarks)
     return integrated
 
 
 def _implied(
-    reduced: Reduced, open_ones: Sequence[_Written], points: Sequence[SamplePoint]
+    reduced: Reduced, remaining: Sequence[_Written], points: Sequence[SamplePoint]
 ) -> dict[int, RedundantRate]:
     elimination, reference = reduced.chart.geometry.elimination, reduced.reference
     return redundant_rates(
-        reduced.names, elimination, open_ones, reduced.resolved, points, reference
+        reduced.names, elimination, remaining, reduced.resolved, points, reference
     )
 
 

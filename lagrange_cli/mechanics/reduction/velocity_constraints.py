@@ -176,7 +176,7 @@ def _constant(
     q: Sequence[sp.Symbol],
     point: SymbolValues,
 ) -> sp.Expr | None:
-    """The integral at the initial state, over parameters; None where there is none.
+    """The integral at the initial state, over parameters; None if there is none.
 
     Values of the point are suggested where some are missing.
     """

@@ -69,7 +69,7 @@ def to_sympy(expression: Expression, lookup: _Lookup, rate: Rate | None = None) 
     lookup
         Meaning of each name; ``pi`` and the functions are known beforehand.
     rate
-        Meaning of ``dot``; None where rates are not allowed.
+        Meaning of ``dot``; None if rates are not allowed.
 
     Raises
     ------

@@ -259,7 +259,7 @@ def _nest(values: ValueGraph, sums: dict[int, _Group]) -> None:
 
 
 def _ratio(whole: _Group, part: _Group) -> Fraction | None:
-    """Divide ``whole`` by ``part``, term by term; None where the ratios differ."""
+    """Divide ``whole`` by ``part``, term by term; None if the ratios differ."""
     first = next(iter(part))
     ratio = Fraction(whole[first]) / part[first]
     alike = all(whole[number] == ratio * weight for number, weight in part.items())

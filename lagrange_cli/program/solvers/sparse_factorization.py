@@ -3,7 +3,7 @@
 If M is diagonal, accelerations leave M a = f + Σ λ·gradient one by one, and the multipliers
 solve S λ = r with S = Φ M⁻¹ Φᵀ: symmetric, positive definite, and zero between closures that have
 no coordinate in common. S = L D Lᵀ, found without pivoting (as stable as Cholesky's method; Higham,
-*Accuracy and Stability of Numerical Algorithms*, 2nd ed., ch. 10). What L fills is known
+*Accuracy and Stability of Numerical Algorithms*, 2nd ed., ch. 10). The pattern of L is known
 beforehand: in the order of the scene or in that of Cuthill and McKee reversed a band
 (:mod:`lagrange_cli.program.solvers.bandwidth`); in that of least degree (George and Liu, *SIAM
 Review* 31 (1989) 1) far less for nets, by supernodes: columns of L with one pattern, which are
@@ -27,7 +27,7 @@ from lagrange_cli.program.solvers.bandwidth import (
 #: Bands as narrow as this are taken without looking for another order.
 _NARROW = 4
 
-#: How many operations of a band take as long as one of supernodes.
+#: Operations of a band that take as long as one of supernodes.
 _SPEED_OF_BAND = 2
 
 #: Part of the numbers of a supernode that may be zeros for the sake of its rectangle.

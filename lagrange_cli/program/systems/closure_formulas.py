@@ -95,7 +95,7 @@ def closure_bias(values: ValueGraph, closure: Closure, _: _Coordinates) -> Scale
 
 
 #: Output → kind of its closures (empty: all), and its value.
-CLOSURE_OUTPUTS: dict[str, tuple[str, ClosureFunction]] = {
+CLOSURE_FORMULAS: dict[str, tuple[str, ClosureFunction]] = {
     "closure_sizes": ("position", _size),
     "closure_rates": ("", closure_rate),
     "closure_rate_sizes": ("", _rate_size),
@@ -103,8 +103,8 @@ CLOSURE_OUTPUTS: dict[str, tuple[str, ClosureFunction]] = {
 
 
 def closure_formulas(equations: Equations, output: str) -> list[Formula]:
-    """The formulas of an output of :data:`CLOSURE_OUTPUTS`."""
-    kind, make = CLOSURE_OUTPUTS[output]
+    """The formulas of an output of :data:`CLOSURE_FORMULAS`."""
+    kind, make = CLOSURE_FORMULAS[output]
     values = (ClosureValue(make, c, equations) for c in equations.closures if kind in c.kind)
     return [Formula(make.__name__, value.parts, value) for value in values]
 

@@ -74,7 +74,7 @@ def _velocity_change(e: Equations) -> MassMatrixSystem:
     return MassMatrixSystem([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
 
 
-#: What is found by solving a system with the mass matrix.
+#: Output → the system with the mass matrix that it solves.
 CLOSURE_SYSTEMS: dict[str, Callable[[Equations], MassMatrixSystem]] = {
     "acceleration": _acceleration,
     "multipliers": _multipliers,
@@ -111,7 +111,7 @@ def _magnitude(terms: Sequence[Expr]) -> Expr:
     return sympy.Add(*numbers, *others)
 
 
-#: What can be asked for of the closures: each a function to its expressions.
+#: Output of the closures → its expressions.
 CLOSURE_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "closures": lambda e: [c.expression for c in _position_closures(e)],
     "closure_sizes": lambda e: [residual_size(c, e) for c in _position_closures(e)],

@@ -167,7 +167,7 @@ def weighted_closures(e: Equations, outputs: Sequence[str]) -> WeightedClosures:
     return WeightedClosures(replace(e, closures=tuple(weighted)), tuple(names), compliance, flags)
 
 
-#: What is found by solving a system with the mass matrix, of flagged equations.
+#: Output of flagged equations → the system with the mass matrix that it solves.
 CONTACT_SYSTEMS: dict[str, Callable[[Equations], MassMatrixSystem]] = {
     "contact_acceleration": _acceleration,
     "contact_multipliers": _multipliers,
@@ -181,7 +181,7 @@ def _gradients(e: Equations) -> Iterable[Expr]:
     return (entry for contact in e.contacts for entry in contact.closure.gradient)
 
 
-#: What can be asked for of flagged equations: each a function to its expressions.
+#: Output of flagged equations → its expressions.
 CONTACT_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "contact_closures": lambda e: [s * c.expression for c, s in _positions(e)],
     "contact_closure_sizes": lambda e: [s * residual_size(c, e) for c, s in _positions(e)],

@@ -1,4 +1,4 @@
-"""Programs of large sparse systems: loops over what has one shape.
+"""Programs of large sparse systems: loops over expressions of one shape.
 
 A system is large where its mass matrix is diagonal and proven positive definite and its
 unknowns are many: what a closure or a coordinate needs then holds a few neighbours alone.
@@ -23,7 +23,7 @@ from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode,
 from lagrange_cli.program.solvers.bandwidth import FEWEST_UNKNOWNS
 from lagrange_cli.program.solvers.sparse_factorization import choose_factorization
 from lagrange_cli.program.systems.closure_formulas import (
-    CLOSURE_OUTPUTS,
+    CLOSURE_FORMULAS,
     ClosureFunction,
     ClosureValue,
     closure_bias,
@@ -96,7 +96,7 @@ def is_large_system(equations: Equations) -> bool:
 def large_system(
     asked: WeightedClosures, plain: Callable[[str], Sequence[Expr]]
 ) -> LargeSystem | None:
-    """Build the program of what is asked for; None where loops would not shorten it.
+    """Build the program of what is asked for; None if loops would not shorten it.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def large_system(
                 formulas += (_value(e).to(Cell("out", i * n + j)) for j, e in row.items())
         elif name == "closure_gradient_squares":
             formulas += gradient_squares(equations)
-        elif name in CLOSURE_OUTPUTS:
+        elif name in CLOSURE_FORMULAS:
             formulas += closure_formulas(equations, name)
         else:
             formulas += map(_value, plain(name))

@@ -129,7 +129,7 @@ def roll_loops(
     runs = [_single(statement, locate, shapes) for statement in statements]
     runs = _settled(runs, independent)
     if independent:
-        # What is left of a matrix by rows may be columns.
+        # The remainder of a matrix by rows may be columns.
         loops = [run for run in runs if run.steps]
         singles = [run for run in runs if not run.steps]
         runs = _settled(loops + sorted(singles, key=lambda run: run.numbers[::-1]), independent)

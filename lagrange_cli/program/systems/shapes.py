@@ -1,4 +1,4 @@
-"""Forms of expressions: one for all that differ only in the inputs they read.
+"""Shapes of expressions: one for all that differ only in the inputs they read.
 
 A chain of a thousand links has a thousand closures of one shape. Each shape is turned into
 statements once, and a loop runs them for all that have it.
@@ -139,7 +139,7 @@ class _Either(NamedTuple):
 
 
 class _Owners:
-    """The number of the one group that holds each expression; None where several do."""
+    """The number of the one group that holds each expression; None if several do."""
 
     def __init__(self, known: Container[Expr]) -> None:
         self.known = known

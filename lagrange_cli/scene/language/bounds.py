@@ -1,4 +1,4 @@
-"""Limits on what an expression may stand for, checked before anything is computed.
+"""Limits on the size of constants and powers, checked before anything is computed.
 
 Constant parts stay below 10^±400 and 20,000 digits, so that no tower such as
 ``9^9^9^9`` is ever evaluated. Constant powers of anything else are at most 100:

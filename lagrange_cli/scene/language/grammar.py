@@ -42,7 +42,7 @@ _RELATIONS = ("=", "==", "<", ">", "<=", ">=")
 #: The relations of a one-sided constraint.
 INEQUALITIES: tuple[Relation, ...] = (">=", "<=")
 
-#: How a relation that the language does not have is written in it.
+#: Relation that the language does not have → the one to write.
 _MEANT = {"<": "<=", ">": ">=", "=>": ">=", "=<": "<="}
 
 

@@ -33,7 +33,7 @@ _ALPHABET = (
     *("lambda", "mu", "nu", "xi", "omicron", "pi", "rho", "sigma", "sigma", "tau", "upsilon"),
     *("phi", "chi", "psi", "omega"),
 )
-#: What to write for characters that come with pasted formulas.
+#: Character of a pasted formula → what to write instead.
 _INSTEAD = {
     **{chr(0x3B1 + i): name for i, name in enumerate(_ALPHABET)},
     **{chr(0x391 + i): name.capitalize() for i, name in enumerate(_ALPHABET)},

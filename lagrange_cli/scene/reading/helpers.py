@@ -29,7 +29,7 @@ from lagrange_cli.scene.reading.interactions import coulomb, newton
 from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
-#: What one particle's weight counts as where a family of potentials repeats it.
+#: Terms that one particle's weight counts as if a family of potentials repeats it.
 _TERMS_OF_WEIGHT = 20
 
 _CONSTRAINTS = ("distance", "unilateral")

@@ -17,7 +17,7 @@ from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.scene.language.problems import Problems, shown
 
 MAX_DEPTH = 64
-#: What all aliases together may expand to, in characters.
+#: Characters that all aliases together may expand to.
 MAX_ALIASED = 2**20
 
 _BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
@@ -115,9 +115,8 @@ def compose(text: str, file: str) -> SourceNode:
     Raises
     ------
     InputError
-        Where the text is not YAML, is empty, holds more than one document,
-        exceeds a limit, or holds what scenes do without: tags, merge keys,
-        null values, infinities, duplicate keys.
+        The text is not YAML, is empty, holds more than one document, exceeds a limit, or holds
+        tags, merge keys, null values, infinities or duplicate keys, which scenes do without.
     """
     bad = _FORBIDDEN.search(text)
     if bad:
