@@ -88,13 +88,13 @@ static int take(lagrange_run *run, lagrange_interpolate interpolate, const doubl
     return status;
 }
 
-/* Where the inputs' piece ends that holds. */
+/* The time at which the present piece of inputs ends. */
 static double end_of_piece(const lagrange_run *run)
 {
     return run->piece + 1 < run->pieces ? run->starts[run->piece + 1] : HUGE_VAL;
 }
 
-/* Where a piece has ended, begin the next one, with slopes of its own. */
+/* Begin the next piece, with slopes of its own, if one has ended. */
 static int next_piece(lagrange_run *run, lagrange_begin start)
 {
     if (!(run->t >= end_of_piece(run))) {
@@ -109,7 +109,7 @@ static int next_piece(lagrange_run *run, lagrange_begin start)
     return start && start(run) ? LAGRANGE_NOT_FINITE : LAGRANGE_OK;
 }
 
-/* One step within the piece. What the end of a piece has cut off is no reason for short steps. */
+/* One step within the piece. A step that the end of a piece has cut is no reason for short ones. */
 static int step_in_piece(lagrange_run *run, lagrange_step step, double limit)
 {
     const double end = end_of_piece(run), wanted = run->h;
@@ -120,8 +120,8 @@ static int step_in_piece(lagrange_run *run, lagrange_step step, double limit)
     return status;
 }
 
-/* Whether a terminal event lies so early in the last step that its state, which is read off the
- * interpolant, need not be as accurate as a step: what follows the event may be much steeper. */
+/* True if a terminal event lies so early in the last step that its state, which is read off the
+ * interpolant, need not be as accurate as a step: the motion behind it may be much steeper. */
 static int early(const lagrange_run *run)
 {
     const double part = run->t - run->t_old, smallest = 32.0*(nextafter(run->t, HUGE_VAL) - run->t);

@@ -6,14 +6,14 @@
 
 #include <math.h>
 
-enum { MOST = 3, SLOPES = FIRST_OF_METHOD, FOUND = SLOPES + MOST, BEFORE = FOUND + MOST,
+enum { MOST = 3, SLOPES = FIRST_OF_METHOD, NEW_SLOPES = SLOPES + MOST, BEFORE = NEW_SLOPES + MOST,
        POINT = BEFORE + MOST, CHANGE, ROWS };
 
 /* Iterations after which a step is given up, and those without progress after which they end:
  * half of the components of a mechanical system change in turn. */
 enum { ITERATIONS = 60, CALM = 2 };
 
-/* How far iterations may end from each other, as a part of what the step changes. */
+/* Distance of converged iterations, as a part of the change over the step. */
 #define CONVERGED 9.5367431640625e-7
 
 /* Nodes, matrix and weights, and the values one step later of the polynomial through slopes. */
@@ -51,10 +51,10 @@ static int slope(lagrange_run *run, double t, const double *y, int64_t row)
 }
 
 /* Slopes to begin with: the polynomial of the last step continued, if it was as long. */
-static int guess(lagrange_run *run, const tableau *of, double h)
+static int guess(lagrange_run *run, const tableau *method, double h)
 {
-    const int64_t n = DIM(run), s = of->stages;
-    double *const k = lagrange_row(run, SLOPES), *const found = lagrange_row(run, FOUND);
+    const int64_t n = DIM(run), s = method->stages;
+    double *const k = lagrange_row(run, SLOPES), *const new = lagrange_row(run, NEW_SLOPES);
     int64_t i, j, l;
     if (!run->mode || run->rate != h) {
         if (slope(run, run->t, lagrange_row(run, HI), SLOPES)) {
@@ -69,24 +69,24 @@ static int guess(lagrange_run *run, const tableau *of, double h)
     }
     for (j = 0; j < s; ++j) {
         for (i = 0; i < n; ++i) {
-            found[j*n + i] = 0.0;
+            new[j*n + i] = 0.0;
             for (l = 0; l < s; ++l) {
-                found[j*n + i] += of->ahead[j*s + l]*k[l*n + i];
+                new[j*n + i] += method->ahead[j*s + l]*k[l*n + i];
             }
         }
     }
     for (i = 0; i < s*n; ++i) {
-        k[i] = found[i];
+        k[i] = new[i];
     }
     return 0;
 }
 
 /* Slopes of all stages anew; 0: they go on changing, 1: rounding has stopped them, 2: they end. */
-static int iterate(lagrange_run *run, const tableau *of, double h)
+static int iterate(lagrange_run *run, const tableau *method, double h)
 {
-    const int64_t n = DIM(run), s = of->stages;
+    const int64_t n = DIM(run), s = method->stages;
     const double *const hi = lagrange_row(run, HI), *const low = lagrange_row(run, LOW);
-    double *const k = lagrange_row(run, SLOPES), *const found = lagrange_row(run, FOUND);
+    double *const k = lagrange_row(run, SLOPES), *const new = lagrange_row(run, NEW_SLOPES);
     double *const before = lagrange_row(run, BEFORE), *const point = lagrange_row(run, POINT);
     double zero = 0.0;
     int64_t i, j, l;
@@ -95,17 +95,17 @@ static int iterate(lagrange_run *run, const tableau *of, double h)
         for (i = 0; i < n; ++i) {
             double sum = 0.0;
             for (l = 0; l < s; ++l) {
-                sum += of->matrix[j*s + l]*k[l*n + i];
+                sum += method->matrix[j*s + l]*k[l*n + i];
             }
             point[i] = hi[i] + (low[i] + h*sum);
         }
-        if (slope(run, run->t + h*of->nodes[j], point, FOUND + j)) {
+        if (slope(run, run->t + h*method->nodes[j], point, NEW_SLOPES + j)) {
             return 2;
         }
     }
     for (i = 0; i < s*n; ++i) {
-        const double change = fabs(found[i] - k[i]);
-        zero += 0.0*found[i];
+        const double change = fabs(new[i] - k[i]);
+        zero += 0.0*new[i];
         done = done && (change == 0.0 || change >= before[i]);
         before[i] = change > 0.0 && change < before[i] ? change : before[i];
         /* The change itself takes the place of the old slope until all are looked at. */
@@ -115,19 +115,19 @@ static int iterate(lagrange_run *run, const tableau *of, double h)
 }
 
 /* Take the new slopes; not 0: the last changes, of what is at its end, are not rounding. */
-static int settle(lagrange_run *run, const tableau *of, double h, int ended)
+static int settle(lagrange_run *run, const tableau *method, double h, int ended)
 {
-    const int64_t n = DIM(run), s = of->stages;
+    const int64_t n = DIM(run), s = method->stages;
     const double *const hi = lagrange_row(run, HI);
-    double *const k = lagrange_row(run, SLOPES), *const found = lagrange_row(run, FOUND);
+    double *const k = lagrange_row(run, SLOPES), *const new = lagrange_row(run, NEW_SLOPES);
     int64_t i, j;
     int large = 0;
     for (i = 0; i < n; ++i) {
         double size = 0.0, change = 0.0;
         for (j = 0; j < s; ++j) {
-            size = fmax(size, fabs(found[j*n + i]));
+            size = fmax(size, fabs(new[j*n + i]));
             change = fmax(change, k[j*n + i]);
-            k[j*n + i] = found[j*n + i];
+            k[j*n + i] = new[j*n + i];
         }
         size = CONVERGED*h*size + 64.0*(nextafter(fabs(hi[i]), HUGE_VAL) - fabs(hi[i]));
         large = large || h*change > size;
@@ -135,24 +135,24 @@ static int settle(lagrange_run *run, const tableau *of, double h, int ended)
     return ended && large;
 }
 
-static int solve(lagrange_run *run, const tableau *of, double h)
+static int solve(lagrange_run *run, const tableau *method, double h)
 {
     double *const before = lagrange_row(run, BEFORE);
     int64_t i;
     int round, done, calm = 0;
-    for (i = 0; i < of->stages*DIM(run); ++i) {
+    for (i = 0; i < method->stages*DIM(run); ++i) {
         before[i] = HUGE_VAL;
     }
-    if (guess(run, of, h)) {
+    if (guess(run, method, h)) {
         return LAGRANGE_NOT_FINITE;
     }
     for (round = 0; round < ITERATIONS; ++round) {
-        done = iterate(run, of, h);
+        done = iterate(run, method, h);
         if (done == 2) {
             return LAGRANGE_NOT_FINITE;
         }
         calm = done ? calm + 1 : 0;
-        if (settle(run, of, h, calm == CALM)) {
+        if (settle(run, method, h, calm == CALM)) {
             return LAGRANGE_DIVERGES;
         }
         if (calm == CALM) {
@@ -162,7 +162,7 @@ static int solve(lagrange_run *run, const tableau *of, double h)
     return LAGRANGE_DIVERGES;
 }
 
-static int step(lagrange_run *run, const tableau *of, double limit)
+static int step(lagrange_run *run, const tableau *method, double limit)
 {
     const int64_t n = DIM(run);
     const double t = run->t;
@@ -174,15 +174,15 @@ static int step(lagrange_run *run, const tableau *of, double limit)
     double *const change = lagrange_row(run, CHANGE), *const point = lagrange_row(run, POINT);
     double zero = 0.0;
     int64_t i, j;
-    const int status = solve(run, of, h);
+    const int status = solve(run, method, h);
     run->mode = 0;
     if (status) {
         return status;
     }
     for (i = 0; i < n; ++i) {
         double sum = 0.0;
-        for (j = 0; j < of->stages; ++j) {
-            sum += of->weights[j]*k[j*n + i];
+        for (j = 0; j < method->stages; ++j) {
+            sum += method->weights[j]*k[j*n + i];
         }
         change[i] = low[i] + h*sum;
         zero += 0.0*(hi[i] + change[i]);
@@ -214,7 +214,7 @@ static int step_of_order_6(lagrange_run *run, double limit)
     return step(run, &GAUSS6, limit);
 }
 
-/* Where the right-hand side becomes another one, its slopes are others. */
+/* Slopes of one piece are not those of the next. */
 static int begin(lagrange_run *run)
 {
     run->mode = 0;

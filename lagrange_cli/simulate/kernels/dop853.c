@@ -40,13 +40,13 @@ static int slope(lagrange_run *run, double t, const double *y, int64_t j)
     SLOPES_OF(run);                                                          \
     const double *const low = lagrange_row(run, START_LOW)
 
-/* The same with its state, and room for another one. */
+/* The same with its state, and memory for another one. */
 #define STATE_OF(run)                                                        \
     STEP_OF(run);                                                            \
     const double *const hi = lagrange_row(run, START_HI);                    \
     double *const point = lagrange_row(run, POINT)
 
-/* Whether nothing moves: then neither does it later in the step, unless something depends on t,
+/* True if nothing moves: then neither does it later in the step, unless something depends on t,
  * which `mode` tells. */
 static int rests(const lagrange_run *run)
 {
@@ -238,8 +238,8 @@ static int step(lagrange_run *run, double limit)
     }
 }
 
-/* Whether slopes change linearly within the step, but for next to nothing beside the tolerance:
- * then what goes through both ends with their slopes is the interpolant. */
+/* True if slopes change linearly within the step, but for next to nothing beside the tolerance:
+ * then the cubic through both ends with their slopes is the interpolant. */
 static int straight(const lagrange_run *run, double h)
 {
     const double at[] = {

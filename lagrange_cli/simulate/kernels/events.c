@@ -119,7 +119,7 @@ static void keep(const along *g, double t, int64_t index, int64_t first)
     lagrange_events *e = run->events;
     const int64_t n = DIM(run);
     int64_t k;
-    for (k = e->found; k > first && e->times[k - 1] > t; --k) {
+    for (k = e->located; k > first && e->times[k - 1] > t; --k) {
         e->times[k] = e->times[k - 1];
         e->indices[k] = e->indices[k - 1];
         memcpy(e->states + k*n, e->states + (k - 1)*n, (size_t)n*sizeof(double));
@@ -127,7 +127,7 @@ static void keep(const along *g, double t, int64_t index, int64_t first)
     e->times[k] = t;
     e->indices[k] = index;
     lagrange_between(run, g->interpolate, t, e->states + k*n);
-    e->found += 1;
+    e->located += 1;
 }
 
 /* Record the crossing between a and b. */
@@ -139,7 +139,7 @@ static void record(const along *g, double a, double ga, double b, double gb, int
     }
 }
 
-/* Whether |g| is least in the middle of three equal signs. */
+/* True if |g| is least in the middle of three equal signs. */
 static int dips(double left, double middle, double right)
 {
     return sign_of(left) == sign_of(middle) && sign_of(middle) == sign_of(right) &&
@@ -165,8 +165,8 @@ static void crossings_inside(const along *g, const double *t, const double *v, i
     }
 }
 
-/* Where a function that is zero at t[1] and rises from there falls through zero again before
- * t[2]: only what lies between tells it from rounding. */
+/* Locate the zero before t[2] of a function that is zero at t[1] and rises from there: values in
+ * between tell it from rounding. */
 static void falls_back(const along *g, const double *t, const double *v, int64_t first)
 {
     double a = t[1], b = t[2], inside = 0.0;
@@ -220,14 +220,14 @@ static int cut(lagrange_run *run, int64_t first)
     lagrange_events *e = run->events;
     const int64_t n = DIM(run);
     int64_t k, i;
-    for (k = first; k < e->found; ++k) {
+    for (k = first; k < e->located; ++k) {
         if (e->indices[k] < e->count && e->terminal[e->indices[k]]) {
             for (i = 0; i < n; ++i) {
                 lagrange_row(run, HI)[i] = e->states[k*n + i];
                 lagrange_row(run, LOW)[i] = 0.0;
             }
             run->t = e->times[k];
-            e->found = k + 1;
+            e->located = k + 1;
             return LAGRANGE_ENDED;
         }
     }
@@ -236,21 +236,21 @@ static int cut(lagrange_run *run, int64_t first)
 
 int lagrange_events_full(const lagrange_run *run)
 {
-    return run->events->capacity - run->events->found < MOST*run->events->count;
+    return run->events->capacity - run->events->located < MOST*run->events->count;
 }
 
 void lagrange_unlocate(lagrange_run *run)
 {
     lagrange_events *e = run->events;
     memcpy(e->sign, e->before, (size_t)e->count*sizeof(double));
-    e->found = e->first;
+    e->located = e->first;
 }
 
 int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate)
 {
     lagrange_events *e = run->events;
     const double part = (run->t_new - run->t_old)/PARTS;
-    const int64_t first = e->found;
+    const int64_t first = e->located;
     double t[PARTS + 3], v[PARTS + 3];
     along g;
     int k;

@@ -7,12 +7,12 @@
 /* Intervals of a step at whose ends signs are looked at. */
 #define LAGRANGE_PARTS 4
 
-/* The sign of a function that is zero where the run begins, and then positive: until it is
- * larger than its noise nothing is made of its sign. */
+/* The sign of a function that is zero where the run begins, and then positive: its sign counts
+ * from where it exceeds its noise. */
 #define LAGRANGE_RISES 2.0
 
-/* The caller sets everything; `sign` is 0 at first where nothing is known of it. It takes what was found and
- * sets `found` back to 0. */
+/* The caller sets everything; `sign` is 0 at first if it is not known. The caller takes the events
+ * that were located and sets `located` back to 0. */
 typedef struct lagrange_events {
     lagrange_function function; /* all count values of g at once */
     const double *u;
@@ -28,9 +28,9 @@ typedef struct lagrange_events {
     double *state;  /* n */
     int64_t count;
     int64_t capacity;
-    int64_t found;
+    int64_t located;
     int64_t first; /* where those of the last step begin */
-    double *times; /* found, ascending */
+    double *times; /* of the located ones, ascending */
     int64_t *indices; /* count and more: of a g that has a least value there, above zero */
     double *states;
 } lagrange_events;

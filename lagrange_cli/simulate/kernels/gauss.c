@@ -2,7 +2,7 @@
  *
  * Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.7; the
  * eight stages of an iteration are evaluated side by side, one a lane, after
- * Antonana, Makazaga, Murua, Numer. Algorithms 76 (2017) 861. Where q' = v the
+ * Antonana, Makazaga, Murua, Numer. Algorithms 76 (2017) 861. If q' = v, the
  * positions follow from the accelerations by A A in place of A, which halves
  * the iterations. The state is kept as hi + low.
  */
@@ -33,7 +33,8 @@ enum { FIRST_ORDER = 1, STARTED = 2 };
 enum { MOST_ITERATIONS = 16 };
 static const double LEFT = 1e-3;
 
-/* Where iterations stop to converge, this many rounding errors are those of the slopes. */
+/* Change in units of rounding at which iterations that stop to converge have reached the rounding
+ * of the slopes. */
 static const double STALLED = 2048.0;
 
 /* The error beside the estimate, which is the last coefficient of the slope. */
@@ -116,7 +117,7 @@ static int64_t first_row(const lagrange_run *run)
     return run->mode & FIRST_ORDER ? 0 : DIM(run)/2;
 }
 
-/* What one unit of a row, and of the row that it integrates to, is beside the tolerance. */
+/* The weight of a unit of a row, and of the row that it integrates to, beside the tolerance. */
 static void weigh(lagrange_run *run, double h)
 {
     const int64_t first = first_row(run);
@@ -234,7 +235,8 @@ static double estimate(lagrange_run *run, double h)
     return CAUTION*last*(last < before ? last/before : 1.0)/fmax(1.0, run->noise);
 }
 
-/* How errors are expected to shrink in an iteration: as in the last step, and slower if longer. */
+/* The factor by which an iteration is expected to shrink errors: as in the last step, and more if
+ * the step is longer. */
 static double expected_rate(const lagrange_run *run, double h)
 {
     const double ratio = h/(run->t_new - run->t_old);
@@ -255,10 +257,10 @@ static double solve(lagrange_run *run, double h, const double **at, const double
     stages(run, h, old, new);
     integrals(run, h, new);
     for (k = 0; k < MOST_ITERATIONS && rate < 0.9; ++k) {
-        double *const other = old;
+        double *const older = old;
         double change;
         old = new;
-        new = other;
+        new = older;
         if (evaluate(run, h, old)) {
             return NAN;
         }
@@ -280,7 +282,7 @@ static double solve(lagrange_run *run, double h, const double **at, const double
     return NAN;
 }
 
-/* Whether the first half of the slopes is the second half of the stages they belong to. */
+/* True if the first half of the slopes is the second half of the stages they belong to. */
 static int second_order(const lagrange_run *run, const double *y)
 {
     const int64_t n = DIM(run), half = n/2;
@@ -301,7 +303,7 @@ static int finish(lagrange_run *run, double h, const double *y)
     const double *const hi = lagrange_row(run, HI), *const rest = lagrange_row(run, START_LOW);
     double *const f = lagrange_row(run, SLOPES), *const low = lagrange_row(run, LOW);
     double *const shape = lagrange_row(run, SHAPE);
-    const double *const found = lagrange_row(run, NEW_SHAPE);
+    const double *const new_shape = lagrange_row(run, NEW_SHAPE);
     double zero = 0.0;
     int64_t i;
     int k;
@@ -318,7 +320,7 @@ static int finish(lagrange_run *run, double h, const double *y)
     }
     fit(run, 0, first, shape);
     for (i = S*first; i < S*n; ++i) {
-        shape[i] = found[i];
+        shape[i] = new_shape[i];
     }
     return zero != 0.0;
 }

@@ -1,4 +1,4 @@
-/* What the compiled integrators share: a run, its right-hand side, and exact sums.
+/* Shared by the compiled integrators: a run, its right-hand side, and exact sums.
  *
  * Compile with -DLAGRANGE_DIM=N for states of N numbers, so that every loop over
  * a state has a constant length; without it the length is that of the run.
@@ -34,7 +34,7 @@ enum {
 
 struct lagrange_events;
 
-/* What sharp functions are the exponentials of (landmarks.c). */
+/* Exponents of sharp functions (landmarks.c). */
 typedef struct {
     lagrange_function function; /* all of them at once */
     const void *p;
@@ -132,7 +132,7 @@ typedef int (*lagrange_interpolate)(lagrange_run *run, double t, double *out);
 
 /* Move the state hi + low at t onto the constraints, if there are any; not 0 where that fails.
  *
- * What it changes goes into low, so that compensated sums stay compensated; `point` receives
+ * The change goes into low, so that compensated sums stay compensated; `point` receives
  * the rounded state. */
 int lagrange_project(const lagrange_run *run, double t, const double *hi, double *low,
                      double *point);
@@ -145,15 +145,15 @@ int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step
                      double *states, int64_t *filled, int64_t most_steps,
                      double most_evaluations);
 
-/* How long the last step is to be, made again, for what is sharp in it to be resolved: as long as
- * it was where that is so. */
+/* The length with which the last step resolves sharp functions when it is made again: its own
+ * length if it does. */
 double lagrange_resolved(lagrange_run *run);
 
 /* The last step's events; LAGRANGE_ENDED where a terminal one has cut it. */
 int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate);
 /* Forget the last step's events. */
 void lagrange_unlocate(lagrange_run *run);
-/* Whether there is no room for the events of another step. */
+/* True if the buffer cannot hold the events of another step. */
 int lagrange_events_full(const lagrange_run *run);
 
 #endif

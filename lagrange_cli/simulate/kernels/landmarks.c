@@ -14,11 +14,12 @@
 /* Times of a step at which exponents are looked at: parts, and next to both ends. */
 enum { PARTS = 4, NEAR_START = PARTS + 1, NEAR_END, TIMES };
 
-/* What the exponent of a sharp function may change by in a step; how far below its peak the
- * function is next to nothing (e^-37 is the rounding error of 1); and what the exponent changes by
- * at least at the parts of a step that hides a peak. */
+/* Change of the exponent of a sharp function that a step may make. */
 #define RESOLVED 4.0
+/* Distance below the peak of an exponent at which the function is next to nothing: e^-37 is the
+ * rounding error of 1. */
 #define NOTHING 37.0
+/* Least change of an exponent at the parts of a step that hides a peak. */
 #define HINT 0.5
 #define NEAR 1e-10
 
@@ -83,7 +84,7 @@ static double peak_between(const along *g, double a, double b, double *largest)
     return gx > gy ? x : y;
 }
 
-/* Where the exponent comes above a level between a, where it is below, and b. */
+/* Locate the time between a and b at which the exponent, below a level at a, comes above it. */
 static double rise(const along *g, double level, double a, double b)
 {
     const double least = 4.0*ulp(fmax(fabs(a), fabs(b)));
@@ -98,8 +99,8 @@ static double rise(const along *g, double level, double a, double b)
     return a;
 }
 
-/* How long the last step is to be, made again, for what one sharp function does in it; the whole
- * step where that is resolved. */
+/* The length with which the last step resolves one sharp function when it is made again: the whole
+ * step if it does. */
 static double resolved(const along *g, const double *v)
 {
     lagrange_landmarks *m = g->run->landmarks;

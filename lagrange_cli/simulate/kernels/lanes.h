@@ -26,7 +26,7 @@
 #define LAGRANGE_FMA(a, b, c) ((a)*(b) + (c))
 #endif
 
-/* The nearest integer; a sum with 1.5 * 2^52 has no room for a fraction. */
+/* The nearest integer; a sum with 1.5 * 2^52 cannot hold a fraction. */
 LAGRANGE_INLINE double lagrange_nearest(double x)
 {
     return (x + 0x1.8p52) - 0x1.8p52;
@@ -67,8 +67,8 @@ LAGRANGE_INLINE double lagrange_turned_sine(double x, double turn)
     /* Quarter turns from -2 to 2: with an odd number sine and cosine change places. */
     const double count = k + turn, turns = LAGRANGE_FMA(-4.0, lagrange_nearest(0.25*count), count);
     const double size = fabs(turns), odd = turns*cosine, even = (1.0 - size)*sine;
-    const double found = size == 1.0 ? odd : even;
-    return fabs(x) <= LAGRANGE_LARGEST_ANGLE ? found : NAN;
+    const double rotated = size == 1.0 ? odd : even;
+    return fabs(x) <= LAGRANGE_LARGEST_ANGLE ? rotated : NAN;
 }
 
 LAGRANGE_INLINE double lagrange_lane_sin(double x)

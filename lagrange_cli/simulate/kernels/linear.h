@@ -23,15 +23,15 @@ static inline int64_t linear_pivot(int64_t m, int64_t k, const double *re, const
                                    const double *weight)
 {
     double largest = -1.0;
-    int64_t i, found = k;
+    int64_t i, pivot = k;
     for (i = k; i < m; ++i) {
         const double size = weight[i]*(fabs(re[i*m + k]) + (im ? fabs(im[i*m + k]) : 0.0));
         if (size > largest) {
             largest = size;
-            found = i;
+            pivot = i;
         }
     }
-    return found;
+    return pivot;
 }
 
 /* row -= factor * pivot's row, from column k on. */
@@ -55,19 +55,19 @@ static inline void linear_eliminate(int64_t m, int64_t k, double a, double b, do
 /* Factors in place of the matrix; not 0 where it is singular.
  *
  * weight: m numbers, what a unit of each row counts, so that pivots do not depend on units.
- * swaps: receives the rows that are exchanged. own: room for m numbers. */
+ * swaps: receives the rows that are exchanged. own_weight: workspace of m numbers. */
 static inline int linear_factor(int64_t m, double *re, double *im, const double *weight,
-                                double *swaps, double *own)
+                                double *swaps, double *own_weight)
 {
     int64_t i, k;
     for (i = 0; i < m; ++i) {
-        own[i] = weight[i];
+        own_weight[i] = weight[i];
     }
     for (k = 0; k < m; ++k) {
-        const int64_t pivot = linear_pivot(m, k, re, im, own);
+        const int64_t pivot = linear_pivot(m, k, re, im, own_weight);
         double x, y, size;
         swaps[k] = (double)pivot;
-        linear_swap(own + k, own + pivot, 1);
+        linear_swap(own_weight + k, own_weight + pivot, 1);
         linear_swap(re + k*m, re + pivot*m, m);
         if (im) {
             linear_swap(im + k*m, im + pivot*m, m);

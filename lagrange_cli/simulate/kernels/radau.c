@@ -2,7 +2,7 @@
  *
  * Hairer, Wanner, Solving Ordinary Differential Equations II, IV.8: simplified Newton iterations
  * in coordinates in which the stages decouple into a real and a complex system, an embedded
- * estimate of the error, and Gustafsson's predictive choice of steps. Where q' = v the linear
+ * estimate of the error, and Gustafsson's predictive choice of steps. If q' = v, the linear
  * systems have half the size. Between the ends of a step states are those of a shorter step to
  * there. The state is kept as hi + low.
  */
@@ -13,8 +13,8 @@ enum { MOST_ITERATIONS = 7 };
 /* The error that iterations may leave beside the tolerance. */
 static const double LEFT = 1e-3;
 
-/* Where iterations stop to converge, this many rounding errors are those of the slopes, and of
- * velocities that follow from positions. */
+/* Change in units of rounding at which iterations that stop to converge have reached the rounding
+ * of the slopes, and of velocities that follow from positions. */
 static const double STALLED = 2048.0, LOOSE = 4.0;
 
 /* Jacobians are kept where iterations converge faster, factors where steps change less. */
@@ -34,7 +34,7 @@ static const double from_stages[3][3] = {
     {-4.17871859155190472734646, -0.327682820761062387082533, 0.476623554500550451960069},
     {0.502872634945786875951247, -2.57192694985560542918679, 0.596039204828224924968822}
 };
-/* What gives Q from Z, and the weights of the estimate. */
+/* Matrix from Z to Q, and the weights of the estimate. */
 static const double to_powers[3][3] = {
     {10.0488093998274155624603, -1.38214273316074889579366, 0.333333333333333333333333},
     {-25.6295914470766393867801, 10.2962581137433060534467, -2.66666666666666666666667},
@@ -239,7 +239,7 @@ static int settle(lagrange_run *run, double t)
     return zero != 0.0 || lagrange_project(run, t, hi, low, point) || radau_slope(run, t, point, F);
 }
 
-/* How the next step should change, after Gustafsson. */
+/* The factor by which the next step should change, after Gustafsson. */
 static double change_of(const lagrange_run *run, double h, double error, int iterations)
 {
     const double safety = 0.9*(2*MOST_ITERATIONS + 1)/(2*MOST_ITERATIONS + iterations);

@@ -1,4 +1,4 @@
-/* What the two files of Radau IIA share: rows of the memory, and the systems of a step. */
+/* Shared by the two files of Radau IIA: rows of the memory, and the systems of a step. */
 #ifndef LAGRANGE_RADAU_H
 #define LAGRANGE_RADAU_H
 

@@ -41,7 +41,7 @@ static int columns_one_by_one(lagrange_run *run, double at)
     const int64_t n = DIM(run);
     double *const point = lagrange_row(run, POINT), *const moves = lagrange_row(run, MOVES);
     const double *const y = lagrange_row(run, START_HI), *const f = lagrange_row(run, D);
-    const double *const found = lagrange_row(run, ERROR);
+    const double *const moved = lagrange_row(run, ERROR);
     int64_t i, j;
     if (radau_slope(run, at, y, D)) {
         return 1;
@@ -58,7 +58,7 @@ static int columns_one_by_one(lagrange_run *run, double at)
                 return 1;
             }
         }
-        set_column(run, j, found, f, 1);
+        set_column(run, j, moved, f, 1);
         point[j] = y[j];
     }
     return 0;
@@ -100,7 +100,7 @@ static int columns_at_once(lagrange_run *run, double at)
     return 0;
 }
 
-/* Whether the Jacobian is that of q' = v, and finite. */
+/* True if the Jacobian is that of q' = v, and finite. */
 static int inspect(lagrange_run *run)
 {
     const int64_t n = DIM(run), half = n/2;
@@ -130,7 +130,7 @@ static int differentiate(lagrange_run *run, double at, double h)
     return inspect(run);
 }
 
-/* Linear systems: (lambda/h - J) x = r. Where q' = v, with J = [0 1; A B] and r = [s, r], they
+/* Linear systems: (lambda/h - J) x = r. If q' = v, with J = [0 1; A B] and r = [s, r], they
  * are (lambda^2/h^2 - lambda/h B - A) x = r + lambda/h s - B s and x' = lambda/h x - s. */
 
 static int64_t size_of(const lagrange_run *run)
@@ -185,7 +185,7 @@ int lagrange_radau_factor(lagrange_run *run, double h)
                          swaps + DIM(run), lagrange_row(run, POINT));
 }
 
-/* What stands on the right of the systems of half the size: r + lambda/h s - B s, lambda = a + ib. */
+/* The right side of the systems of half the size: r + lambda/h s - B s, lambda = a + ib. */
 static void fold_back(const lagrange_run *run, double a, double b, const double *re,
                       const double *im, double *out, double *out_im)
 {

@@ -145,7 +145,7 @@ static int step(lagrange_run *run, double limit)
     return LAGRANGE_OK;
 }
 
-/* Where the right-hand side becomes another one, its slope is another one. */
+/* The slope of one piece is not that of the next. */
 static int begin(lagrange_run *run)
 {
     run->mode = 0;

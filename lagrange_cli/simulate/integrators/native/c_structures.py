@@ -56,7 +56,7 @@ def events_type() -> Any:
     fields = (
         *((name, POINTER) for name in ("function", "u", "p", "work", "direction", "terminal")),
         *((name, POINTER) for name in ("sign", "noise", "reach", "before", "values", "state")),
-        *((name, LONG) for name in ("count", "capacity", "found", "first")),
+        *((name, LONG) for name in ("count", "capacity", "located", "first")),
         *((name, POINTER) for name in ("times", "indices", "states")),
     )
     return _structure("Events", fields)

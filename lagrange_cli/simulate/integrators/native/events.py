@@ -20,7 +20,7 @@ _STEPS = 64
 
 
 class EventBuffer:
-    """The events that one call of a kernel locates, and the list of all that were ``found``.
+    """The events that one call of a kernel locates, and ``crossings``, the list of all.
 
     ``signs`` are those that the functions had last; ``dips`` where they came close to zero.
     """
@@ -30,7 +30,7 @@ class EventBuffer:
     ) -> None:
         count, dtype = len(events.directions), real.dtype
         capacity = _STEPS * MOST_EVENTS * count
-        self.found: list[ZeroCrossing] = []
+        self.crossings: list[ZeroCrossing] = []
         self.dips: list[ZeroCrossing] = []
         self._count = count
         self._times = np.empty(capacity, dtype)
@@ -61,7 +61,7 @@ class EventBuffer:
 
     def again(self, begun: EventStart) -> None:
         """Forget what was found, and begin with other signs, noise and reach."""
-        self.found, self.dips = [], []
+        self.crossings, self.dips = [], []
         for array, values in zip((self.signs, self._noise, self._reach), begun, strict=True):
             array[:] = values
 
@@ -75,10 +75,10 @@ class EventBuffer:
 
     def take(self) -> None:
         """Move what was found into the list."""
-        for k in range(self._c.found):
+        for k in range(self._c.located):
             time, index = float(self._times[k]), int(self._indices[k])
             kept, number = (
-                (self.found, index) if index < self._count else (self.dips, index - self._count)
+                (self.crossings, index) if index < self._count else (self.dips, index - self._count)
             )
             kept.append(ZeroCrossing(time, number, self._states[k].astype(float)))
-        self._c.found = 0
+        self._c.located = 0

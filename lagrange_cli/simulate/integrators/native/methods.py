@@ -190,7 +190,7 @@ class _Compiled:
     @property
     def events(self) -> list[ZeroCrossing]:
         """The events found so far, in order."""
-        return [] if self._events is None else self._events.found
+        return [] if self._events is None else self._events.crossings
 
     def step(self, limit: float) -> None:
         times = np.array([np.inf if self.interpolates else limit])

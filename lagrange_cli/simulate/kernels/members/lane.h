@@ -161,7 +161,7 @@ LAGRANGE_INLINE lagrange_lane lagrange_power_of_two(lagrange_lane x)
     const lagrange_lane zero = {0.0}, shift = zero + 0x1.8p52;
     const lagrange_lane bounded =
         lagrange_larger(lagrange_smaller(x, zero + 1000.0), zero - 1000.0);
-    /* A sum with 1.5 * 2^52 has no room for a fraction; its last bits are the integer. */
+    /* A sum with 1.5 * 2^52 cannot hold a fraction; its last bits are the integer. */
     const lagrange_lane sum = bounded + shift, part = bounded - (sum - shift);
     const lagrange_flags whole = (lagrange_flags)sum - (lagrange_flags)shift;
     const lagrange_flags bits = (whole + 1023) << 52;

@@ -1,4 +1,4 @@
-/* What is made of the samples of many motions: states of n numbers, coordinates first. */
+/* Functions of the samples of many motions: states of n numbers, coordinates first. */
 #include <math.h>
 #include <stdint.h>
 
@@ -36,45 +36,45 @@ void lagrange_members_table(lagrange_function f, lagrange_lanes lanes, int64_t m
                             double moving, const double *p, int64_t parameters, double *work,
                             double *out, int64_t columns)
 {
-    double *const t = work, *const y = t + EIGHT, *const found = y + EIGHT*n;
-    double *const rest = found + EIGHT*columns;
+    double *const t = work, *const y = t + EIGHT, *const row = y + EIGHT*n;
+    double *const function_work = row + EIGHT*columns;
     int64_t i, j, k, l;
     for (i = 0; i < members; ++i) {
-        const double *const own = states + i*samples*n, *const given = p + i*parameters;
+        const double *const member = states + i*samples*n, *const member_p = p + i*parameters;
         for (j = 0; j < samples; j += EIGHT) {
             const int64_t count = samples - j < EIGHT ? samples - j : EIGHT;
             for (l = 0; l < EIGHT; ++l) {
                 const int64_t at = l < count ? j + l : j;
                 t[l] = times[at];
                 for (k = 0; k < n; ++k) {
-                    y[EIGHT*k + l] = k < n/2 ? own[at*n + k] : moving*own[at*n + k];
+                    y[EIGHT*k + l] = k < n/2 ? member[at*n + k] : moving*member[at*n + k];
                 }
             }
-            if (!lanes || lanes(t, y, 0, given, rest, found)) {
-                one_by_one(f, count, t, y, n, given, rest, found, columns);
+            if (!lanes || lanes(t, y, 0, member_p, function_work, row)) {
+                one_by_one(f, count, t, y, n, member_p, function_work, row, columns);
             }
             for (k = 0; k < columns; ++k) {
                 for (l = 0; l < count; ++l) {
-                    out[(k*members + i)*samples + j + l] = found[EIGHT*k + l];
+                    out[(k*members + i)*samples + j + l] = row[EIGHT*k + l];
                 }
             }
         }
     }
 }
 
-/* How far each number of each member has been: coordinates from `origin`, 0 or 1 times the start,
- * velocities from 0. Not a number where one is none. */
+/* The largest distance of each number of each member: of coordinates from `origin`, 0 or 1 times
+ * the start, of velocities from 0. Not a number where one is none. */
 void lagrange_members_extent(int64_t members, int64_t samples, int64_t n, const double *states,
                              double origin, double *extent)
 {
     int64_t i, j, k;
     for (i = 0; i < members; ++i) {
-        const double *const own = states + i*samples*n;
+        const double *const member = states + i*samples*n;
         for (k = 0; k < n; ++k) {
-            const double from = k < n/2 ? origin*own[k] : 0.0;
+            const double from = k < n/2 ? origin*member[k] : 0.0;
             double largest = 0.0, zero = 0.0;
             for (j = 0; j < samples; ++j) {
-                const double size = fabs(own[j*n + k] - from);
+                const double size = fabs(member[j*n + k] - from);
                 largest = size > largest ? size : largest;
                 zero += 0.0*size;
             }

@@ -28,7 +28,7 @@ typedef struct {
     double tolerance, longest;
     double glance;         /* slopes are looked at within a step this far apart, 0: nowhere, */
     double forgiven;       /* and may be off by so much over a step, beside the scales */
-    int64_t begun;         /* members that have been given a lane */
+    int64_t begun;         /* members that have got a lane */
     int64_t member[W];     /* in each lane, -1 for none */
     int64_t next[W];       /* its next sample */
 } lagrange_members;
@@ -66,7 +66,7 @@ static lane *moved(const lagrange_members *m)
     return hi(m) + 3*DIM(m);
 }
 
-/* What errors are measured in, then states between steps. */
+/* Units of errors, then states between steps. */
 static lane *scale(const lagrange_members *m)
 {
     return hi(m) + 4*DIM(m);
@@ -82,14 +82,14 @@ static lane *time_of(const lagrange_members *m)
     return hi(m) + 6*DIM(m);
 }
 
-static lane *given(const lagrange_members *m)
+static lane *parameters_of(const lagrange_members *m)
 {
     return time_of(m) + 1;
 }
 
 static lane *coefficients(const lagrange_members *m)
 {
-    return given(m) + m->parameters;
+    return parameters_of(m) + m->parameters;
 }
 
 /* Rows of two coefficients, for the slope at one state. */
@@ -143,7 +143,7 @@ static void take_in(lagrange_members *m, int l)
         m->states[member*m->samples*n + i] = x;
     }
     for (i = 0; i < m->parameters; ++i) {
-        LANE(given(m)[i], l) = m->p[member*m->parameters + i];
+        LANE(parameters_of(m)[i], l) = m->p[member*m->parameters + i];
     }
 }
 
@@ -233,7 +233,7 @@ static void change(const lagrange_members *m, lane x, lane *out)
 static void sample(lagrange_members *m, const lane *end)
 {
     const int64_t n = DIM(m), samples = m->samples;
-    lane *const found = scale(m);
+    lane *const states = scale(m);
     for (;;) {
         int64_t pending[W];
         lane x = {0.0};
@@ -248,15 +248,15 @@ static void sample(lagrange_members *m, const lane *end)
         if (!any) {
             return;
         }
-        change(m, x, found);
+        change(m, x, states);
         for (i = 0; i < n; ++i) {
-            found[i] = hi(m)[i] + (low(m)[i] + found[i]);
+            states[i] = hi(m)[i] + (low(m)[i] + states[i]);
         }
         for (l = 0; l < W; ++l) {
             if (pending[l]) {
                 double *const out = m->states + (m->member[l]*samples + m->next[l])*n;
                 for (i = 0; i < n; ++i) {
-                    out[i] = LANE(found[i], l);
+                    out[i] = LANE(states[i], l);
                 }
                 m->next[l] += 1;
             }
@@ -264,8 +264,8 @@ static void sample(lagrange_members *m, const lane *end)
     }
 }
 
-/* What is no number where slopes within the step are not those of the series: where something
- * has happened that the coefficients at its beginning do not show. */
+/* Not a number in lanes whose slopes within the step are not those of the series: something has
+ * happened that the coefficients at its beginning do not show. */
 static lane look(const lagrange_members *m, lane h)
 {
     const int64_t n = DIM(m), row = m->rows;
@@ -295,7 +295,7 @@ static lane look(const lagrange_members *m, lane h)
         }
         at[n] = *time_of(m) + x;
         at[row + n] = (lane){0.0} + 1.0;
-        m->series(1, given(m), at);
+        m->series(1, parameters_of(m), at);
         for (i = 0; i < n; ++i) {
             const lane off = lagrange_size(at[row + i] - slope_of(m)[i])*h;
             const lane moves = lagrange_size(slope_of(m)[i])*h;
@@ -337,7 +337,7 @@ static void round_of(lagrange_members *m)
     }
     c[n] = *t;
     c[row + n] = (lane){0.0} + 1.0;
-    m->series((int)m->order, given(m), c);
+    m->series((int)m->order, parameters_of(m), c);
     measure(m);
     h = lagrange_smaller(step_of(m), (lane){0.0} + m->longest);
     end = lagrange_smaller(*t + h, (lane){0.0} + last);

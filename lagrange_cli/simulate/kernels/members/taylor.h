@@ -9,8 +9,8 @@
 #include "lane.h"
 
 /* Coefficients 1 to order of motions: their state, and behind it the time, are in the first rows
- * of c, of which the first coefficients are given; p are parameters. Where the right-hand side does
- * not exist coefficients are no numbers. */
+ * of c, of which the first coefficients are given; p are parameters. Coefficients are not numbers
+ * if the right-hand side does not exist. */
 typedef void (*lagrange_series)(int order, const lagrange_lane *p, lagrange_lane *c);
 
 #endif
