@@ -63,7 +63,7 @@ def _by_joblib(
 
 
 def _shielded(function: Callable[[_Task], _Result], task: _Task) -> _Result:
-    """A result, in a process that does not end in the midst of sending it.
+    """Run a task in a process that does not end in the midst of sending its result.
 
     Signals to all processes of a group would end those of joblib's own backend, whose parent then
     waits for the rest of the message for ever; it ends them itself, by other means.

@@ -107,9 +107,9 @@ class Request:
     initial
         Initial state, shape (2n,).
     accuracy, rtol, atol, budget
-        As in :class:`SimulationOptions`; ``accuracy`` is None where nothing is promised.
+        As in :class:`SimulationOptions`; ``accuracy`` is None if nothing is promised.
     method
-        None where the program chooses.
+        None if the program chooses.
     step
         Step of a method with fixed steps, which divides the time between samples; else None.
     mark
@@ -127,7 +127,7 @@ class Request:
     mark: Mark | None = None
 
     def refined(self, every: int) -> Request:
-        """With the time between samples in so many equal parts; the times there are stay."""
+        """Divide the time between samples into ``every`` equal parts; the present times stay."""
         if every == 1:
             return self
         times = self.times[:]
@@ -196,7 +196,7 @@ def _refused(message: str, hint: str) -> InputError:
 
 
 def _moving(model: Model) -> Array:
-    """The initial state, or a refusal that names what is missing."""
+    """Return the initial state, shape (2n,); refuse a model that cannot move."""
     if not model.coordinates:
         raise _refused(
             f"nothing can move: '{model.name}' has no degrees of freedom",
@@ -231,7 +231,7 @@ def _and(names: list[str]) -> str:
 
 
 def method_of(name: str) -> type[Integrator]:
-    """The method of a name.
+    """Return the method of a name.
 
     Raises
     ------
@@ -279,7 +279,7 @@ def _grid(
     step: float | None,
     samples: int | None,
 ) -> Grid:
-    """The sample times; the last is ``until`` exactly."""
+    """Make the grid of sample times; the last is ``until`` exactly."""
     start = model.defaults.start
     fixed = method is not None and not method.adaptive
     if step is not None and samples is not None and not fixed:
@@ -297,7 +297,7 @@ def _grid(
 def _times(
     model: Model, grid: Grid, step: float | None, *, fixed: bool, in_memory: int | None
 ) -> RowSequence:
-    """The sample times, as an array where the states of all are to be in memory."""
+    """Return the sample times, as an array if the states of all are to be in memory."""
     width = 2 * len(model.coordinates)
     many = in_memory is not None and len(grid) * width > in_memory
     most = MOST_SAMPLES if many else MOST_SAMPLES_IN_MEMORY
@@ -321,7 +321,7 @@ def _not_so_many(samples: int, most: int) -> InputError:
 
 
 def _counted(number: int) -> str:
-    """A number as a person reads it, of a few digits where it is long."""
+    """Write a number as a person reads it, with few digits if it is long."""
     return f"{number}" if abs(number) < 10**12 else f"{Decimal(number):.3g}"
 
 
@@ -380,7 +380,7 @@ def _check_control(
 
 
 def _dividing(spacing: float, step: float) -> float:
-    """The largest step up to ``step`` that divides the time between samples."""
+    """Return the largest step up to ``step`` that divides the time between samples."""
     parts = spacing / step * (1 - 1e-12)
     if parts > _MOST_STEPS:
         raise _refused(

@@ -84,7 +84,7 @@ class RunContext:
     stop: Callable[[], bool] | None = None
 
     def resolved(self, model: Model, options: SimulationOptions) -> Request:
-        """The request for which these means are there; refuses as :func:`.request.resolve`."""
+        """Resolve options with these means; refuses as :func:`.request.resolve`."""
         return resolve(model, options, None if self.stream is None else self.stream.in_memory)
 
 

@@ -50,7 +50,7 @@ class RunningEstimate:
         self._eps, self._n, self._seen = eps, n, 0
         self._scales = RunningScales(problem, start)
         self._worst, self._size = np.zeros((1, 2 * n)), np.zeros((1, n))
-        self._found: ErrorEstimate | None = None
+        self._estimate: ErrorEstimate | None = None
 
     def add(self, states: Array, errors: Array, beside: Array) -> None:
         """Take further samples.
@@ -80,13 +80,13 @@ class RunningEstimate:
         else:
             before = self.estimate
             kept = before.samples, before.estimate, before.scales
-        self._found = ErrorEstimate(*kept, *newest)
+        self._estimate = ErrorEstimate(*kept, *newest)
         self._seen += len(states)
 
     @property
     def estimate(self) -> ErrorEstimate:
-        assert self._found is not None
-        return self._found
+        assert self._estimate is not None
+        return self._estimate
 
 
 def error_estimate(
@@ -99,5 +99,5 @@ def error_estimate(
 
 
 def _largest_so_far(before: Array, values: Array) -> Array:
-    """The largest of each column up to each row, those ``before`` included."""
+    """Return the largest of each column up to each row, those ``before`` included."""
     return np.asarray(np.maximum.accumulate(np.concatenate([before, values]), axis=0)[1:])

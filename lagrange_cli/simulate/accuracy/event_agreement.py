@@ -75,20 +75,20 @@ class EventAgreement:
         return UnclearContacts(between[0].t, tuple(sorted(contacts)), differ=False)
 
     def ratios(self, t: Array, span: float) -> Array:
-        """The largest error of an event up to each time, as a part of the span."""
+        """Return the largest error of an event up to each time, as a part of the span, (m,)."""
         order = np.argsort(self.times)
         largest = np.maximum.accumulate(np.concatenate([[0.0], self.errors[order] / span]))
         so_far = largest[np.searchsorted(self.times[order], t, side="right")]
         return np.where(t < self.broken, so_far, np.inf)
 
     def but(self, graze: tuple[float, int] | None) -> EventAgreement:
-        """With a time from which on runs cannot tell whether a contact is struck."""
+        """Return it with a time from which on runs cannot tell whether a contact is struck."""
         if graze is None or graze[0] >= self.broken:
             return self
         return replace(self, broken=graze[0], differing=(graze[1],))
 
     def also(self, times: Array, errors: Array) -> EventAgreement:
-        """With jumps behind the end of the runs."""
+        """Return it with jumps behind the end of the runs."""
         return replace(
             self,
             times=np.concatenate([self.times, times]),
@@ -97,7 +97,7 @@ class EventAgreement:
         )
 
     def exempt(self, t: Array) -> NDArray[np.bool_]:
-        """Which times are as close to a jump as the error of its time."""
+        """Flag the times that are as close to a jump as the error of its time."""
         times, errors = self.times[self.jumps], self.errors[self.jumps]
         if len(times) == 0:
             return np.zeros(len(t), dtype=bool)
@@ -181,5 +181,5 @@ def contacts_near_end(
 
 
 def first_zeno_time(switches: Sequence[ModeChange]) -> float:
-    """When the first sequence of ever shorter bounces ends; infinity where none does."""
+    """Return the time at which ever shorter bounces first end; infinity without any."""
     return min((s.t for s in switches if s.kind == "zeno"), default=np.inf)

@@ -46,13 +46,13 @@ class Grazes:
     end: float
 
     def margin(self, dip: NearContact, spread: float) -> float:
-        """To what a gap's least value is known, of which runs differ by ``spread``."""
+        """Bound the error of a gap's least value, in which runs differ by ``spread``."""
         n = len(dip.gradient)
         moves = float(np.abs(dip.gradient) @ self.scales[:n])
         return spread + _ROUNDING * (dip.size + moves)
 
     def most(self, dip: NearContact) -> float:
-        """As much as a gap can be off where the accuracy is kept."""
+        """Bound the error of a gap within the accuracy."""
         return float(np.abs(dip.gradient) @ self.scales[: len(dip.gradient)]) * self.eps
 
     def matters(self, dip: NearContact, depth: float) -> bool:
@@ -78,7 +78,7 @@ class Grazes:
 def first_graze(
     runs: Sequence[Sequence[NearContact]], weights: Sequence[float], reached: float, grazes: Grazes
 ) -> tuple[float, int] | None:
-    """When and at which contact runs first cannot tell whether it is struck, where that matters.
+    """Find when and at which contact runs first cannot tell whether it is struck, if that matters.
 
     Parameters
     ----------
@@ -124,6 +124,6 @@ def _spread(
 
 
 def _nearest(dip: NearContact, among: Sequence[NearContact]) -> NearContact | None:
-    """The dip of the same contact that is nearest in time."""
+    """Find the dip of the same contact that is nearest in time; None without any."""
     same = (candidate for candidate in among if candidate.contact == dip.contact)
     return min(same, key=lambda candidate: abs(candidate.t - dip.t), default=None)

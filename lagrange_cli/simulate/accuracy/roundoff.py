@@ -43,7 +43,7 @@ def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) ->
 
 
 def _on_one_side(*sides: Rhs, t: float, y: Array) -> list[Rhs]:
-    """Right-hand sides without the jumps that the last place of a state may cross."""
+    """Take right-hand sides without the jumps that the last place of a state may cross."""
     surfaces = surfaces_of(sides[0])
     if surfaces is None:
         return list(sides)

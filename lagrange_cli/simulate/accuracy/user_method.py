@@ -110,7 +110,7 @@ def _go(run: Run, problem: InitialValueProblem, watch: Callable[[float], None]) 
 def _coarse_result_if_needed(
     problem: InitialValueProblem, request: Request, watch: Watch, keeper: CheckpointWriter | None
 ) -> CoarseResult | None:
-    """The coarse run, where scales for ``atol`` or a method are wanted of it."""
+    """Make the coarse run if scales for ``atol`` or a method are wanted of it, else None."""
     known = request.atol is not None or request.rtol is None
     if request.method is not None and known:
         return None

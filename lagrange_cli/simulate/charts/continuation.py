@@ -123,7 +123,7 @@ class _GivenUpError(Exception):
 
 
 class _UnknownError(Exception):
-    """Nothing tells which of several coordinates a position has past a singular place."""
+    """Nothing tells which of several coordinates a position has past a singular configuration."""
 
 
 def continue_coordinates(
@@ -140,8 +140,8 @@ def continue_coordinates(
     Parameters
     ----------
     start
-        [q, v] at the first sample. None where it is not known: then coordinates are the
-        smallest that are found at the first sample that is clear of singular places, and
+        [q, v] at the first sample. None if it is not known: then coordinates are the
+        smallest that are found at the first sample that is clear of singular configurations, and
         NaN before.
     number
         How many coordinates there are.
@@ -150,7 +150,7 @@ def continue_coordinates(
     deadline
         What :func:`time.perf_counter` tells when no further sample is followed.
     turning
-        What decides at singular places. None: the motion goes through them.
+        What decides at singular configurations. None: the motion goes through them.
     """
     with np.errstate(all="ignore"):
         units = _units(samples, start, number, velocities, turning)
@@ -180,7 +180,7 @@ def _units(
     velocities: Function,
     turning: AngleReversal | None,
 ) -> Array:
-    """Powers of two, one a coordinate, in which lengths and angles are of one order.
+    """Choose powers of two, one a coordinate, in which lengths and angles are of one order.
 
     An orbit of 1e10 metres moves by its angle 1e10 times as much as by its radius, which would
     look like one that moves nothing. Angles have the unit 1, and so have lengths of common size.
@@ -261,13 +261,13 @@ class _Follower:
         )
 
     def _at_rest(self, jacobian: Array) -> None:
-        """A coordinate that moves nothing at the start has no momentum, whatever its rate."""
+        """Set rates to 0 of coordinates that move nothing at the start: they have no momentum."""
         if self.turning is not None:
             rates = np.where(jacobian.any(axis=0), self.turning.rates, 0.0)
             self.turning = replace(self.turning, rates=rates)
 
     def _begun(self, n: int) -> list[ChartPoint]:
-        """Points up to the first that can be told, those before it empty."""
+        """Find points up to the first clear one; those before it have NaN for coordinates."""
         t, r, w, _ = self.samples
         points: list[ChartPoint] = []
         for k in range(len(t)):
@@ -311,7 +311,7 @@ class _Follower:
             raise _GivenUpError
 
     def _past(self, here: ChartPoint, there: ChartPoint) -> ChartPoint:
-        """The coordinates of ``there``, on the way past a singular place.
+        """Return the point ``there`` with coordinates past a singular configuration.
 
         Raises
         ------
@@ -344,7 +344,7 @@ class _Follower:
         return at_rest
 
     def _turned(self, there: ChartPoint) -> ChartPoint:
-        """The coordinates of a position past a place, one of which has made half a turn.
+        """Find coordinates past a singular configuration, one of which has made half a turn.
 
         Raises
         ------
@@ -382,7 +382,7 @@ class _Follower:
         return not (here.clear and there.clear)
 
     def _between(self, t: float, numbers: tuple[int, int]) -> tuple[Array, Array]:
-        """Position and velocity on the cubic between two samples."""
+        """Evaluate position and velocity on the cubic between two samples, shapes (k,)."""
         a, b = numbers
         times, r, w, _ = self.samples
         step = float(times[b] - times[a])

@@ -47,14 +47,14 @@ def parameters_of(model: Model) -> list[float]:
 
 
 def _factors(model: Model, t: Array, states: Array) -> Array:
-    """Numbers that vanish where the coordinates are singular, shape (m, places)."""
+    """Evaluate numbers that vanish at singular configurations, shape (m, configurations)."""
     parameters, function = parameters_of(model), functions_of(model.code.singular)["outputs"]
     rows = [function(s, y, parameters) for s, y in zip(t.tolist(), states, strict=True)]
     return np.array(rows, dtype=float).reshape(len(t), -1)
 
 
 def singular_start(model: Model) -> ChartSingularity | None:
-    """The place at which the motion begins, if it does."""
+    """Return the singular configuration at which the motion begins; None if it does at none."""
     if model.initial is None:
         return None
     start = np.array([model.initial])
@@ -66,7 +66,7 @@ def singular_start(model: Model) -> ChartSingularity | None:
 
 
 def passage_of_run(model: Model, run: Trajectory) -> SingularPassage | None:
-    """The first place that a run passed or ended at."""
+    """Find the first singular configuration that a run passed or ended at; None without any."""
     names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
     states = np.column_stack([run.columns[name] for name in names])
     return first_passage(model, run.t, states, run.status, run.requested)
@@ -75,7 +75,7 @@ def passage_of_run(model: Model, run: Trajectory) -> SingularPassage | None:
 def first_passage(
     model: Model, times: RowSequence, states: RowSequence, status: Status, accuracy: float | None
 ) -> SingularPassage | None:
-    """The first place that samples, of shapes (m,) and (m, 2n), passed or ended at."""
+    """Find the first singular configuration of samples (m,), (m, 2n); None without any."""
     passed, near = _barred(model, times, states)
     passages = []
     for number, place in enumerate(model.singular):
@@ -131,7 +131,7 @@ class _Near:
 
 
 def _barred(model: Model, times: RowSequence, states: RowSequence) -> tuple[dict[int, int], _Near]:
-    """The sample before each place was passed first, where it was."""
+    """Find the sample before each singular configuration was first passed, if it was."""
     near, passed = _Near(model), dict[int, int]()
     for t, part in windows(times, states):
         for number, before in near.add(part, _factors(model, t, part)):

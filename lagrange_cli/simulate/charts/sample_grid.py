@@ -31,7 +31,7 @@ class SampleGrid(NamedTuple):
 
 
 def grid_of(request: Request) -> SampleGrid:
-    """The times that are asked for."""
+    """Return the grid of the times that are asked for."""
     steps = (
         0 if request.step is None else round((request.times[1] - request.times[0]) / request.step)
     )

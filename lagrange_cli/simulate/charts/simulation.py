@@ -74,7 +74,7 @@ def simulate_past_singularities(
     options
         What the user asks for.
     other
-        Makes the model of the same scene with multipliers, or refuses; None where
+        Makes the model of the same scene with multipliers, or refuses; None if
         the scene's coordinates are to be kept.
     context
         Means and listeners of the run; by default as :class:`.simulate.simulation.RunContext` has
@@ -119,7 +119,7 @@ def simulate_past_singularities(
 
 
 def _refuse_met(passage: SingularPassage | None, times: RowSequence) -> None:
-    """Refuse more samples than memory holds of a motion past a singular place."""
+    """Refuse more samples than memory holds of a motion past a singular configuration."""
     if passage is None:
         return
     raise InputError(
@@ -146,7 +146,7 @@ def _alone(context: RunContext) -> RunContext:
 
 
 def _left(budget: float | None, seconds: float) -> float | None:
-    """Seconds that are left of a budget, 0 where it is used up; None where there is none."""
+    """Return the seconds that are left of a budget, 0 if it is used up; None without budget."""
     return None if budget is None else max(budget - seconds, 0.0)
 
 
@@ -157,7 +157,7 @@ def _from_start(
     context: RunContext,
     refusal: InputError,
 ) -> Trajectory:
-    """The motion in other coordinates where it begins at a singular place of its own."""
+    """Simulate in other coordinates a motion that begins at a singular configuration."""
     problem = refusal.problems[0]
     place = singular_start(model) if isinstance(refusal, SingularError) else None
     if place is None:
@@ -197,7 +197,7 @@ def _in_other(
     options: SimulationOptions,
     context: RunContext,
 ) -> Trajectory | None:
-    """The motion with multipliers; None where that form has the same coordinates."""
+    """Simulate with multipliers; None if that form has the same coordinates."""
     try:
         model = with_multipliers()
     except InputError:
@@ -213,7 +213,7 @@ def _in_other(
 def _with_chart(
     model: Model, chart: FormerChart, options: SimulationOptions, context: RunContext
 ) -> Trajectory:
-    """A simulation whose results hold the coordinates that have been replaced as well."""
+    """Simulate, with columns of the coordinates that have been replaced as well."""
     there = {*model.coordinates, *model.cartesian, *model.outputs}
     gone = [name for name in chart.coordinates if name not in there]
     request = context.resolved(model, options)
@@ -230,7 +230,7 @@ def _with_chart(
 def _run_and_followed(
     model: Model, chart: FormerChart, request: Request, context: RunContext
 ) -> tuple[Trajectory, ContinuedCoordinates, int]:
-    """A run as fine as its former coordinates need it, these, and every which sample counts."""
+    """Run with as many samples as former coordinates need; return it, these, and the stride."""
     started, spent, grid = time.perf_counter(), 0.0, grid_of(request)
     every, before = grid.every(WATCHED), list[Trajectory]()
     deadline = started + (request.budget or np.inf)
@@ -288,7 +288,7 @@ def _wanted(
 def _as_far_as(
     chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory, deadline: float
 ) -> Trajectory:
-    """The samples at which former coordinates have been found."""
+    """Cut a run behind the samples at which former coordinates have been found."""
     moves, m = _moves(chart, continued, run), len(continued.q)
     if np.quantile(moves, _USUALLY) > _UNCERTAIN:
         m = max(1, int(np.argmax(moves > _UNCERTAIN)))
@@ -309,7 +309,7 @@ def _as_far_as(
 
 
 def _with_costs(run: Trajectory, before: Sequence[Trajectory]) -> Trajectory:
-    """With the costs of runs that it replaces."""
+    """Add the costs of runs that were replaced."""
     return replace(
         run,
         all_evaluations=run.all_evaluations + sum(replaced.all_evaluations for replaced in before),
@@ -321,13 +321,13 @@ def _with_costs(run: Trajectory, before: Sequence[Trajectory]) -> Trajectory:
 
 
 def _until(run: Trajectory, samples: int, reason: str, status: Status) -> Trajectory:
-    """The first samples of a run, with the reason why there are no more."""
+    """Cut a run after its first samples, with the reason why there are no more."""
     cut = _sampled(run, np.arange(samples))
     return replace(cut, status=status, reason=reason)
 
 
 def _sampled(run: Trajectory, kept: NDArray[np.intp]) -> Trajectory:
-    """Some samples of a run."""
+    """Pick samples of a run by their numbers."""
     t = run.t[kept]
     return replace(
         run,
@@ -342,7 +342,7 @@ def _sampled(run: Trajectory, kept: NDArray[np.intp]) -> Trajectory:
 
 
 def _thinned(run: Trajectory, every: int) -> Trajectory:
-    """The samples that were asked for; scales and estimates stay those of all samples."""
+    """Pick the samples that were asked for; scales and estimates stay those of all."""
     kept = _sampled(run, np.arange(0, len(run.t), every))
     if kept.t[-1] == run.t[-1]:
         return kept
@@ -361,7 +361,7 @@ def _choice(names: list[str], t: float) -> str:
 def _follow(
     model: Model, chart: FormerChart, run: Trajectory, deadline: float
 ) -> ContinuedCoordinates:
-    """Former coordinates along a run."""
+    """Continue former coordinates along a run."""
     functions, parameters = functions_of(chart.python), parameters_of(model)
     names = model.coordinates
     relative = (run.estimated or 0.0) + float(np.finfo(float).eps)
@@ -396,7 +396,7 @@ def _turning(chart: FormerChart) -> AngleReversal | None:
 def _own_columns(
     chart: FormerChart, names: list[str], continued: ContinuedCoordinates, run: Trajectory
 ) -> dict[str, Array]:
-    """Columns of former coordinates, NaN where they are not known to the accuracy asked for."""
+    """Return columns of former coordinates, NaN if not known to the accuracy asked for."""
     places, rates = {}, {}
     eps = run.requested or NEAR_SINGULAR
     speeds = np.nan_to_num(np.abs(continued.v)).max(axis=1)
@@ -431,7 +431,7 @@ def multiplier_form(
     Returns
     -------
     Callable or None
-        ``with_multipliers`` where the formulation is the program's choice; None where the
+        ``with_multipliers`` where the formulation is the program's choice; None if the
         coordinates are to be kept.
     """
     wanted = formulation or model.defaults.formulation or "auto"

@@ -46,12 +46,12 @@ _PARTS = {
 
 
 def samples_of(path: str, number: int) -> str:
-    """The file that has the samples of a run."""
+    """Name the file that has the samples of a run."""
     return f"{path}.samples{number or ''}"
 
 
 def identity(model: Model, request: Request, functions: RightHandSide) -> dict[str, Any]:
-    """All that a result depends on, as values that JSON holds."""
+    """Gather all that a result depends on, as values that JSON holds."""
     equations = model.to_json()
     apart = ("parameters", "initial", "defaults", "recordings")
     numbers = {name: equations.pop(name) for name in apart}
@@ -105,7 +105,7 @@ class Checkpoint:
     lasting: bool = False
 
     def samples(self, number: int) -> IO[bytes]:
-        """The file that has the samples of a run where they are not in memory.
+        """Open the file that has the samples of a run, if they are not in memory.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class Checkpoint:
         return named_file(path, again=self.resume and os.path.exists(path))
 
     def remove(self) -> None:
-        """The run is complete: nothing is left to go on with."""
+        """Remove the files of a complete run."""
         with suppress(FileNotFoundError):
             os.unlink(self.path)
         with suppress(FileNotFoundError):
@@ -193,7 +193,7 @@ class CheckpointWriter:
             )
 
     def damaged(self) -> InputError:
-        """The refusal of files that are not what was written."""
+        """Make the refusal of files that are not those that were written."""
         return _refused(f"'{self.path}' is damaged, or was not written by --checkpoint")
 
     def _require_own(self) -> None:
@@ -241,7 +241,7 @@ def _refused(message: str, hint: str = "") -> InputError:
 
 
 def _difference(was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """The first of what differs, in words; empty where nothing does."""
+    """Say in words the first difference; empty if there is none."""
     for name, words in _PARTS.items():
         if was.get(name) != now[name]:
             return words

@@ -83,7 +83,7 @@ class Deadline:
 
     @classmethod
     def after(cls, budget: float | None) -> Deadline:
-        """The deadline so many seconds from now; None: there is none."""
+        """Set the deadline so many seconds from now; None if there is none."""
         return cls() if budget is None else cls(time.perf_counter() + budget)
 
     @property
@@ -122,5 +122,5 @@ class Watch:
         self.progress.at(fraction)
 
     def apart(self) -> Watch:
-        """A watch of runs besides, whose passes do not count."""
+        """Make a watch for runs besides, whose passes do not count."""
         return replace(self, progress=copy.copy(self.progress))

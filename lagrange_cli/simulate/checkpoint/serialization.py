@@ -28,7 +28,7 @@ _UNREADABLE = (
 
 
 def serialize(value: Any) -> bytes:
-    """The bytes of numbers, texts, None, arrays, and sequences and mappings of these.
+    """Write numbers, texts, None, arrays, and sequences and mappings of these as bytes.
 
     Arrays that are one object are one object again when they are read; sequences become tuples.
     """
@@ -40,7 +40,7 @@ def serialize(value: Any) -> bytes:
 
 
 def deserialize(data: bytes) -> Any:
-    """The value that :func:`serialize` was given.
+    """Read the value that :func:`serialize` wrote.
 
     Raises
     ------
@@ -76,7 +76,7 @@ class _Arrays:
 
 
 def _encoded(value: Any, arrays: _Arrays) -> Any:
-    """Values as JSON holds them: of mappings and sequences, a word and what is in them."""
+    """Write values as JSON holds them: mappings and sequences as a word and their entries."""
     if isinstance(value, np.ndarray):
         # Products of matrices are summed in another order where their columns lie together.
         order = "F" if value.flags.f_contiguous and value.ndim > 1 else "C"

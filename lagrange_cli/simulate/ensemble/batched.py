@@ -107,7 +107,7 @@ _Integers: TypeAlias = NDArray[np.int64]
 def batched_members(
     model: Model, problem: InitialValueProblem, cache: Cache
 ) -> BatchedMembers | None:
-    """Make what steps members that differ from a model in numbers alone; None where its equations
+    """Make what steps members that differ from a model in numbers alone; None if its equations
     have no such form, or there is no compiler."""
     apart = (model.multipliers, model.contacts, model.surfaces, model.recordings)
     if any((*apart, model.singular, model.chart)) or not model.code.taylor:
@@ -126,7 +126,7 @@ def batched_members(
 
 
 def _sources(model: Model, real: NativeReal) -> list[CSource]:
-    """The series of a model, and what steps them."""
+    """Return the C of a model's series, and of their stepper."""
     headers = {name: text for name, text in kernels.batched_files().items() if name.endswith(".h")}
     stepping, options = kernels.batched_files(), kernels.kernel_options(2 * len(model.coordinates))
     if real is DOUBLE:
@@ -148,7 +148,7 @@ class _Scratch(threading.local):
         self._arrays: dict[str, Array] = {}
 
     def array(self, name: str, shape: tuple[int, ...]) -> Array:
-        """The array of a name, whatever is in it."""
+        """Return the array of a name, whatever is in it."""
         size = math.prod(shape)
         if name not in self._arrays or self._arrays[name].size < size:
             self._arrays[name] = np.empty(size)
@@ -192,7 +192,7 @@ class BatchedMembers:
 
     @cached_property
     def wider(self) -> BatchedTaylor | None:
-        """The same in numbers wider than doubles, None where there are none."""
+        """The same in numbers wider than doubles, None if there are none."""
         if EXTENDED.epsilon >= DOUBLE.epsilon:
             return None
         try:
@@ -306,7 +306,7 @@ class BatchedMembers:
         def followed(
             runs: BatchedRuns, patterns: Sequence[int], companion_steps: TaylorSteps
         ) -> BatchedRuns:
-            """Those runs, with a further companion perturbed by each pattern."""
+            """Return runs with a further companion perturbed by each pattern."""
             if len(runs.numbers) == 0:
                 return runs
             perturbed_members = [
@@ -353,7 +353,7 @@ class BatchedMembers:
         )
 
     def _looser(self, steps: TaylorSteps) -> TaylorSteps:
-        """Of the same order, so that errors are larger as tolerances are."""
+        """Loosen steps at the same order, so that errors grow with the tolerance."""
         tolerance, longer = _LOOSER * steps.tolerance, _LOOSER ** (1 / steps.order)
         return replace(steps, tolerance=tolerance, longest=longer * steps.longest)
 
@@ -368,7 +368,7 @@ class BatchedMembers:
         return np.asarray(ratios.max(axis=1, initial=0.0))
 
     def _perturbed(self, parameters: Array, pattern: int, real: NativeReal) -> Any:
-        """Parameters off by their rounding error, then the factors of a pattern."""
+        """Return parameters off by their rounding error, then the factors of a pattern."""
         factors = rounding_factors(self.model.code.factors, pattern, real)
         off = each_off_by_one_ulp(parameters, pattern)
         return np.hstack([off, np.broadcast_to(factors, (len(off), len(factors)))])
@@ -400,7 +400,7 @@ class BatchedMembers:
         return self._table(name, self._times, states, parameters, out, moving)
 
     def table_at_start(self, name: str, states: Array, parameters: Array, columns: int) -> Array:
-        """A function at any states of members, at the time of the start."""
+        """Evaluate a function at any states of members, at the time of the start."""
         times = np.full(states.shape[1], self.problem.start)
         return self._table(name, times, states, parameters, np.empty((columns, *states.shape[:2])))
 
@@ -427,7 +427,7 @@ class BatchedMembers:
 
 
 def _attempts(eps: float) -> Iterator[tuple[float, NativeReal]]:
-    """The local tolerances to try, and in which arithmetic."""
+    """Yield the local tolerances to try, and their arithmetic."""
     first, second = (part * eps for part in _TOLERANCES)
     yield max(first, _SMALLEST_TOLERANCE), DOUBLE
     if second >= _WORTHWHILE:

@@ -57,7 +57,7 @@ class Known:
     words: Mapping[str, str]
 
     def only(self, which: NDArray[np.bool_]) -> Known:
-        """Some of them."""
+        """Return the flagged ones."""
         if which.all():
             return self
         columns, scales, figures = (
@@ -99,7 +99,7 @@ class BatchedResults:
     def run(
         self, starts: Array, parameters: Array, between: Callable[[], None] = lambda: None
     ) -> Iterator[Known | Missed]:
-        """Those members for which this decides what becomes of them.
+        """Yield the members whose results batched runs decide; others are left to single runs.
 
         Parameters
         ----------
@@ -151,7 +151,7 @@ class BatchedResults:
         yield Known(runs.numbers, columns, scales, figures, words).only(sure)
 
     def _energies(self, states: Array, parameters: Array) -> tuple[Array, Array]:
-        """As :func:`.verification.disproof.energies`, of each member, (members, samples)."""
+        """Evaluate :func:`.verification.disproof.energies` of each member, (members, samples)."""
         table = self.members.table
         (total,) = table("energy", states, parameters, 1)
         return total, total - table("energy", states, parameters, 1, moving=0.0)[0]
@@ -191,7 +191,7 @@ class BatchedResults:
         return list(dict.fromkeys([*self._moving, *places, *model.outputs, *energy]))
 
     def _columns(self, states: Array, parameters: Array) -> dict[str, Array]:
-        """Those of :class:`.results.trajectory.Trajectory`, each (members, samples)."""
+        """Evaluate columns of :class:`.results.trajectory.Trajectory`, each (members, samples)."""
         model, n = self.model, len(self.model.coordinates)
         columns = {name: states[..., i] for i, name in enumerate(model.coordinates)}
         columns |= {f"dot({c})": states[..., n + i] for i, c in enumerate(model.coordinates)}
@@ -226,7 +226,7 @@ def _moved_by(states: Array, errors: Array) -> Array:
 
 
 def _renumbered(result: Known | Missed, by: int) -> Known | Missed:
-    """With members numbered from another one on."""
+    """Number members from another one on."""
     if isinstance(result, Missed):
         return replace(result, number=result.number + by)
     return replace(result, numbers=result.numbers + by)

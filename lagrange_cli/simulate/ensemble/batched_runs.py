@@ -47,19 +47,19 @@ class BatchedRuns:
     companions: tuple[Array, ...] = ()
 
     def only(self, which: Indices) -> BatchedRuns:
-        """Some of them; all of them are not copied."""
+        """Return some of them; all of them are not copied."""
         return self if len(which) == len(self.numbers) else self._some(which)
 
     def decided(self, eps: float) -> BatchedRuns:
-        """Those whose estimate is below an accuracy, without companions."""
+        """Return the runs whose estimate is below an accuracy, without companions."""
         return replace(self, companions=()).only(np.flatnonzero(self.estimate < eps))
 
     def undecided(self, eps: float) -> BatchedRuns:
-        """Those whose estimate is not, but is finite."""
+        """Return the runs whose estimate is finite, but not below an accuracy."""
         return self.only(np.flatnonzero((self.estimate >= eps) & np.isfinite(self.estimate)))
 
     def in_turn(self, count: int) -> Iterator[BatchedRuns]:
-        """So many at a time, not copied."""
+        """Yield ``count`` of them at a time, not copied."""
         for first in range(0, len(self.numbers), count):
             yield self._some(slice(first, first + count))
 

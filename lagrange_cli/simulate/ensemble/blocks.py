@@ -30,7 +30,7 @@ class MemberBlock:
     columns
         Name → values, shape (members, samples), NaN where nothing holds; empty where none are
         wanted.
-    given
+    varied
         Name in the plan → the number of each member, shape (members,).
     scales
         Name → scale of each member, shape (members,), NaN where there is none.
@@ -40,7 +40,7 @@ class MemberBlock:
 
     number: int
     columns: Mapping[str, Array]
-    given: Mapping[str, Array]
+    varied: Mapping[str, Array]
     scales: Mapping[str, Array]
     figures: Mapping[str, Array]
     words: Mapping[str, list[str]]
@@ -60,7 +60,7 @@ class BlockPart:
 
     numbers: list[int]
     columns: Mapping[str, Array]
-    given: Mapping[str, Array]
+    varied: Mapping[str, Array]
     scales: Mapping[str, Array]
     figures: Mapping[str, Array]
     words: Mapping[str, str]
@@ -76,7 +76,7 @@ class BlockBuilder:
     members, samples
         How many there are.
     columns
-        Those that are expected, None where none are kept.
+        Those that are expected, None if none are kept.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class BlockBuilder:
         self._left = dict.fromkeys(range(members))
         self._shape, self._wanted = (members, samples), columns is not None
         self._columns = {name: np.empty(self._shape) for name in columns or ()}
-        self._given = {name: np.full(members, np.nan) for name in names}
+        self._varied = {name: np.full(members, np.nan) for name in names}
         self._scales: dict[str, Array] = {}
         self._figures = {name: np.full(members, np.nan) for name in MEMBER_FIGURES}
         self._words = {name: [""] * members for name in MEMBER_WORDS}
@@ -102,7 +102,7 @@ class BlockBuilder:
             for name, word in part.words.items():
                 self._words[name][number] = word
         for gathered, added in (
-            (self._given, part.given),
+            (self._varied, part.varied),
             (self._scales, part.scales),
             (self._figures, part.figures),
         ):
@@ -125,9 +125,9 @@ class BlockBuilder:
                 self._columns[name][without] = np.nan
 
     def block(self, number: int) -> MemberBlock:
-        """All of them; members in no part have nothing."""
+        """Return the block; members in no part have no values."""
         for values in self._columns.values():
             values[self.left] = np.nan
         return MemberBlock(
-            number, self._columns, self._given, self._scales, self._figures, self._words
+            number, self._columns, self._varied, self._scales, self._figures, self._words
         )

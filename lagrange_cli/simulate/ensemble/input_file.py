@@ -64,11 +64,11 @@ class Members:
         return len(self.rows)
 
     def values(self, member: int) -> dict[str, str]:
-        """Name → text of a member."""
+        """Return name → text of a member."""
         return dict(zip(self.names, self.rows[member], strict=True))
 
     def mark(self, member: int, name: str) -> Mark:
-        """The place of a value."""
+        """Return the place of a value."""
         return self.marks[member][self.names.index(name)]
 
 
@@ -77,7 +77,7 @@ def _refused(message: str, mark: Mark, hint: str = "") -> InputError:
 
 
 def _checked(names: Sequence[str], heads: Sequence[Mark], cells: Sequence[list[_Cell]]) -> Members:
-    """Members of names that differ, no more than there may be, whose values are expressions."""
+    """Make members; refuse names that are alike and values that are no expressions."""
     for k, name in enumerate(names):
         if not name:
             raise _refused("a column has no name", heads[k])
@@ -93,7 +93,7 @@ _Cell = tuple[str, Mark]
 
 
 def _expression(text: str, mark: Mark) -> str:
-    """The text, stripped, of a finite number or of an expression."""
+    """Return the text, stripped, of a finite number or of an expression; refuse others."""
     text = text.strip()
     if not text:
         raise _refused("expected a number, found nothing", mark)
@@ -119,7 +119,7 @@ def _too_many(mark: Mark) -> InputError:
 
 
 def read_members(path: str) -> Members:
-    """The members of a CSV or YAML file, by its ending.
+    """Read the members of a CSV or YAML file, by its ending.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def _yaml(lines: list[str], path: str) -> Members:
 
 
 def _of_mapping(member: object, names: Sequence[str]) -> list[_Cell]:
-    """The values of a member of a YAML file, in the order of the first one."""
+    """Return the values of a member of a YAML file, in the order of the first one."""
     from lagrange_cli.scene.reading.source import Mapping, Scalar
 
     assert isinstance(member, Mapping)
@@ -205,7 +205,7 @@ def _of_mapping(member: object, names: Sequence[str]) -> list[_Cell]:
 
 
 def grid(specifications: Sequence[str]) -> Members:
-    """All combinations of ranges, each ``NAME=RANGE``; the last one varies fastest.
+    """Combine all values of ranges, each ``NAME=RANGE``; the last one varies fastest.
 
     Raises
     ------
@@ -237,7 +237,7 @@ def _axis(text: str) -> tuple[str, Mark, list[_Cell]]:
 
 
 def _split(text: str, mark: Mark) -> list[str]:
-    """The parts between commas that stand in no parentheses."""
+    """Split at commas that stand in no parentheses."""
     parts, depth = [""], 0
     for character in text:
         depth += (character == "(") - (character == ")")
@@ -269,7 +269,7 @@ def _range(kind: str, arguments: Sequence[str], mark: Mark) -> list[float]:
 
 
 def _number(text: str, mark: Mark) -> float:
-    """The value of a constant expression."""
+    """Evaluate a constant expression."""
     written = _expression(text, mark)
     if DECIMAL_NUMBER.fullmatch(written):
         return float(written)

@@ -39,7 +39,7 @@ class MemberValues:
 
     @classmethod
     def divided(cls, values: Mapping[str, str], parameters: Collection[str]) -> MemberValues:
-        """The same by the names of parameters and sizes."""
+        """Divide values by the names of parameters and sizes."""
         return cls(
             {name: text for name, text in values.items() if name in parameters},
             {name: text for name, text in values.items() if name not in parameters},
@@ -73,7 +73,7 @@ class Recipe:
     formulation: Formulation | None = None
 
     def scene(self, member: MemberValues | None = None) -> Scene:
-        """The scene with the values of a member.
+        """Read the scene with the values of a member.
 
         Raises
         ------
@@ -92,7 +92,7 @@ class Recipe:
         )
 
     def model(self, member: MemberValues, formulation: Formulation | None = None) -> Model:
-        """The model of a member, derived.
+        """Derive the model of a member.
 
         Raises
         ------
@@ -112,7 +112,7 @@ def _derived(scene: Scene, forces: bool, formulation: Formulation) -> Model:
 
 
 def numeric_values(scene: Scene) -> tuple[dict[str, float | None], dict[str, float | None]]:
-    """Parameters that have a value, and initial values by ``x`` or ``dot(x)``."""
+    """Evaluate parameters that have a value, and initial values by ``x`` or ``dot(x)``."""
     from lagrange_cli.mechanics.symbols.values import ParameterValues
 
     values = ParameterValues(scene)
@@ -125,7 +125,7 @@ def numeric_values(scene: Scene) -> tuple[dict[str, float | None], dict[str, flo
 
 
 def varied_parameters(scene: Scene, member: MemberValues) -> set[str]:
-    """Parameters whose value differs between members: their own, and what rests on it."""
+    """Find parameters that differ between members: varied ones, and those that depend on them."""
     varied, before = set(member.parameters), set[str]()
     while varied != before:
         before = set(varied)
@@ -134,7 +134,7 @@ def varied_parameters(scene: Scene, member: MemberValues) -> set[str]:
 
 
 def _names(expression: Any) -> set[str]:
-    """Names in an expression that may be None."""
+    """Return the names in an expression, which may be None."""
     from lagrange_cli.scene.language.expression import names_in
 
     return set() if expression is None else {name.name for name in names_in(expression.node)}
@@ -186,7 +186,7 @@ def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> boo
 
 
 def _without_values(scene: Scene) -> Scene:
-    """The scene where no value can choose anything."""
+    """Remove the values of a scene, so that none can choose anything."""
     from lagrange_cli.scene.conditions import SimulateDefaults
 
     parameters = tuple(replace(p, value=None) for p in scene.parameters)
@@ -194,7 +194,7 @@ def _without_values(scene: Scene) -> Scene:
 
 
 def _equations(model: Model) -> Model:
-    """A model without its numbers."""
+    """Remove the numbers of a model."""
     return replace(
         model,
         parameters=(),
@@ -226,7 +226,7 @@ class NumericMembers:
         self._plain = not resting and not used_names & set(member.parameters)
 
     def of(self, member: MemberValues) -> Model | None:
-        """The model of a member; None where a parameter has another sign, which may matter.
+        """Make the model of a member; None if a parameter has another sign, which may matter.
 
         Raises
         ------
@@ -244,7 +244,7 @@ class NumericMembers:
     def values(
         self, member: MemberValues
     ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
-        """Of that model the values of the parameters, and the start.
+        """Evaluate the parameters and the start of a member; None as in :meth:`of`.
 
         Raises
         ------
@@ -260,7 +260,7 @@ class NumericMembers:
         return self._with(parameters, initial)
 
     def _evaluated(self, member: MemberValues) -> tuple[dict[str, float], dict[str, float]]:
-        """All values as the scene's expressions give them."""
+        """Evaluate all values as the scene's expressions give them."""
         from lagrange_cli.scene.language.problems import Problems
         from lagrange_cli.scene.reading.overrides import override_initial, override_parameters
 

@@ -135,7 +135,7 @@ class _Runner:
 
     @cached_property
     def batched(self) -> BatchedResults | None:
-        """The results of members stepped in lanes; None where each is run by itself."""
+        """The results of members stepped in lanes; None if each is run by itself."""
         if not self.plan.alone:
             return None
         return batched_results(self.plan.model, self.plan.options, self.plan.extra)
@@ -148,7 +148,7 @@ class _Runner:
         return BlockBuilder(plan.names, len(task.rows), plan.samples, columns)
 
     def decide(self, task: Task, builder: BlockBuilder, between: Callable[[], None]) -> None:
-        """Those members for which stepping them side by side decides what becomes of them."""
+        """Add the members whose results batched runs decide."""
         if self.batched is not None:
             for part in self._batched_parts(self.batched, task.rows, between):
                 builder.take(part)
@@ -179,7 +179,7 @@ class _Runner:
     def _values(
         self, texts: Sequence[str]
     ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
-        """Parameters and start of a member that differs in numbers alone, if it does."""
+        """Evaluate parameters and start of a member; None if it differs in more than numbers."""
         assert self._numbers is not None
         try:
             return self._numbers.values(self._own(texts))
@@ -194,7 +194,7 @@ class _Runner:
     def _missed(
         self, batched: BatchedResults, number: int, texts: Sequence[str], measured: Measured
     ) -> BlockPart:
-        """A member whose accuracy was measured to be missed."""
+        """Return the part of a member whose accuracy was measured to be missed."""
         assert self._numbers is not None
         model = self._numbers.of(self._own(texts))
         assert model is not None
@@ -203,7 +203,7 @@ class _Runner:
         return self._part(number, texts, model, result)
 
     def single(self, number: int, texts: Sequence[str]) -> BlockPart:
-        """A member by itself."""
+        """Run a member by itself."""
         member = self._own(texts)
         try:
             model = None if self._numbers is None else self._numbers.of(member)
@@ -212,7 +212,7 @@ class _Runner:
             result = self._simulated(member, model, functions)
         except InputError as refusal:
             words = {"status": REFUSED, "reason": refusal.problems[0].message}
-            return BlockPart([number], {}, self._given(texts, {}), {}, {}, words)
+            return BlockPart([number], {}, self._varied(texts, {}), {}, {}, words)
         return self._part(number, texts, model, result)
 
     def _part(
@@ -225,14 +225,14 @@ class _Runner:
         return BlockPart(
             [number],
             {name: column[None] for name, column in table.items() if name != "t"},
-            self._given(texts, values),
+            self._varied(texts, values),
             {name: _one(value) for name, value in result.scales.items() if result.requested},
             {name: _one(value) for name, value in figures.items()},
             {name: str(getattr(result, name)) for name in MEMBER_WORDS},
         )
 
-    def _given(self, texts: Sequence[str], values: Mapping[str, float | None]) -> dict[str, Array]:
-        """The numbers that the texts of a member stand for, NaN where that is not known."""
+    def _varied(self, texts: Sequence[str], values: Mapping[str, float | None]) -> dict[str, Array]:
+        """Return the numbers that the texts of a member stand for, NaN if that is not known."""
         varied = {}
         for name, text in zip(self.plan.names, texts, strict=True):
             value = values.get(name)
@@ -268,7 +268,7 @@ def _runner(plan: Plan) -> _Runner:
 
 
 def run_block(task: Task) -> MemberBlock | None:
-    """Run the members of a task; None where an interrupt reached it."""
+    """Run the members of a task; None if an interrupt reached it."""
     runner = _runner(task.plan)
     builder = runner.gathering(task)
     try:
@@ -284,7 +284,7 @@ def run_block(task: Task) -> MemberBlock | None:
 
 
 def _run_in_thread(both: tuple[Task, BlockBuilder], aside: Aside) -> MemberBlock | None:
-    """The same, with members by themselves in other processes."""
+    """Run the members of a task, those by themselves in other processes."""
     task, builder = both
 
     def between() -> None:
@@ -301,12 +301,12 @@ def _run_in_thread(both: tuple[Task, BlockBuilder], aside: Aside) -> MemberBlock
 
 
 def _singles(task: Task, builder: BlockBuilder) -> list[Task]:
-    """The members of a task that are in no part yet, each a task."""
+    """Return the members of a task that are in no part yet, each as a task."""
     return [Task(task.plan, number, (task.rows[number],)) for number in builder.left]
 
 
 def _run_single(task: Task) -> BlockPart:
-    """A member by itself: the only one of the task, whose number it has."""
+    """Run the only member of a task, whose number is that of the task."""
     (texts,) = task.rows
     return _runner(task.plan).single(task.number, texts)
 
@@ -315,7 +315,7 @@ def _run_single(task: Task) -> BlockPart:
 
 
 def tasks_of(plan: Plan, rows: Sequence[tuple[str, ...]]) -> list[Task]:
-    """The members in blocks, which do not depend on where they are run."""
+    """Divide members into blocks, which do not depend on where they are run."""
     many = plan.alone and bool(plan.model.code.taylor)
     largest = _LARGEST_BATCHED if many else _LARGEST_BLOCK
     size = max(1, min(largest, len(rows) // _FEWEST_BLOCKS))
@@ -358,7 +358,7 @@ def run_members(
 
 
 def run_blocks(tasks: Sequence[Task], jobs: int | None) -> Iterator[MemberBlock | None]:
-    """The blocks of tasks as they are finished, None where an interrupt reached one.
+    """Yield the blocks of tasks as they are finished, None for one that an interrupt reached.
 
     Members that are stepped side by side are run by threads of this process, others by
     :func:`.simulate.parallel.in_any_order`.
@@ -371,7 +371,7 @@ def run_blocks(tasks: Sequence[Task], jobs: int | None) -> Iterator[MemberBlock 
 
 
 def _kept(tasks: Sequence[Task], store: Store, jobs: int | None) -> Iterator[int]:
-    """The number of each block, as soon as it is kept."""
+    """Yield the number of each block as soon as it is kept."""
     blocks = run_blocks(tasks, jobs)
     with closing(_iterated(blocks)) as finished:
         for block in finished:
@@ -382,5 +382,5 @@ def _kept(tasks: Sequence[Task], store: Store, jobs: int | None) -> Iterator[int
 
 
 def _iterated(blocks: Iterator[MemberBlock | None]) -> Generator[MemberBlock | None, None, None]:
-    """The same, so that it can be closed."""
+    """Yield from an iterator, as a generator that can be closed."""
     yield from blocks

@@ -29,7 +29,7 @@ _BLOCK = re.compile(r"block-([0-9]{6})\.npz", re.ASCII)
 
 
 def parts_of(output: str) -> Path:
-    """The folder of the blocks of a result."""
+    """Name the folder of the blocks of a result."""
     return Path(f"{output}.parts")
 
 
@@ -56,7 +56,7 @@ class Store:
             It cannot be written.
         """
         if self.folder is not None:
-            write_file(self._path(block.number), _packed(block))
+            write_file(self._path(block.number), _serialized(block))
         self.finished[block.number] = _without_columns(block)
 
     def _path(self, number: int) -> Path:
@@ -64,23 +64,23 @@ class Store:
         return self.folder / f"block-{number:06d}.npz"
 
     def figures(self, name: str) -> Array:
-        """A number of every member of finished blocks, in order."""
+        """Return a number of every member of finished blocks, in order."""
         parts = [self.finished[k].figures[name] for k in sorted(self.finished)]
         return np.concatenate([np.empty(0), *parts])
 
     def _scales(self, name: str) -> Array:
-        """Of a coordinate of every member of finished blocks, in order."""
+        """Return a coordinate's scale in every member of finished blocks, NaN if there is none."""
         blocks = [self.finished[k] for k in sorted(self.finished)]
         nothing = (np.full(len(block.words["status"]), np.nan) for block in blocks)
         pairs = zip(blocks, nothing, strict=True)
         return np.concatenate([block.scales.get(name, none) for block, none in pairs])
 
     def words(self, name: str) -> list[str]:
-        """A text of every member of finished blocks, in order."""
+        """Return a text of every member of finished blocks, in order."""
         return [word for k in sorted(self.finished) for word in self.finished[k].words[name]]
 
     def members(self, sizes: Sequence[int]) -> list[int]:
-        """Numbers of the members of finished blocks; ``sizes`` of all blocks."""
+        """Return numbers of the members of finished blocks; ``sizes`` are those of all blocks."""
         firsts = np.concatenate([[0], np.cumsum(sizes)]).tolist()
         return [m for k in sorted(self.finished) for m in range(firsts[k], firsts[k + 1])]
 
@@ -91,7 +91,7 @@ class Store:
             match = _BLOCK.fullmatch(path.name)
             number = int(match[1]) if match else len(sizes)
             if number < len(sizes):
-                block = _unpacked(path, number, sizes[number])
+                block = _deserialized(path, number, sizes[number])
                 if block is not None:
                     self.finished[number] = block
 
@@ -109,7 +109,7 @@ class Store:
         discard(self.folder)
 
     def _write(self, stream: BinaryIO, t: Array) -> None:
-        """One array a name: times, columns (members, samples), and what is known of members."""
+        """Write one array a name: times, columns (members, samples), and figures of members."""
         numbers = sorted(self.finished)
         members = sum(len(self.finished[k].words["status"]) for k in numbers)
         with zipfile.ZipFile(stream, "w") as archive:
@@ -117,8 +117,8 @@ class Store:
             for name in self._column_names():
                 parts = (self._column(k, name, len(t)) for k in numbers)
                 _put(archive, name, (members, len(t)), parts)
-            for name in self.finished[numbers[0]].given:
-                varied = [self.finished[k].given[name] for k in numbers]
+            for name in self.finished[numbers[0]].varied:
+                varied = [self.finished[k].varied[name] for k in numbers]
                 _put(archive, f"given/{name}", (members,), varied)
             for name in dict.fromkeys(n for k in numbers for n in self.finished[k].scales):
                 _put(archive, f"scale/{name}", (members,), [self._scales(name)])
@@ -163,12 +163,12 @@ def _put(
 
 
 def _without_columns(block: MemberBlock) -> MemberBlock:
-    return MemberBlock(block.number, {}, block.given, block.scales, block.figures, block.words)
+    return MemberBlock(block.number, {}, block.varied, block.scales, block.figures, block.words)
 
 
-def _packed(block: MemberBlock) -> bytes:
+def _serialized(block: MemberBlock) -> bytes:
     arrays: dict[str, Any] = {f"c/{name}": values for name, values in block.columns.items()}
-    arrays |= {f"g/{name}": values for name, values in block.given.items()}
+    arrays |= {f"g/{name}": values for name, values in block.varied.items()}
     arrays |= {f"s/{name}": values for name, values in block.scales.items()}
     arrays |= {f"f/{name}": values for name, values in block.figures.items()}
     arrays |= {f"w/{name}": np.array(words) for name, words in block.words.items()}
@@ -184,8 +184,8 @@ _UNREADABLE = (
 )
 
 
-def _unpacked(path: Path, number: int, size: int) -> MemberBlock | None:
-    """A block without its columns; None where the file is none, or has other members."""
+def _deserialized(path: Path, number: int, size: int) -> MemberBlock | None:
+    """Read a block without its columns; None if the file is none, or has other members."""
     try:
         with np.load(path, allow_pickle=False) as arrays:
             every = {name: arrays[name] for name in arrays.files}
@@ -208,7 +208,7 @@ def open_store(output: str | None, key: str, sizes: Sequence[int], *, resume: bo
     Parameters
     ----------
     output
-        The NPZ that the result is to be; None where columns are not kept.
+        The NPZ that the result is to be; None if columns are not kept.
     key
         The hash of all that the results depend on.
     sizes
@@ -261,7 +261,7 @@ def _begin(folder: Path, note: Mapping[str, Any]) -> None:
 
 
 def _read(path: Path) -> Any:
-    """The JSON in a file, None where there is none."""
+    """Read the JSON in a file, None if there is none."""
     try:
         return json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):

@@ -252,7 +252,7 @@ class Integrator(ABC):
             raise StepError(done.failure)
 
     def interpolate(self, times: Array) -> Array:
-        """States at ``times`` within the last step, shape (len(times), n)."""
+        """Evaluate states at ``times`` within the last step, shape (len(times), 2n)."""
         raise NotImplementedError(f"{self.name} does not interpolate")
 
     def stop_at(self, events: TerminalEvents) -> None:
@@ -267,7 +267,7 @@ class Integrator(ABC):
         return False
 
     def state(self) -> SavedState:
-        """All that later steps depend on."""
+        """Return all that later steps depend on."""
         names = ("t", "y", "steps", "evaluations", "end_event", *self.kept)
         values = {name: getattr(self, name) for name in names if hasattr(self, name)}
         return values if self._search is None else {**values, "signs": self._search.signs}
@@ -317,11 +317,11 @@ class Integrator(ABC):
         return Advance(filled)
 
     def _event(self, start: float) -> tuple[float, int] | None:
-        """Time and number of the function that fell first in the last step, which began there."""
+        """Locate the first zero crossing in the last step, which began at ``start``, or None."""
         return None if self._search is None else self._search.first(self._within, start, self.t)
 
     def _within(self, t: float) -> Array:
-        """The state at a time within the last step, on the constraints."""
+        """Evaluate the state at a time within the last step, on the constraints."""
         return self.y if t == self.t else self._projected(t, self.interpolate(np.array([t]))[0])
 
     def _stop(self, t: float, event: int) -> None:
@@ -354,7 +354,7 @@ class Integrator(ABC):
         return reached
 
     def _projected(self, t: float, y: Array) -> Array:
-        """The state moved onto the constraints; itself where there are none."""
+        """Move a state onto the constraints; without any it is returned itself."""
         if self._projection is None:
             return y
         moved = self._projection(t, y)
@@ -363,7 +363,7 @@ class Integrator(ABC):
         return moved
 
     def _counted(self, rhs: Rhs) -> Rhs:
-        """A right-hand side whose calls are counted; its projection is kept."""
+        """Count the calls of a right-hand side; its projection is kept."""
         self._projection = projection(rhs)
 
         def counted(t: float, y: Array) -> Array:

@@ -44,7 +44,7 @@ class EventSearch:
     def first(
         self, state: Callable[[float], Array], start: float, end: float
     ) -> tuple[float, int] | None:
-        """Time and number of the first function that falls through zero from start to end.
+        """Find time and number of the first function that falls through zero; None if none does.
 
         Parameters
         ----------
@@ -113,7 +113,7 @@ class _Function:
         self, sign: float, noise: float, reach: float
     ) -> tuple[float | None, float | None, float]:
         """Return the times of its zero crossing and of a least value below its reach, and its last
-        sign; None where there is none. ``sign`` is the one that it had before."""
+        sign; None if there is none. ``sign`` is the one that it had before."""
         times, values, first, last = self.times, self.values, 1, len(self.times) - 2
         dip = None
         while sign == RISES and first < last:

@@ -42,6 +42,6 @@ class Expressions:
 
 
 def expressions(rhs: Rhs) -> Expressions | None:
-    """Return the tracer and numbers of a right-hand side, None where only values are to be had."""
+    """Return the tracer and numbers of a right-hand side, None if only values are to be had."""
     parts: Expressions | None = getattr(rhs, "expressions", None)
     return parts

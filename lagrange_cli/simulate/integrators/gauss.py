@@ -133,7 +133,7 @@ class Gauss16(Integrator):
     def _solve(
         self, h: float, start: Array, start_low: Array, scale: Array
     ) -> tuple[float, Array, Array]:
-        """The error of a step beside the tolerance, its slopes, and the stages they belong to.
+        """Solve the equations of a step; return its error beside the tolerance, slopes and stages.
 
         The error is NaN where the iteration does not converge.
         """
@@ -175,7 +175,7 @@ class Gauss16(Integrator):
         return min(self._rate * max(ratio, 1.0) ** 2, 0.5)
 
     def _predicted(self, h: float) -> Array:
-        """The slope over the last step, continued over a step of ``h``."""
+        """Continue the slope over the last step over a step of ``h``."""
         ratio = h / (self.t - self._t_old)
         return _legendre(1 + 2 * ratio * self._tableau.nodes)[:, :-1] @ self._shape
 
@@ -227,15 +227,15 @@ def _estimate(h: float, slopes: Array, weight: Array, noise: float) -> float:
 
 
 def _noise(stages: Array) -> float:
-    """The rounding error of stages."""
+    """Estimate the rounding error of stages."""
     return 2.0**-51 * _mean(stages)
 
 
 def _mean(values: Array) -> float:
-    """The root mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _factor(error: float) -> float:
-    """The factor by which a step may change: the interpolant is of order 9."""
+    """Return the factor by which a step may change: the interpolant is of order 9."""
     return min(0.9 * error ** (-1 / 9), _GROW) if error > 0 else _GROW

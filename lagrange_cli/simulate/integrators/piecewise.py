@@ -42,18 +42,18 @@ class InputPieces:
     rows: Array
 
     def at(self, t: float) -> int:
-        """The number of the piece that holds at a time, and on from there."""
+        """Return the number of the piece that holds at a time, and on from there."""
         return max(int(np.searchsorted(self.starts, t, side="right")) - 1, 0)
 
     def first(self, t: float) -> int:
-        """The piece in which a run begins: not one that ends within the rounding of t.
+        """Return the piece in which a run begins: not one that ends within the rounding of t.
 
         A start may be found, as where a contact closes, and be meant to be its end.
         """
         return self.at(t + _SAME_TIME_ULPS * math.ulp(t))
 
     def end(self, piece: int) -> float:
-        """The time at which a piece ends, infinite for the last."""
+        """Return the time at which a piece ends, infinite for the last."""
         return float(self.starts[piece + 1]) if piece + 1 < len(self.starts) else math.inf
 
 
@@ -79,18 +79,18 @@ class PiecewiseRhs:
         return self.in_piece(self.pieces.at(t))(t, y)
 
     def in_piece(self, piece: int) -> Rhs:
-        """The right-hand side with the numbers of one piece, at any time."""
+        """Make the right-hand side with the numbers of one piece, at any time."""
         return self.within(self.pieces.rows[piece])
 
 
 def input_pieces(rhs: Rhs) -> InputPieces | None:
-    """The pieces of a right-hand side, None where it has none."""
+    """Return the pieces of a right-hand side, None if it has none."""
     pieces: InputPieces | None = getattr(rhs, "pieces", None)
     return pieces
 
 
 def with_projection(rhs: Rhs, project: Projection, shift: Shift | None = None) -> Rhs:
-    """A right-hand side, with pieces or without, whose states obey constraints."""
+    """Give a right-hand side, with pieces or without, a projection onto constraints."""
     if isinstance(rhs, PiecewiseRhs):
         within = rhs.within
         return PiecewiseRhs(
@@ -102,7 +102,7 @@ def with_projection(rhs: Rhs, project: Projection, shift: Shift | None = None) -
 def in_pieces(
     method: type[Integrator], rhs: Any, t0: float, y0: Array, t_end: float, control: Control
 ) -> Integrator:
-    """A run of a method that begins anew in each piece of ``rhs``."""
+    """Start a run of a method that begins anew in each piece of ``rhs``."""
     kind = _Interpolating if method.interpolates else _Piecewise
     return kind(method, rhs, t0, y0, t_end, control)
 

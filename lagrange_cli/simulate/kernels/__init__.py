@@ -48,7 +48,7 @@ _CONSTANT = re.compile(
 
 
 def kernel_files(*groups: str) -> dict[str, str]:
-    """Name → text of every file that the integrators of some :data:`GROUPS` are made of, or all."""
+    """Return name → text of every file of the integrators of some :data:`GROUPS`, or of all."""
     names = sorted(path.name for path in _FOLDER.iterdir() if path.suffix in (".c", ".h"))
     excluded = [
         name for group in GROUPS if groups and group not in groups for name in _KERNELS[group]
@@ -57,7 +57,7 @@ def kernel_files(*groups: str) -> dict[str, str]:
 
 
 def kernel_headers() -> dict[str, str]:
-    """Name → text of the headers for a right-hand side."""
+    """Return name → text of the headers for a right-hand side."""
     return {name: _text(name) for name in _HEADERS}
 
 
@@ -71,7 +71,7 @@ def batched_files() -> dict[str, str]:
 
 
 def extended_precision(sources: Mapping[str, str]) -> dict[str, str]:
-    """The same files computing with long doubles: with 64 binary digits on x86, where doubles
+    """Rewrite files to compute with long doubles: with 64 binary digits on x86, where doubles
     have 53."""
     kept = {name: text for name, text in sources.items() if name not in _DOUBLES_ALONE}
     return {name: _extended(text) for name, text in kept.items()}

@@ -60,7 +60,7 @@ EVALUATORS = ("rhs", "energy", "positions", "velocities")
 
 
 def model_of(equations: Equations) -> Model:
-    """The model of a system for the parameters' values and the initial state it has.
+    """Build the model of a system for the parameters' values and the initial state it has.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def _massless(equations: Equations) -> tuple[str, ...]:
 
 
 def substitute_inputs(equations: Equations) -> Equations:
-    """The equations with the scene's functions of time in place of its inputs.
+    """Put the scene's functions of time in place of its inputs.
 
     Those from files become polynomials whose coefficients are inputs.
 
@@ -185,7 +185,7 @@ def _polynomial(numbers: Sequence[Input], t: Symbol) -> Expr:
 
 
 def programs_of(equations: Equations) -> dict[str, Program]:
-    """The functions of a simulation by name, without those that show what rounding does."""
+    """Make the programs of a simulation by name, without the perturbed ones."""
     return _programs(_evaluated(equations))
 
 

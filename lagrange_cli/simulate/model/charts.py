@@ -31,7 +31,7 @@ def chart_singularities(equations: Equations) -> tuple[ChartSingularity, ...]:
 
 
 def singular_source(equations: Equations) -> str:
-    """A function whose numbers vanish at these places; empty where there are none."""
+    """Write a function whose numbers vanish at singular configurations; empty if there are none."""
     if not equations.singular:
         return ""
     asked = tuple((f"place{k}", place.where) for k, place in enumerate(equations.singular))
@@ -40,7 +40,7 @@ def singular_source(equations: Equations) -> str:
 
 def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | None:
     """A program whose numbers vanish where coordinates lose their meaning but do not end, and for
-    each such place the numbers, in the state, of the rates that move nothing there; None where
+    each such place the numbers, in the state, of the rates that move nothing there; None if
     there is none."""
     places = [place for place in equations.singular if not place.infinite]
     if not places:
@@ -52,7 +52,7 @@ def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | Non
 
 
 def former_chart(equations: Equations) -> FormerChart | None:
-    """The coordinates that present ones have replaced, with the functions that lead to these."""
+    """Gather the coordinates that were replaced, and functions from them to the present ones."""
     chart = equations.chart
     if chart is None:
         return None

@@ -136,7 +136,7 @@ class Model:
     parameters
         Parameters of the scene, with their values.
     initial
-        [q, v] at the start, None where the scene gives none; ``suggested`` then has values.
+        [q, v] at the start, None if the scene gives none; ``suggested`` then has values.
     defaults
         Section ``simulate`` of the scene.
     conserved
@@ -211,12 +211,12 @@ class Model:
     landmarks: int = 0
 
     def to_json(self) -> dict[str, Any]:
-        """The model as values that JSON holds; doubles keep all their digits."""
+        """Return the model as values that JSON holds; doubles keep all their digits."""
         return asdict(self)
 
     @classmethod
     def from_json(cls, value: Mapping[str, Any]) -> Model:
-        """The model that :meth:`to_json` gave."""
+        """Make the model that :meth:`to_json` gave."""
         fields = dict(value)
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")

@@ -60,7 +60,7 @@ class OneSided:
 
 
 def one_sided(equations: Equations) -> OneSided | None:
-    """The equations on one side of each surface; None where nothing has a kink on the way."""
+    """Write equations on one side of each surface; None if nothing has a kink."""
     moving = {equations.t, *(u.symbol for u in equations.inputs)}
     moving |= {s for c in equations.coordinates for s in (c.q, c.v)}
     sides = _Sides(frozenset(moving))
@@ -88,7 +88,7 @@ def one_sided(equations: Equations) -> OneSided | None:
 
 
 def _momenta(equations: Equations, smooth: Callable[[Expr], Expr]) -> Iterator[Expr]:
-    """The momenta of coordinates on whose velocities a kink of L hangs."""
+    """Return the momenta of coordinates on whose velocities a kink of L depends."""
     kinks = equations.lagrangian.atoms(*_KINKED)
     kinked = {s for kink in kinks for s in kink.free_symbols}
     velocities = [c.v for c in equations.coordinates if c.v in kinked]
@@ -142,7 +142,7 @@ class _Sides:
     _smooth: dict[Expr, Expr] = field(default_factory=dict)
 
     def smooth(self, expression: Expr) -> Expr:
-        """The expression with every kinked function on one side of its surface."""
+        """Replace every kinked function in an expression by itself on one side of its surface."""
         if not expression.has(*_KINKED):
             return expression
         if expression not in self._smooth:
@@ -167,7 +167,7 @@ class _Sides:
         return up if sign > 0 else down
 
     def _extremum(self, e: Expr) -> Expr:
-        """The one that is the largest, or the least, of arguments two by two."""
+        """Choose the largest, or the least, of arguments two by two."""
         kind = e.func
         plain, chosen = e.args[0], self.smooth(e.args[0])
         for argument in e.args[1:]:
@@ -184,7 +184,7 @@ class _Sides:
         return isinstance(e, _BOUNDED)
 
     def _only_located(self, e: Expr) -> None:
-        """Surfaces of the kinks within an expression that stays as it is."""
+        """Add the surfaces of the kinks within an expression that stays as it is."""
         for part in _kinks(e):
             if self.moving.isdisjoint(part.free_symbols):
                 continue
@@ -258,7 +258,7 @@ def _named(expressions: Sequence[Expr]) -> tuple[tuple[str, Expr], ...]:
 
 
 def _rate(s: Expr, e: Equations) -> Expr:
-    """The total time derivative on one side."""
+    """Differentiate with respect to time, on one side."""
     terms = [sympy.diff(s, e.t)]
     for c in e.coordinates:
         if c.q in s.free_symbols:

@@ -56,7 +56,7 @@ def _forces(equations: Equations) -> Iterator[Expr]:
 
 
 def _steep(expression: Expr, numbers: Mapping[Expr, Expr]) -> Iterator[Expr]:
-    """The arguments in one expression, in an order that does not vary."""
+    """Find the arguments in one expression, in an order that does not vary."""
     for part in sympy.preorder_traversal(expression):
         exponent = part.exp.xreplace(numbers) if part.is_Pow else sympy.Integer(0)
         if exponent.is_Number and 0 < exponent < 1:
@@ -102,7 +102,7 @@ def _named(expressions: Iterable[Expr]) -> Iterator[tuple[str, Expr]]:
 
 
 def _rate(expression: Expr, equations: Equations) -> Expr:
-    """The total derivative with respect to time."""
+    """Differentiate with respect to time."""
     terms = [derivative(expression, equations.t)]
     for c in equations.coordinates:
         terms.append(derivative(expression, c.q) * c.v)

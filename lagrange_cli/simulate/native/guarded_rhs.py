@@ -1,9 +1,9 @@
-"""C of right-hand sides that end where a motion cannot pass a singular place.
+"""C of right-hand sides that end where a motion cannot pass a singular configuration.
 
-A chart of polar kind (the pole of spherical angles) is stepped over unseen where a motion passes
-its singular place closer than steps resolve: the true motion turns there within no time, the
-numbers come out on the other side. A right-hand side that does not exist on the other side makes
-integrators shorten their steps until they resolve the passage, or end before it.
+The singular configuration of a chart of polar kind (the pole of spherical angles) is stepped over
+unseen if a motion passes it closer than steps resolve: the true motion turns there within no time,
+the numbers come out on the other side. A right-hand side that does not exist on the other side
+makes integrators shorten their steps until they resolve the passage, or end before it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from lagrange_cli.emit.c.names import Real
 from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.program import Program, result_count
 
-#: The program whose numbers vanish at singular places.
+#: The program whose numbers vanish at singular configurations.
 GUARD_PROGRAM = "places"
 
 #: Right-hand sides that have a guarded form.

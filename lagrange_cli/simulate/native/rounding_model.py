@@ -18,7 +18,7 @@ from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, Program
 
 
 def perturb(program: Program) -> Program:
-    """The program with every sum, product and call times a factor of its own.
+    """Multiply every sum, product and call of a program by a factor of its own.
 
     The factors are parameters after those of the program, in order.
     """
@@ -50,7 +50,7 @@ def _perturbed_parts(program: Program) -> Program:
 
 
 def _perturbed_loop(loop: IndexedLoop, start: int) -> tuple[IndexedLoop, int]:
-    """A loop that reads factors from a parameter on, and how many it reads."""
+    """Let a loop read factors from a parameter on; return it and the number of factors."""
     numbers = count(len(loop.inputs))
     factors = (Variable(f"l{number}") for number in numbers)
     assignments = tuple((name, _off(operand, factors)) for name, operand in loop.assignments)

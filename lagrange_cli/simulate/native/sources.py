@@ -29,7 +29,7 @@ _TABLES = ("energy", "positions", "velocities", "outputs")
 
 
 def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> str:
-    """A text of C with a function ``system_NAME`` for each program, and ``system_table``.
+    """Write C with a function ``system_NAME`` for each program, and ``system_table``.
 
     With those of :func:`lagrange_cli.program.constraint_programs.constraint_programs` there
     is ``system_project`` too, with those of ``contact_programs`` beside it

@@ -110,7 +110,7 @@ class Recurrences:
     # Constants.
 
     def constant(self, text: str) -> str:
-        """A name for the value of a text that holds no series."""
+        """Name the value of a text that holds no series."""
         if not _OF_LANES.search(text):
             return f"({text})"
         if text not in self.constants:
@@ -118,7 +118,7 @@ class Recurrences:
         return f"k{self.constants.index(text)}"
 
     def scaled(self, series: SeriesSum, scale: str) -> SeriesSum:
-        """A series times a constant."""
+        """Multiply a series by a constant."""
         if not scale:
             return series
         constant = self._times(series.constant, scale) if series.constant else ""
@@ -129,7 +129,7 @@ class Recurrences:
         return self.constant(f"{left}*{right}") if left and right else left or right
 
     def number(self, value: Fraction) -> str:
-        """A number as a constant, "" for 1."""
+        """Write a number as a constant, "" for 1."""
         return "" if value == 1 else f"({self.literal(value)})"
 
     # Series of operands.
@@ -278,7 +278,7 @@ class Recurrences:
     # Rows.
 
     def row(self, series: SeriesSum) -> int:
-        """The number of the row that holds a series."""
+        """Return the number of the row that holds a series, a new one if there is none."""
         if not series.constant and len(series.terms) == 1:
             (term,) = series.terms
             if not term.scale and len(term.rows) == 1:
@@ -291,7 +291,7 @@ class Recurrences:
         return number
 
     def _new(self, key: object) -> int | None:
-        """A further row, None where there is one for the key."""
+        """A further row, None if there is one for the key."""
         if key in self.made:
             return None
         self.made[key] = self.rows
@@ -302,7 +302,7 @@ class Recurrences:
         self.steps.append(step)
 
     def text(self, series: SeriesSum, at: str) -> str:
-        """The first coefficient of a series, or the present one; which stand ``at`` an array."""
+        """Write the coefficient of a series in an array, :data:`FIRST` or :data:`NOW`."""
         parts = [series.constant] if series.constant and at == FIRST else []
         for term in series.terms:
             value = self._coefficient(term.rows, at)
@@ -320,7 +320,7 @@ class Recurrences:
         return f"({self.inner(left, right)} + c[{left}]*now[{right}] + now[{left}]*c[{right}])"
 
     def inner(self, left: int, right: int) -> str:
-        """The name of a sum of products of coefficients j and k - j, without the ends."""
+        """Name the sum of products of coefficients j and k - j, without the ends."""
         pair = left, right
         if pair not in self.sums:
             self.sums.append(pair)

@@ -33,7 +33,7 @@ class Sampled:
 
 
 def sampled(model: Model, seen: MotionFunctions, t: Array, states: Array) -> Sampled:
-    """The columns of some samples of a motion.
+    """Evaluate the columns of some samples of a motion.
 
     Parameters
     ----------

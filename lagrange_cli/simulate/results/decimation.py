@@ -34,7 +34,7 @@ class Decimator:
             bound[:, inside] = extreme(bound[:, inside], extreme.reduceat(curves, firsts, axis=1))
 
     def curves(self) -> Sampled:
-        """Two points a part, in place of samples."""
+        """Return two points a part, in place of samples."""
         seen = ~np.isnan(self._bounds[0]).all(axis=0)
         middles = (self._edges[:-1] + self._edges[1:])[seen] / 2
         *columns, energy = (self._both(k, seen) for k in range(len(self._names) + 1))

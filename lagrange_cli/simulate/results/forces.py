@@ -38,7 +38,7 @@ def _known(model: Model, functions: RightHandSide, t: Array, states: Array) -> A
 
 
 def _interpreted(model: Model, functions: RightHandSide) -> ParameterTable:
-    """Forces by Python."""
+    """Make the interpreted table of forces."""
     forces, recorded = functions_of(model.code.forces), functions.recorded_inputs
 
     def row(time: float, state: Array, known: Array) -> Array:

@@ -39,7 +39,7 @@ LARGE = 2**31
 
 @contextmanager
 def as_csv(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[AddRows]:
-    """A header of names, then numbers with 17 significant digits."""
+    """Write a header of names, then numbers with 17 significant digits."""
     headed = False
 
     def add(table: Mapping[str, Array]) -> None:
@@ -57,7 +57,7 @@ def as_csv(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[Ad
 
 @contextmanager
 def as_npz(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[AddRows]:
-    """An NPZ archive, one array a name, the same bytes every time.
+    """Write an NPZ archive, one array a name, the same bytes every time.
 
     An archive has one array after the other, so that many columns wait in a file of their own.
     """
@@ -102,7 +102,7 @@ _FORMATS: dict[str, Format] = {".csv": as_csv, ".npz": as_npz}
 
 
 def format_of(path: str | os.PathLike[str]) -> Format:
-    """The format of a file by its ending.
+    """Return the format of a file by its ending.
 
     Raises
     ------

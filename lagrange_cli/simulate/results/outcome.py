@@ -171,14 +171,14 @@ def _disproof(model: Model, disproof: Disproof) -> str:
 
 
 def _named(model: Model, contacts: Sequence[int]) -> str:
-    """Contacts as the subject of a sentence, with its verb."""
+    """Write contacts as the subject of a sentence, with its verb."""
     if len(contacts) == 1:
         return f"the contact {_listed(model, contacts)} is"
     return f"the contacts {_listed(model, contacts)} are"
 
 
 def _listed(model: Model, contacts: Sequence[int]) -> str:
-    """Their names; of many the first ones."""
+    """List the names of contacts; of many the first ones."""
     names = [f"'{model.contacts[k]}'" for k in contacts]
     if len(names) > _MOST_NAMED:
         return f"{', '.join(names[:_MOST_NAMED])} and {len(names) - _MOST_NAMED} more"

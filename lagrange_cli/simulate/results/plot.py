@@ -46,7 +46,7 @@ class DrawnTrajectory(Curves, Protocol):
 
 
 def draw(trajectory: DrawnTrajectory, ending: str) -> bytes:
-    """The picture's bytes: coordinates, velocities and energy over time.
+    """Draw coordinates, velocities and energy over time; return the picture's bytes.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def draw(trajectory: DrawnTrajectory, ending: str) -> bytes:
 
 
 def new_figure(size: tuple[float, float], ending: str) -> Figure:
-    """An empty figure, in inches, that can be written as a file of this ending.
+    """Make an empty figure, in inches, that can be written as a file of this ending.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def require_program(ending: str) -> None:
 
 
 def picture(figure: Figure, ending: str) -> bytes:
-    """A figure as the bytes of a file, the same ones for the same figure.
+    """Write a figure as the bytes of a file, the same ones for the same figure.
 
     Raises
     ------

@@ -89,7 +89,7 @@ def buffers(
 
 
 def shown_samples(times: RowSequence, states: RowSequence) -> tuple[Array, Array]:
-    """The samples that a trajectory has: all in memory, or some of those in a file."""
+    """Choose the samples that a trajectory has: all in memory, or some of those in a file."""
     if isinstance(states, np.ndarray):
         return times[: len(states)], states
     numbers = np.unique(np.linspace(0, len(states) - 1, _FEW).round()).astype(int).tolist()
@@ -103,7 +103,7 @@ def written_in_windows(
     states: RowSequence,
     sampled: Callable[[Array, Array], Sampled],
 ) -> Trajectory:
-    """The trajectory, with all samples written to where they are asked for.
+    """Write all samples of a trajectory to its destination, window by window.
 
     Parameters
     ----------

@@ -89,9 +89,9 @@ class Trajectory:
     coordinates
         Names of the coordinates.
     requested
-        Accuracy asked for; None where a method was chosen instead.
+        Accuracy asked for; None if a method was chosen instead.
     estimated
-        Largest estimated error over its scale; None where a method was chosen instead.
+        Largest estimated error over its scale; None if a method was chosen instead.
     scales
         Name → scale in which errors of coordinates and of their ``dot(...)`` count.
     holds_until
@@ -112,7 +112,7 @@ class Trajectory:
         off positions.
     constraint_drift
         Largest residual of the constraints kept beside the coordinates
-        (:func:`.verification.constraint_drift.constraint_drift`); None where there are none.
+        (:func:`.verification.constraint_drift.constraint_drift`); None if there are none.
     multipliers, symbols
         Names of these constraints → λ at the samples, and its symbol in the equations.
     forces
@@ -126,7 +126,7 @@ class Trajectory:
         Sample times as close to a jump of velocities as the estimated error of its time;
         velocities there are outside of the promise.
     written
-        Name of the file that has all samples; None where memory has them.
+        Name of the file that has all samples; None if memory has them.
     outline
         Least and largest values in parts of the time, for a picture.
     """
@@ -224,11 +224,11 @@ class Trajectory:
         return table
 
     def csv(self, extra: Collection[str] = ()) -> str:
-        """The samples as CSV: a header of names, then numbers with 17 significant digits."""
+        """Write the samples as CSV: a header of names, then numbers with 17 significant digits."""
         return self._bytes(as_csv, extra).decode()
 
     def npz(self, extra: Collection[str] = ()) -> bytes:
-        """The samples as an NPZ archive, one array a name, the same bytes every time."""
+        """Write the samples as an NPZ archive, one array a name, the same bytes every time."""
         return self._bytes(as_npz, extra)
 
     def _bytes(self, form: Format, extra: Collection[str]) -> bytes:
@@ -261,6 +261,6 @@ class Trajectory:
 
 
 def _reported(event: Event) -> dict[str, Any]:
-    """An event as JSON."""
+    """Write an event as JSON."""
     report = {"t": event.t, "name": event.name, "state": dict(event.state)}
     return report if event.before is None else {**report, "before": dict(event.before)}

@@ -161,7 +161,7 @@ class Run:
         return self.failure is not None or self.filled == len(self._times)
 
     def state(self) -> SavedState:
-        """All that the run goes on from; its samples are on the disk where they are in a file."""
+        """Return all that the run goes on from; samples in a file are on the disk then."""
         failure = self.failure
         return {
             "filled": self.filled,

@@ -41,7 +41,7 @@ def require_a_start(model: Model, problem: InitialValueProblem) -> None:
 
 
 def _massless(model: Model) -> InputError:
-    """The refusal that names coordinates without inertia, and the parameters that may be why."""
+    """Make the refusal of coordinates without inertia, naming parameters that may be why."""
     zeros = ", ".join(f"{p.name} = 0" for p in model.parameters if p.value == 0)
     named = ", ".join(f"'{name}'" for name in model.massless)
     return _refused(

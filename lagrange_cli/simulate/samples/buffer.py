@@ -90,7 +90,7 @@ class FileBuffer:
         return _FileRows(self, count)
 
     def read(self, first: int, last: int) -> Array:
-        """Some of the rows that have been filled."""
+        """Read rows that have been filled."""
         kept = self._buffer[max(first - self._base, 0) : max(last - self._base, 0)]
         if first >= self._base:
             return kept.copy()
@@ -146,7 +146,7 @@ class _FileRows(LazyRows):
 
 
 def unnamed_file(folder: str) -> IO[bytes]:
-    """A file without a name, that is gone with the process.
+    """Open a file without a name, that is gone with the process.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def unnamed_file(folder: str) -> IO[bytes]:
 
 
 def named_file(path: str, *, again: bool) -> IO[bytes]:
-    """A file that stays, empty or that of before.
+    """Open a file that stays, empty or that of before.
 
     Raises
     ------
@@ -174,7 +174,7 @@ def named_file(path: str, *, again: bool) -> IO[bytes]:
 
 
 def buffer_folder(beside: str | os.PathLike[str] | None) -> str:
-    """The folder of the file of samples: that of a result, or that of temporary files."""
+    """Name the folder for samples: that of a result, or that of temporary files."""
     if beside is None:
         return tempfile.gettempdir()
     return os.path.dirname(os.path.realpath(beside))

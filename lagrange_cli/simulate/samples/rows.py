@@ -82,7 +82,7 @@ class LazyRows(ABC):
 
     @abstractmethod
     def _between(self, start: int, stop: int) -> Array:
-        """Rows from the number ``start`` to before ``stop``."""
+        """Read the rows from the number ``start`` to before ``stop``."""
 
     @overload
     def __getitem__(self, key: int, /) -> Any: ...
@@ -121,12 +121,12 @@ class RowRanges(LazyRows):
 
 
 def first_rows(rows: RowSequence, count: int) -> RowSequence:
-    """The first ``count`` of some rows."""
+    """Return the first ``count`` of some rows."""
     return rows[:count] if isinstance(rows, np.ndarray) else RowRanges(rows, [(0, count)])
 
 
 def decimated(rows: RowSequence, stride: int) -> RowSequence:
-    """Every ``stride``-th row, plus the last."""
+    """Return every ``stride``-th row, plus the last."""
     if stride == 1:
         return rows[:]
     last = len(rows) - 1
@@ -153,7 +153,7 @@ def windows(
 
 
 def first_from(times: RowSequence, t: float) -> int:
-    """The number of the first time that is not before t."""
+    """Return the number of the first time that is not before t."""
     low, high = 0, len(times)
     while low < high:
         middle = (low + high) // 2

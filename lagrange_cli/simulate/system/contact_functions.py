@@ -51,16 +51,16 @@ class ContactFunctions(Protocol):
     """Functions of a system with contacts for given ``parameters``, flags among them."""
 
     def side(self, name: str, parameters: Array) -> Rhs:
-        """A right-hand side that projects onto the closed contacts."""
+        """Return a right-hand side that projects onto the closed contacts."""
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
-        """Another function, at many states."""
+        """Return another function, at many states."""
 
     def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
-        """The same at one state."""
+        """Return another function, at one state."""
 
     def traced(self, name: str, parameters: Array) -> Expressions:
-        """Another function, to be run over objects."""
+        """Return another function, to be run over objects."""
 
     def events(
         self,
@@ -69,7 +69,7 @@ class ContactFunctions(Protocol):
         noise: tuple[float, ...],
         reach: tuple[float, ...],
     ) -> NativeEvents | None:
-        """The event functions for compiled integrators, None where none are compiled."""
+        """Return event functions for compiled integrators, None if none are compiled."""
 
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
@@ -93,7 +93,7 @@ class NativeContacts:
         self._work = np.empty(model.code.work)
         self._reset = _RESET(("system_reset", system))
         # Memory in which states are handed over, made at the first call.
-        self._state = self._given = np.empty(0)
+        self._state = self._parameters = np.empty(0)
         self._places: tuple[int, ...] = ()
 
     def _function(
@@ -147,15 +147,15 @@ class NativeContacts:
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
     ) -> tuple[Array | None, Array]:
         if len(self._state) != len(y):
-            self._state, self._given = np.empty(len(y)), np.empty(len(parameters))
-            arrays = self._state, self._given, self._work
+            self._state, self._parameters = np.empty(len(y)), np.empty(len(parameters))
+            arrays = self._state, self._parameters, self._work
             self._places = tuple(array.ctypes.data for array in arrays)
-        self._state[:], self._given[:] = y, parameters
+        self._state[:], self._parameters[:] = y, parameters
         inputs = self._native_inputs
         u = None if inputs is None else inputs.address(inputs.pieces.at(t))
         state, numbers, work = self._places
         status = self._reset(t, state, u, numbers, event, bounce, work)
-        flags = self._given[_flags(self._model)].copy()
+        flags = self._parameters[_flags(self._model)].copy()
         if status:
             return None, flags if status == _DEADLOCK else np.zeros_like(flags)
         return self._state.copy(), flags

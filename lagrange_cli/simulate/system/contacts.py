@@ -29,7 +29,7 @@ class ContactRhs(HybridRhs):
     parameters
         All that it reads; the flags of ``contacts`` contacts begin at ``first``.
     surfaces
-        What makes the switching surfaces for these parameters, None where there are none.
+        What makes the switching surfaces for these parameters, None if there are none.
     """
 
     def __init__(

@@ -153,7 +153,7 @@ class RightHandSide:
 def right_hand_side(
     model: Model, cache: Cache | None = None, budget: float | None = None
 ) -> RightHandSide:
-    """The functions compiled where the machine has a C compiler, else interpreted.
+    """Make the functions of a model: compiled if the machine has a C compiler, else interpreted.
 
     ``budget``: seconds for all that is done with them, from now on.
 
@@ -170,7 +170,7 @@ def right_hand_side(
 
 
 def _sided(model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None) -> RightHandSide:
-    """The functions with right-hand sides that have switching surfaces, if there are any."""
+    """Give right-hand sides their switching surfaces, if there are any."""
     if surfaces is None:
         return functions
 
@@ -194,7 +194,7 @@ def _with_contacts(
     parts: Callable[[int], ContactFunctions],
     surfaces: MakeSurfaces | None,
 ) -> RightHandSide:
-    """The functions with right-hand sides for every set of closed contacts, if there are any.
+    """Make right-hand sides for every set of closed contacts, if there are contacts.
 
     ``parts``: what the code offers, with inputs off by their rounding in a pattern not 0.
     """
@@ -223,7 +223,7 @@ def _with_contacts(
 
 
 def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandSide:
-    """The functions of a model in machine code.
+    """Compile the functions of a model.
 
     Raises
     ------
@@ -259,7 +259,7 @@ def right_hand_sides(model: Model, cache: Cache | None = None) -> Callable[[Mode
 
 
 def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSide:
-    """The functions of loaded libraries, with the parameters of their model bound."""
+    """Bind the parameters of a model to the functions of loaded libraries."""
     model, recorded = libraries.model, libraries.recorded_inputs
     width = 2 * len(model.coordinates)
 
@@ -321,7 +321,7 @@ def _wider(
     deadline: float,
     guards: Array | None = None,
 ) -> WiderArithmetic | None:
-    """Right-hand sides in long doubles, where they have more digits here and in C.
+    """Compile right-hand sides in long doubles; None if these have no more digits.
 
     Raises
     ------
@@ -353,7 +353,7 @@ def _shift(functions: dict[str, Any], parameters: list[float]) -> Shift | None:
 
 
 def interpreted(model: Model, reason: str) -> RightHandSide:
-    """The functions of a model run by Python; ``reason`` says why they are not compiled.
+    """Make functions of a model run by Python; ``reason`` says why they are not compiled.
 
     Raises
     ------

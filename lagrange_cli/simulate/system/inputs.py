@@ -53,7 +53,7 @@ class RecordedInputs:
                 raise _beyond(recording, (first, last), (start, until))
 
     def perturbed(self, pattern: int) -> InputPieces:
-        """The pieces with every number off by its rounding error."""
+        """Return the pieces with every number off by its rounding error."""
         return InputPieces(self.pieces.starts, off_by_one_ulp(self.pieces.rows, pattern))
 
 
@@ -78,7 +78,7 @@ def _beyond(
 
 
 def read_recorded_inputs(recordings: Sequence[Recording]) -> RecordedInputs | None:
-    """Read the recordings; None where there are none.
+    """Read the recordings; None if there are none.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def read_recorded_inputs(recordings: Sequence[Recording]) -> RecordedInputs | No
         return None
     inputs = [polynomials(recording) for recording in recordings]
     spans = tuple((float(recorded.starts[0]), recorded.end) for recorded in inputs)
-    pieces = _together([_pieces(recorded) for recorded in inputs], recordings[0].mark)
+    pieces = _merged([_pieces(recorded) for recorded in inputs], recordings[0].mark)
     return RecordedInputs(pieces, tuple(recordings), spans)
 
 
@@ -100,8 +100,8 @@ def _pieces(recorded: Polynomials) -> InputPieces:
     return InputPieces(starts, np.column_stack(columns))
 
 
-def _together(each: Sequence[InputPieces], mark: Mark) -> InputPieces:
-    """The pieces of all inputs side by side: one begins where any of them does."""
+def _merged(each: Sequence[InputPieces], mark: Mark) -> InputPieces:
+    """Merge the pieces of all inputs: one begins where any of them does."""
     starts = np.unique(np.concatenate([pieces.starts for pieces in each]))
     width = sum(pieces.rows.shape[1] for pieces in each)
     if len(starts) * width > MOST_TABLE_NUMBERS:

@@ -45,7 +45,7 @@ def pieces_of(recorded: RecordedInputs | None, pattern: int) -> InputPieces | No
 
 
 def _reading(trace: Tracer, count: int) -> Tracer:
-    """The same of the first ``count`` parameters."""
+    """Restrict a trace to the first ``count`` parameters."""
     return lambda known, t, y, p, u: trace(known, t, y, p[:count], u)
 
 
@@ -85,7 +85,7 @@ class Libraries:
         self._functions = sources[0].functions
 
     def of(self, model: Model) -> Libraries:
-        """The same for a model of other numbers."""
+        """Return the same libraries for a model of other numbers."""
         libraries = copy.copy(self)
         libraries.model = model
         return libraries
@@ -97,7 +97,7 @@ class Libraries:
         parameters: Array | None = None,
         guards: Array | None = None,
     ) -> NativeRhs:
-        """A function of the system; its numbers are off by their rounding in a pattern not 0.
+        """Return a function of the system; numbers are off by their rounding in a pattern not 0.
 
         ``parameters``: those that it reads, if not the model's; ``guards``: numbers of
         :func:`.singular_guard.guard_signs`, for the guarded form of a right-hand side.
@@ -128,7 +128,7 @@ class Libraries:
         )
 
     def holding(self, kernel: str) -> ctypes.CDLL | None:
-        """The library that holds a kernel, None where it cannot be compiled or is for doubles."""
+        """Return the library of a kernel, None if it cannot be compiled or is for doubles."""
         if kernel in kernels.GROUPS["stepping"]:
             return self.stepper
         if self._real is not DOUBLE:
@@ -151,13 +151,13 @@ class Libraries:
         return function_type(self._real)(entry) if known else None
 
     def sides(self, guards: Array | None = None) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
-        """The right-hand side, and the two perturbed ones; guarded with some ``guards``."""
+        """Return the right-hand side and the two perturbed ones; guarded with some ``guards``."""
         one, two = (self.function("disturbed", pattern, guards=guards) for pattern in (1, 2))
         return self.function("rhs", guards=guards), (one, two)
 
     @property
     def landmarks(self) -> NativeLandmarks | None:
-        """The exponents of sharp functions, None where there are none."""
+        """The exponents of sharp functions, None if there are none."""
         if not self.model.landmarks:
             return None
         entry = function_type(self._real)(("system_landmarks", self.system))

@@ -1,4 +1,4 @@
-"""Right-hand sides that do not exist beyond singular places that a motion cannot pass.
+"""Right-hand sides that do not exist beyond singular configurations that a motion cannot pass.
 
 See :mod:`lagrange_cli.simulate.native.guarded_rhs` for why, and for the compiled form.
 """
@@ -24,14 +24,14 @@ ALWAYS = 2.0
 
 
 def singular_factors(model: Model) -> Callable[[float, Array], Array]:
-    """Numbers that vanish where the coordinates of a model are singular, of t and [q, v]."""
+    """Make the function of t and [q, v] whose numbers vanish at singular configurations."""
     parameters = [0.0 if p.value is None else p.value for p in model.parameters]
     function = functions_of(model.code.singular)["outputs"]
     return lambda t, y: np.asarray(function(t, y, parameters), dtype=float)
 
 
 def _rates(model: Model, place: ChartSingularity) -> list[int]:
-    """The numbers, in a state, of the rates that move nothing at a place."""
+    """Return the numbers, in a state, of the rates that move nothing at a place."""
     return [len(model.coordinates) + model.coordinates.index(name) for name in place.lost]
 
 
@@ -73,7 +73,7 @@ class _BesidePlaces:
 
 
 def guarded_rhs(model: Model, kept: Array, rhs: Rhs) -> Rhs:
-    """A right-hand side run by Python, NaN beyond places; ``kept`` is of :func:`guard_signs`."""
+    """Make an interpreted right-hand side NaN beyond places; ``kept`` is of :func:`guard_signs`."""
     factors = singular_factors(model)
     places = [place for place in model.singular if not place.ends]
     numbers = [k for k, place in enumerate(model.singular) if not place.ends]

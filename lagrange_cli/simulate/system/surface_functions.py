@@ -29,13 +29,13 @@ class SurfaceCode(Protocol):
     """Functions of a model by name, for parameters that are given with them."""
 
     def side(self, name: str, parameters: Array) -> Rhs:
-        """A right-hand side."""
+        """Return a right-hand side."""
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
-        """Another function, at many states; what it reads is looked up at each call."""
+        """Return another function, at many states; it reads ``parameters`` anew at each call."""
 
     def native(self, name: str) -> tuple[Any, Array] | None:
-        """A function of machine code with its workspace, None where none is compiled."""
+        """Return a compiled function with its workspace, None if none is compiled."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +88,11 @@ class ModelSurfaces(Surfaces):
         self._layout, self._known, self._n = _Layout(first, count), known, coordinates
         self._sides: dict[SurfaceSides, Rhs] = {}
         self._change: Callable[[Rhs], Rhs] | None = None
-        self._given = self._parameters[:known].copy()
-        self._given_rates = np.concatenate([self._given, np.zeros(coordinates)])
-        self._values = code.table("surface_values", 2 * count, self._given)
-        self._rates = code.table("surface_rates", 3 * count, self._given_rates)
-        self._continuous = code.table("continuous", continuous, self._given)
+        self._side_parameters = self._parameters[:known].copy()
+        self._rate_parameters = np.concatenate([self._side_parameters, np.zeros(coordinates)])
+        self._values = code.table("surface_values", 2 * count, self._side_parameters)
+        self._rates = code.table("surface_rates", 3 * count, self._rate_parameters)
+        self._continuous = code.table("continuous", continuous, self._side_parameters)
 
     def _weighed(self, parameters: Array, sides: SurfaceSides) -> Array:
         weighed = parameters.copy()
@@ -112,18 +112,18 @@ class ModelSurfaces(Surfaces):
         return surfaces
 
     def values(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
-        self._layout.weigh(self._given, sides)
+        self._layout.weigh(self._side_parameters, sides)
         values, sizes = _row(self._values, t, y).reshape(2, -1)
         return values, sizes
 
     def rates(self, t: float, y: Array, sides: SurfaceSides, slope: Array) -> SurfaceRates:
-        self._layout.weigh(self._given_rates, sides)
-        self._given_rates[self._known :] = slope[self._n :]
+        self._layout.weigh(self._rate_parameters, sides)
+        self._rate_parameters[self._known :] = slope[self._n :]
         first, second, sizes = _row(self._rates, t, y).reshape(3, -1)
         return SurfaceRates(first, second, sizes)
 
     def continuous(self, t: float, y: Array, sides: SurfaceSides) -> Array:
-        self._layout.weigh(self._given, sides)
+        self._layout.weigh(self._side_parameters, sides)
         return _row(self._continuous, t, y)
 
     def terminal_events(
@@ -133,7 +133,7 @@ class ModelSurfaces(Surfaces):
         noise: tuple[float, ...],
         beside: TerminalEvents | None,
     ) -> TerminalEvents:
-        parameters = self._weighed(self._given, sides)
+        parameters = self._weighed(self._side_parameters, sides)
         table = self._code.table("surfaces", len(sides), parameters)
         if beside is None:
             native = self._events("surfaces", parameters, signs, noise)
@@ -229,7 +229,7 @@ MakeSurfaces: TypeAlias = Callable[[int, str, Array], ModelSurfaces]
 
 
 def surfaces_maker(model: Model, code: Callable[[int], SurfaceCode]) -> MakeSurfaces | None:
-    """Make the maker of surfaces of right-hand sides; None where the model has none."""
+    """Make the maker of surfaces of right-hand sides; None if the model has none."""
     if not model.surfaces:
         return None
 
@@ -243,7 +243,7 @@ def surfaces_maker(model: Model, code: Callable[[int], SurfaceCode]) -> MakeSurf
 
 
 def with_surfaces(rhs: Rhs, surfaces: Surfaces) -> Rhs:
-    """The same right-hand side, with switching surfaces as its attribute ``surfaces``."""
+    """Give a right-hand side switching surfaces, as its attribute ``surfaces``."""
     sided = copy.copy(rhs)
     # Some kinds of right-hand sides are frozen.
     object.__setattr__(sided, "surfaces", surfaces)

@@ -33,12 +33,12 @@ _TABLE = ctypes.CFUNCTYPE(None, POINTER, _LONG, POINTER, POINTER, _LONG, *[POINT
 
 
 def no_columns(t: Array, y: Array) -> Array:
-    """A table without columns."""
+    """Return a table without columns."""
     return np.empty((len(t), 0))
 
 
 def native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns: int) -> Table:
-    """A function of the library at many states; ``width`` numbers a state."""
+    """Evaluate a function of a library at many states of ``width`` numbers."""
     call = _TABLE(("system_table", library))
 
     def table(t: Array, y: Array) -> Array:
@@ -63,7 +63,7 @@ def native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns:
 
 
 def native_state_function(function: NativeRhs, width: int, columns: int) -> StateFunction:
-    """A function of a library at one state of ``width`` numbers; not numbers where it fails."""
+    """Evaluate a function of a library at one state of ``width`` numbers; NaN if it fails."""
     state, out = np.empty(width), np.empty(columns)
     places = state.ctypes.data, out.ctypes.data
     arguments = function.parameters_address, function.work.ctypes.data
@@ -78,14 +78,14 @@ def native_state_function(function: NativeRhs, width: int, columns: int) -> Stat
 
 
 def interpreted_state_function(function: Callable[[float, Array], Any]) -> StateFunction:
-    """A function run by Python at one state."""
+    """Evaluate a function run by Python at one state."""
     return lambda t, y: np.asarray(function(t, y), dtype=float)
 
 
 def native_parameter_table(
     library: ctypes.CDLL, function: NativeRhs, width: int, columns: int
 ) -> ParameterTable:
-    """A function of the library at many states, with the parameters of each."""
+    """Evaluate a function of a library at many states, with the parameters of each."""
     table = native_table(library, function, width, columns)
 
     def rows(t: Array, y: Array, known: Array) -> Array:
@@ -99,7 +99,7 @@ def native_parameter_table(
 
 
 def _alike(function: NativeRhs, t: Array) -> Iterator[tuple[int, int, int | None]]:
-    """Rows of a table from and to where inputs have the same numbers, and their address."""
+    """Yield the ranges of rows in which inputs have the same numbers, and their address."""
     inputs = function.native_inputs
     if inputs is None:
         yield 0, len(t), None
@@ -112,7 +112,7 @@ def _alike(function: NativeRhs, t: Array) -> Iterator[tuple[int, int, int | None
 
 
 def interpreted_table(function: Callable[[float, Array], Any], columns: int) -> Table:
-    """A function run by Python at many states."""
+    """Evaluate a function run by Python at many states."""
 
     def table(t: Array, y: Array) -> Array:
         rows = [function(float(s), state) for s, state in zip(t, y, strict=True)]
@@ -167,7 +167,7 @@ def bound(
     pieces: InputPieces | None,
     trace: Tracer | None = None,
 ) -> Rhs:
-    """A function run by Python, of t and y, with its parameters and inputs.
+    """Bind parameters and inputs of a function run by Python; it is then one of t and y.
 
     ``trace``: the same function over objects.
     """

@@ -54,7 +54,7 @@ _NUMPY = SimpleNamespace(
 
 
 def functions_of(code: str) -> dict[str, Any]:
-    """The functions of a model's code in Python, by name.
+    """Return the functions of a model's code in Python, by name.
 
     The text is made of names and numbers that the program chose: nothing of a scene is executed.
     """
@@ -69,7 +69,7 @@ def _compiled(code: str) -> CodeType:
 
 
 def in_mpmath(code: str, name: str) -> Callable[[Any, Sequence[Any], Sequence[Any]], Any]:
-    """One of a model's functions of t, y and p with a single result, over numbers of mpmath.
+    """Make one of a model's functions of t, y and p, with a single result, run over mpmath.
 
     Raises
     ------

@@ -67,7 +67,7 @@ class Compiler:
 
 
 def find_compiler(environment: Mapping[str, str] = os.environ) -> Compiler:
-    """The compiler that ``CC`` names, else the first of :data:`COMPILER_COMMANDS` on the path.
+    """Find the compiler that ``CC`` names, else the first of :data:`COMPILER_COMMANDS` there is.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def find_compiler(environment: Mapping[str, str] = os.environ) -> Compiler:
 
 
 def _words(text: str) -> list[str]:
-    """A command as a shell divides it."""
+    """Divide a command as a shell does."""
     if not text:
         return []
     import shlex

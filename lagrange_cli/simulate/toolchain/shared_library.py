@@ -79,7 +79,7 @@ def _key(compiler: Compiler, source: CSource) -> str:
 
 
 def _cached(cache: Cache, key: str, source: CSource) -> ctypes.CDLL | None:
-    """The library of a source in the cache; one that lacks functions is removed."""
+    """Load the library of a source from the cache; one that lacks functions is removed."""
     path = cache.path(key)
     library = None if path is None else _opened(path)
     if path is None or library is None or not _missing(library, source):
@@ -90,7 +90,7 @@ def _cached(cache: Cache, key: str, source: CSource) -> ctypes.CDLL | None:
 
 
 def _opened(path: str) -> ctypes.CDLL | None:
-    """The library in a file, None where the system refuses it (a folder without execution)."""
+    """Load the library in a file, None if the system refuses it (a folder without execution)."""
     try:
         return ctypes.CDLL(path)
     except (OSError, UnicodeDecodeError):  # the latter: the path in its message is no text
@@ -98,7 +98,7 @@ def _opened(path: str) -> ctypes.CDLL | None:
 
 
 def _missing(library: ctypes.CDLL, source: CSource) -> str:
-    """The first function that a library made of the source should have and has not, or ""."""
+    """Return the first function of a source that its library lacks, or ""."""
     for name in source.functions:
         try:
             library[name]
@@ -108,7 +108,7 @@ def _missing(library: ctypes.CDLL, source: CSource) -> str:
 
 
 def _folder(stack: ExitStack) -> Path:
-    """A private folder that is removed with the stack."""
+    """Make a private folder that is removed with the stack."""
     try:
         return Path(stack.enter_context(temporary_folder()))
     except OSError as error:

@@ -24,7 +24,7 @@ Constraints = Callable[[Array, Array], Array]
 def constraint_drift(
     constraints: Constraints, t: RowSequence, states: RowSequence, scales: Array
 ) -> float | None:
-    """The largest residual at any sample, as a part of its own scale.
+    """Return the largest residual at any sample, as a part of its own scale.
 
     The scale of a residual c is Σ |∂c/∂y_i|·scale_i, the largest at a few samples: a drift
     of 1e-12 means that the constraint is off by what moving every coordinate (or velocity)
@@ -42,7 +42,7 @@ def constraint_drift(
 
     Returns
     -------
-    None where there are no constraints, or a residual does not exist.
+    None if there are no constraints, or a residual does not exist.
     """
     parts = [np.abs(constraints(*part)).max(axis=0) for part in windows(t, states)]
     residuals = np.array(parts).max(axis=0)

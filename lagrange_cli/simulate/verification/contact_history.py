@@ -54,7 +54,7 @@ class MotionFunctions:
 def functions_along(
     model: Model, functions: RightHandSide, start: float, measured: Measured
 ) -> MotionFunctions:
-    """The functions of a model along a motion that begins at the time ``start``."""
+    """Bind the functions of a model to a motion that begins at the time ``start``."""
     rhs = functions.rhs
     if not isinstance(rhs, ContactRhs):
         return MotionFunctions(
@@ -89,7 +89,7 @@ def functions_along(
 
 
 def _sums(steps: Sequence[_EnergyStep], start: float) -> Callable[[Array], Array]:
-    """The sum of the changes until each of some times."""
+    """Make the function that sums the changes until each of some times."""
     at = np.array([s.t for s in steps])
     sums = np.cumsum([0.0, *(s.change for s in steps)])
 
@@ -111,7 +111,7 @@ class _History:
         return self._closed[int(np.searchsorted(self._times, t, side="right"))]
 
     def ranges(self, t: RowSequence, count: int) -> list[tuple[ContactMode, list[tuple[int, int]]]]:
-        """Of the first ``count`` times, the ranges in which each set of contacts is closed."""
+        """Return the ranges, of ``count`` times, in which each set of contacts is closed."""
         ends = [min(first_from(t, time), count) for time in self._times]
         by_mode: dict[ContactMode, list[tuple[int, int]]] = {}
         for closed, first, last in zip(self._closed, [0, *ends], [*ends, count], strict=True):
@@ -124,7 +124,7 @@ def _behind_the_start(
     switches: Sequence[ModeChange], start: float, free: ContactMode
 ) -> _History | None:
     """Which contacts are closed when, where an impact at the start closes them: the first
-    sample is the state before it. None where there is no such impact."""
+    sample is the state before it. None if there is no such impact."""
     if not any(s.jumps for s in switches if s.t == start):
         return None
     behind = float(np.nextafter(start, np.inf))
@@ -132,9 +132,9 @@ def _behind_the_start(
 
 
 def _by_mode(history: _History, table: Callable[[ContactMode], Table], columns: int) -> Table:
-    """A table whose rows are of the function for the contacts that are closed there."""
+    """Make a table whose rows are those of the function for the contacts closed there."""
 
-    def found(t: Array, y: Array) -> Array:
+    def rows(t: Array, y: Array) -> Array:
         out = np.zeros((len(t), columns))
         for closed, ranges in history.ranges(t, len(t)):
             for first, last in ranges:
@@ -142,7 +142,7 @@ def _by_mode(history: _History, table: Callable[[ContactMode], Table], columns: 
                 out[first:last] = table(closed)(t[first:last], y[first:last]) + 0.0
         return out
 
-    return found
+    return rows
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,7 @@ def first_penetration(
 def _penetration(
     rhs: ContactRhs, t: Array, states: Array, errors: Array
 ) -> tuple[int, tuple[int, ...]] | None:
-    """The same of a few samples, whose coordinates are known to ``errors``."""
+    """Find the first penetration among a few samples, known to ``errors``, shape (n,)."""
     count = len(rhs.free)
     values = rhs.table("gaps", 2 * count, rhs.free)(t, states)[:, :count]
     for k in np.flatnonzero((values < 0).any(axis=1)).tolist():

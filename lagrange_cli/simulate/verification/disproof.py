@@ -50,7 +50,7 @@ def cut_at_disproof(
 def _disproofs(
     model: Model, seen: MotionFunctions, t: RowSequence, measured: Measured, accuracy: float | None
 ) -> Iterator[tuple[int, Disproof]]:
-    """Number of the first sample that does not hold, and why, for each reason there is."""
+    """Yield the number of the first sample that does not hold, and why, for each reason."""
     if accuracy is not None and energy_is_conserved(model):
         first = _contradicted(model, seen, t, measured, accuracy)
         if first is not None:
@@ -86,7 +86,7 @@ def _contradicted(
 
 
 def _in_digits(model: Model, seen: MotionFunctions) -> ExactEnergy | None:
-    """The energy in :data:`DIGITS` digits, less what impacts took; None where it is not known."""
+    """Make the energy in ``_DIGITS`` digits, less what impacts took; None if it is not known."""
     if model.recordings:
         return None
     # Imported where a conviction is looked at again: most runs need none of it.
@@ -113,7 +113,7 @@ def energy_is_conserved(model: Model) -> bool:
 
 
 def energies(seen: MotionFunctions, t: Array, states: Array) -> tuple[Array, Array]:
-    """The energy function at the samples, and its part that depends on velocities."""
+    """Evaluate the energy at the samples, and its part that depends on velocities."""
     still = states.copy()
     still[:, states.shape[1] // 2 :] = 0.0
     total = seen.functions.energy(t, states)[:, 0]

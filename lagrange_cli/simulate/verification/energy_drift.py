@@ -43,7 +43,7 @@ def first_contradiction(
     kinetic: float,
     in_digits: Callable[[], ExactEnergy | None] = lambda: None,
 ) -> int | None:
-    """Number of the first sample whose energy the accuracy cannot explain.
+    """Find the number of the first sample whose energy the accuracy cannot explain, or None.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def first_contradiction(
     kinetic
         The largest of the part of the energy that depends on velocities.
     in_digits
-        Makes the same function in more digits, None where it is not to be had; called where doubles
+        Makes the same function in more digits, None if it is not to be had; called where doubles
         convict.
     """
     first = float(energy(t[:1], states[:1])[0, 0])
@@ -68,7 +68,7 @@ def first_contradiction(
     start = _allowance(energy, t[0], states[0], np.spacing(np.abs(states[0])))
 
     def suspects() -> Iterator[tuple[int, Array, Callable[[int], bool]]]:
-        """By windows: the number of its first sample, changes, and what contradicts."""
+        """Yield for each window its first number, changes, and the test of a sample."""
         begin = 0
         for times, part in windows(t, states):
             change = np.abs(energy(times, part)[:, 0] - first) - _ROUNDING * size
@@ -137,7 +137,7 @@ def _largest_change(energy: ExactEnergy, t: float, y: Array, moves: Array) -> An
 
 
 def _allowance(energy: Energy, t: float, y: Array, moves: Array) -> float:
-    """Largest change of the energy when each component moves by its error."""
+    """Bound the change of the energy when each component moves by its error."""
     moved = np.concatenate([y[None, :], y + np.diag(moves), y - np.diag(moves)])
     return float(_allowed(energy(np.full(len(moved), t), moved)[:, 0]))
 
@@ -150,7 +150,7 @@ def _allowed(values: Array) -> Array:
 
 
 def suspects(energy: Array, kinetic: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Changes of the energies of motions but for rounding, and the samples where they are largest.
+    """Find the largest changes of the energies of motions but for rounding, and their samples.
 
     Parameters
     ----------

@@ -74,7 +74,7 @@ class UnboundedSlopes:
     n: int
 
     def not_unique(self, t: float, y: Array) -> str | None:
-        """The place from which more than one motion may follow, None where one follows."""
+        """Return the place from which more than one motion may follow, None if one follows."""
         resting = np.flatnonzero(self._rests(t, y))
         if not len(resting) or not self._pushes_away(t, y):
             return None
@@ -85,7 +85,7 @@ class UnboundedSlopes:
         return self._pushes_away(t, self._at_place(number, t, y))
 
     def _at_place(self, number: int, t: float, y: Array) -> Array:
-        """The state moved to where an argument vanishes, by Newton's method."""
+        """Move a state to where an argument vanishes, by Newton's method."""
         still, place = np.zeros(self.n), y.copy()
 
         def value(state: Array) -> float:
@@ -159,7 +159,7 @@ def _placed(pattern: Sequence[int], first: int, sizes: Array) -> Array:
 
 
 def _outward(rhs: Rhs, t: float, y: Array, step: Array, n: int) -> float:
-    """The change of the accelerations along a displacement, of the coordinates or velocities."""
+    """Return the change of accelerations along a displacement of coordinates or velocities."""
     there, here = rhs(t, y + step), rhs(t, y)
     size = float(np.linalg.norm(step))
     along = (step[:n] + step[n:]) / size

@@ -144,7 +144,7 @@ def test_a_throw_is_exact():
     g, speed = np.array(rows, dtype=float).T[:, :, None]
     exact = 1 + speed * t - g / 2 * t**2
     assert np.abs(block.columns["z"] - exact).max() <= 1e-14 * np.abs(exact).max()
-    assert block.given["g"].tolist() == g[:, 0].tolist()
+    assert block.varied["g"].tolist() == g[:, 0].tolist()
 
 
 def test_an_orbit_closes():

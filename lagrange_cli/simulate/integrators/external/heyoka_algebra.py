@@ -46,7 +46,7 @@ class Algebra:
         return lambda *_: Traced(_Rough(name), self)
 
     def plain(self, value: Any) -> Any:
-        """The value as an expression of the package.
+        """Make an expression of the package from a value.
 
         Raises
         ------
@@ -97,7 +97,7 @@ class Traced:
 
     @classmethod
     def of(cls, value: Any, algebra: Algebra) -> Traced:
-        """A value as one of these."""
+        """Make one of these from a value."""
         return value if isinstance(value, Traced) else cls(float(value), algebra)
 
     def _with(self, operand: Any) -> Any:
@@ -189,7 +189,7 @@ def solve(a: Any, b: Any, n: int) -> Any:
 
 
 def _eliminated(a: Any, b: Any) -> Any:
-    """The solution in place; None where a pivot vanishes."""
+    """Solve in place; None if a pivot vanishes."""
     s = len(b)
     for j in range(s):
         if _vanishes(a[j, j]):

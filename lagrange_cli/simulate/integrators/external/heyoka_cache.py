@@ -48,7 +48,7 @@ def compiled_once(state: Any, key: str, build: Callable[[], Any]) -> Any:
 
 
 def _compiled(state: Any, cache: Cache, key: str, build: Callable[[], Any]) -> Any:
-    """The same, where heyoka's own cache is switched off."""
+    """Compile or load while heyoka's own cache is switched off."""
     if cache.reason is not None:
         return build()
     before = cache.get(key, SUFFIX)

@@ -144,7 +144,7 @@ def _traced(rhs_expressions: Expressions, size: int) -> _Text:
 
 @lru_cache(maxsize=64)
 def _system(text: _Text) -> tuple[list[tuple[Any, Any]], int]:
-    """The equations in heyoka's expressions, and how many operations they take."""
+    """Write the equations in heyoka's expressions; return them and their operations."""
     import heyoka
 
     algebra = Algebra(heyoka)
@@ -165,7 +165,7 @@ def _system(text: _Text) -> tuple[list[tuple[Any, Any]], int]:
 
 @lru_cache(maxsize=64)
 def _compiled(text: _Text, tolerance: float) -> Any:
-    """The integrator for any parameters, without a state."""
+    """Compile the integrator for any parameters, without a state."""
     import heyoka
 
     system, operations = _system(text)
@@ -192,7 +192,7 @@ def _step(terms: Array, tolerance: Array) -> float:
 
 
 def _value(terms: Array, h: float) -> Array:
-    """The series at a distance, by Horner's rule."""
+    """Evaluate the series at a distance, by Horner's rule."""
     value = terms[-1]
     for term in terms[-2:0:-1]:
         value = term + h * value

@@ -108,11 +108,11 @@ class IDA(Sundials):
         self._rate, self._moved = solution.yp, np.maximum(self._moved, np.abs(solution.y))
 
     def _slope(self, t: float, y: Array) -> Array:
-        """The rate of z by the right-hand side."""
+        """Evaluate the rate of z by the right-hand side."""
         return self._rhs(t, y) / self._scale
 
     def _residual(self, t: float, z: Array, rate: Array, out: Array) -> None:
-        """The equations of a step, each in units of z: rates count by what they make of one."""
+        """Evaluate the equations of a step, in units of z: rates are taken times the last step."""
         y = self._state(z)
         late = self._unit * (rate - self._slope(t, y))
         if self._projection is None or self._tangent is None:
@@ -185,7 +185,7 @@ class IDA(Sundials):
         raise StepError(UNMET)
 
     def _quotients(self, function: Callable[[Array], Array], y: Array, moves: Array) -> Array:
-        """The derivative by z of a function of y, each number moved to where there is a value."""
+        """Differentiate a function of y by z, each number moved to where there is a value."""
         at, columns = function(y), []
         for k, move in enumerate(moves.tolist()):
             for by in (move, -move):
@@ -216,6 +216,6 @@ def _projects(matrix: Array) -> bool:
 
 
 def _onto(projector: Array) -> Array:
-    """The orthogonal projector with the range of another one."""
+    """Return the orthogonal projector with the range of another one."""
     left = np.linalg.svd(projector)[0][:, : round(np.trace(projector))]
     return np.asarray(left @ left.T)

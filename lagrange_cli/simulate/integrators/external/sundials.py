@@ -59,7 +59,7 @@ class Sundials(Integrator):
 
     @abstractmethod
     def _begun(self, **options: Any) -> Any:
-        """The solver, at the start."""
+        """Make the solver, at the start."""
 
     def step(self, limit: float) -> None:
         solution = self._one_step(limit)

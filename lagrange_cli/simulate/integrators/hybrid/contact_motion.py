@@ -174,7 +174,7 @@ class ContactMotion(HybridMotion):
         return bool(is_short or height <= _LOW * gaps.sizes[contact])
 
     def _at_rest_on(self, contact: int) -> Array:
-        """The state with a contact closed that still rises where its bounces end."""
+        """Close a contact that still rises as its bounces end; return the state."""
         gaps = self._rhs.gaps(self.t, self.y)
         if gaps.speeds(self.y[len(self.y) // 2 :])[0][contact] <= 0:
             return self.y
@@ -184,7 +184,7 @@ class ContactMotion(HybridMotion):
         return moved if np.isfinite(moved).all() else self.y
 
     def _moving(self, y: Array) -> tuple[Gaps, Array, Array]:
-        """The gaps at a state here, how fast they grow, and the sizes of what that sums."""
+        """Evaluate the gaps at a state, their rates, and the sizes of the sums behind these."""
         if self._looked is None or self._looked[0] is not y:
             gaps = self._rhs.gaps(self.t, y)
             self._looked = y, (gaps, *gaps.speeds(y[len(y) // 2 :]))
@@ -261,7 +261,7 @@ class ContactMotion(HybridMotion):
             self.grazes.append(dip)
 
     def _deadlock(self, event: int, leave_none: ContactMode) -> tuple[str, set[int]]:
-        """Why there is no motion behind an event, and the contacts that are in the way."""
+        """Say why no motion follows an event, and which contacts are in the way."""
         if any(leave_none):
             return IMPOSSIBLE, {k for k, flag in enumerate(leave_none) if flag}
         touching = self._rhs.gaps(self.t, self.y).touching
@@ -269,7 +269,7 @@ class ContactMotion(HybridMotion):
         return UNDETERMINED, met if event == _START else met | {event}
 
     def _struck(self, before: Array) -> list[int]:
-        """Contacts that take an impact here, though the event may be of another one."""
+        """Find contacts that take an impact here, though the event may be of another one."""
         if np.array_equal(before, self.y):
             return []
         gaps, speed, size = self._moving(before)

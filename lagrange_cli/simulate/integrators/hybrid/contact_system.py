@@ -140,7 +140,7 @@ class HybridRhs(ABC):
 
     @abstractmethod
     def project(self, t: float, y: Array) -> Array:
-        """A state moved onto the constraints that hold in free flight, too."""
+        """Move a state onto the constraints that hold without contacts."""
 
     @abstractmethod
     def __call__(self, t: float, y: Array) -> Array:
@@ -158,7 +158,7 @@ class HybridRhs(ABC):
         noise: tuple[float, ...],
         reach: tuple[float, ...] = (),
     ) -> TerminalEvents:
-        """The multiplier of each closed contact and the gap of each open one."""
+        """Return the event functions: multipliers of closed contacts and gaps of open ones."""
 
     def traced(self, closed: ContactMode) -> tuple[Expressions, Expressions]:
         """Two functions to be run over objects: the gaps come first of what the one gives, the

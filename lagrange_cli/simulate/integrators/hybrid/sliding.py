@@ -51,7 +51,7 @@ class Continuation:
 def continuations(
     surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, on: Sequence[int]
 ) -> list[Continuation]:
-    """The ways in which the motion may go on from surfaces on which it is.
+    """Find the ways in which the motion may go on from surfaces on which it is.
 
     Those of positions that it comes to with a speed are passed whatever acts. Empty where there
     are more surfaces at once than can be looked at.
@@ -77,7 +77,7 @@ def continuations(
 def _passed(
     surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, on: Sequence[int]
 ) -> tuple[SurfaceSides, list[int]]:
-    """The sides behind surfaces of positions that are passed, and the other surfaces."""
+    """Return the sides behind surfaces of positions that are passed, and other surfaces."""
     across = with_sides(sides, dict.fromkeys(on, 1.0))
     rates = surfaces.rates(t, y, across, surfaces.side(across)(t, y))
     clear = np.abs(rates.first) > ON_SURFACE * rates.sizes
@@ -96,7 +96,7 @@ def _free(
 def _along(
     surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, sliding: Sequence[int]
 ) -> tuple[SurfaceSides, Array] | None:
-    """Sides and slope along surfaces that hold the motion from both sides, if they do."""
+    """Return sides and slope along surfaces on which the motion slides; None if it does not."""
     parts, slope = SlidingRhs(surfaces, sides, sliding).parts(t, y)
     if not np.isfinite(slope).all() or not (np.abs(parts) < 1).all():
         return None
@@ -109,7 +109,7 @@ def _along(
 
 
 def unique_continuation(ways: Sequence[Continuation]) -> Continuation | None:
-    """The way that the motion takes; None where there is none, or more than one.
+    """Choose the way that the motion takes; None if there is none, or more than one.
 
     Ways that differ in nothing but the name of a side are one.
     """
@@ -139,7 +139,7 @@ class SlidingRhs:
         return self.parts(t, y)[1]
 
     def parts(self, t: float, y: Array) -> tuple[Array, Array]:
-        """The parts between both sides, and the slope."""
+        """Solve for the parts between both sides, and the slope, shapes (surfaces,) and (2n,)."""
         slope, rates = self._at(t, y, self._base)
         ends = [self._at(t, y, sides) for sides in self._ends]
         matrix = np.array([r - rates for _, r in ends]).T
@@ -151,7 +151,7 @@ class SlidingRhs:
         return parts, slope + parts @ changes
 
     def _at(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
-        """The slope on some sides, and how the surfaces that hold the motion change there."""
+        """Evaluate the slope on some sides, and the rates there of surfaces that are slid along."""
         slope = self._surfaces.side(sides)(t, y)
         rates = self._surfaces.rates(t, y, self._base, slope)
         positional = self._surfaces.positional

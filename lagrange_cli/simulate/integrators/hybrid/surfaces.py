@@ -41,7 +41,7 @@ class SurfaceRates:
     sizes: Array
 
     def leading(self, k: int, positional: bool) -> float:
-        """The first of them that is not zero but for rounding, 0 where there is none."""
+        """Return the first rate of surface k that is not zero but for rounding, else 0."""
         if abs(self.first[k]) > ON_SURFACE * self.sizes[k]:
             return float(self.first[k])
         return float(self.second[k]) if positional else 0.0
@@ -60,11 +60,11 @@ class Surfaces(ABC):
 
     @abstractmethod
     def side(self, sides: SurfaceSides) -> Rhs:
-        """The smooth right-hand side on these sides."""
+        """Return the smooth right-hand side on these sides."""
 
     @abstractmethod
     def through(self, change: Callable[[Rhs], Rhs]) -> Surfaces:
-        """The same with every right-hand side changed."""
+        """Return surfaces with every right-hand side changed."""
 
     @abstractmethod
     def values(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
@@ -108,16 +108,16 @@ class Surfaces(ABC):
         return sides, tuple(sorted(on))
 
     def around(self, t: float, y: Array) -> SurfaceSides:
-        """The sides of a state; of surfaces on which it is the positive ones."""
+        """Return the sides of a state; positive ones for surfaces on which it is."""
         return self.placed(t, y, (1.0,) * len(self.positional))[0]
 
 
 def surfaces_of(rhs: Rhs) -> Surfaces | None:
-    """The switching surfaces of a right-hand side, None where it has none."""
+    """Return the switching surfaces of a right-hand side, None if it has none."""
     surfaces: Surfaces | None = getattr(rhs, "surfaces", None)
     return surfaces
 
 
 def with_sides(sides: SurfaceSides, changed: Mapping[int, float]) -> SurfaceSides:
-    """The sides with those of some surfaces replaced."""
+    """Return the sides with those of some surfaces replaced."""
     return tuple(changed.get(k, side) for k, side in enumerate(sides))

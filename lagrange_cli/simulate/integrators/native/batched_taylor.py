@@ -177,7 +177,7 @@ class BatchedSamples:
         out: Array,
         moving: float = 1.0,
     ) -> Array:
-        """A function of the emitted interface at all samples of motions without inputs.
+        """Evaluate a function of the emitted interface at all samples of motions without inputs.
 
         Parameters
         ----------
@@ -234,12 +234,12 @@ class BatchedSamples:
 
 
 def digits_of(stepper: ctypes.CDLL) -> int:
-    """Binary digits of the numbers that the compiler made of the type."""
+    """Return the binary digits of the numbers that the compiler made of the type."""
     return int(_WIDTH(("lagrange_taylor_digits", stepper))())
 
 
 def _aligned(size: int) -> NDArray[np.uint8]:
-    """Zeros that begin where vectors of the machine do."""
+    """Make zeros that begin at an address where vectors of the machine may."""
     memory = np.zeros(size + _ALIGNMENT, np.uint8)
     first = -memory.ctypes.data % _ALIGNMENT
     return memory[first : first + size]

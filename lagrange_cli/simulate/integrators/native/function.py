@@ -33,7 +33,7 @@ class NativeInputs:
         self.rows = np.ascontiguousarray(pieces.rows, dtype=real.dtype)
 
     def address(self, piece: int) -> int:
-        """The address of the numbers of a piece."""
+        """Return the address of the numbers of a piece."""
         return int(self.rows.ctypes.data) + piece * self.rows.strides[0]
 
 
@@ -57,7 +57,7 @@ class NativeRhs:
         Workspace; used by one call at a time.
     kernels
         The library that holds a compiled integrator for this dimension, by the name of its
-        kernel, None where it is not to be had; None where only the right-hand side is compiled.
+        kernel, None if it is not to be had; None if only the right-hand side is compiled.
     lanes
         The same C function at eight states at once, of type :data:`LANES`, where there is
         one: ``out[8*i + l]`` from ``t[l]`` and ``y[8*i + l]``. It may return nonzero at any
@@ -126,11 +126,11 @@ class NativeRhs:
 
     @property
     def pieces(self) -> InputPieces | None:
-        """The pieces of its inputs; None where it has none, or is that of one piece."""
+        """The pieces of its inputs; None if it has none, or is that of one piece."""
         return self.native_inputs.pieces if self.native_inputs and self._fixed is None else None
 
     def in_piece(self, piece: int) -> NativeRhs:
-        """The same with the inputs of one piece, at any time."""
+        """Return the same function with the inputs of one piece, at any time."""
         rhs = copy.copy(self)
         rhs._fixed = piece
         return rhs
@@ -145,7 +145,7 @@ class NativeRhs:
         return Expressions(self._trace, self.parameters.astype(float), rows[self._fixed or 0])
 
     def inputs(self, t: float) -> int | None:
-        """The address of the inputs."""
+        """Return the address of the inputs; None without inputs."""
         if self.native_inputs is None:
             return None
         piece = self.native_inputs.pieces.at(t) if self._fixed is None else self._fixed
@@ -162,7 +162,7 @@ class NativeRhs:
         return change.astype(float)
 
     def _projected(self, t: float, y: Array) -> Array:
-        """The state moved onto the constraints, NaN where the C function returns nonzero."""
+        """Move a state onto the constraints; NaN if the C function returns nonzero."""
         state = np.array(y, self.real.dtype)
         parameters, work = self.parameters_address, self.work.ctypes.data
         if self._projection(t, state.ctypes.data, self.inputs(t), parameters, work):

@@ -121,7 +121,7 @@ class _Compiled:
         run.u = inputs.address(run.piece)
 
     def _rows(self, n: int) -> int:
-        """Rows of memory, each of n numbers."""
+        """Return the number of rows of memory, each of n numbers."""
         return int(self._function("rows", _ROWS)())
 
     def _first_step(self, span: float) -> float:
@@ -232,7 +232,7 @@ def _kernel(library: ctypes.CDLL, name: str, prototype: Any) -> Any:
 
 
 def _aligned(size: int, real: NativeReal) -> Any:
-    """Zeros that begin where vectors of the machine do."""
+    """Make zeros that begin at an address where vectors of the machine may."""
     width = ctypes.sizeof(real.ctype)
     numbers = np.zeros(size + _ALIGNMENT // width, real.dtype)
     first = -numbers.ctypes.data % _ALIGNMENT // width
