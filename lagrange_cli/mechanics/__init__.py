@@ -1,7 +1,7 @@
 """Scene → Reduced → Equations: reduction, derivation, structure facts, certificate.
 
-A scene goes in; what comes out is :class:`~.equations.Equations`, with mass matrix, forcing,
-closures, facts and initial state, all of it certified, or a refusal that names what is wrong.
+A scene goes in; :class:`~.equations.Equations` come out, with mass matrix, forcing, closures, facts
+and initial state, all of them certified, or a refusal that names the fault.
 Read :mod:`.derivation` first: it calls the rooms in order.
 """
 

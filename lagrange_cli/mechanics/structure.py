@@ -327,7 +327,7 @@ def _terms_by_symbol(expr: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
 
 
 def _momentum(derivation: Uncertified, velocity: sp.Symbol, terms: Sequence[sp.Expr]) -> sp.Expr:
-    """∂L/∂q̇: M q̇ plus what is linear in or beyond quadratic in velocities.
+    """∂L/∂q̇: M q̇ plus terms from parts of L that are not quadratic in velocities.
 
     ``terms`` are those of L that hold the velocity.
     """

@@ -300,7 +300,7 @@ def _multiply_power(gathered: _Factors, expression: sympy.Expr, words: Vocabular
 
 
 def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
-    """Sign and tree of what is neither a sum, a product, a power nor a rational."""
+    """Sign and tree of a symbol, a function or a constant."""
     if isinstance(expression, sympy.Symbol):
         if expression not in words.atoms:
             raise _unprintable(f"symbol '{expression}'")

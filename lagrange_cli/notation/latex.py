@@ -115,7 +115,7 @@ class LatexPrinter(OneLinePrinter):
         return group(pieces, r"\bigl( ", r" \bigr)") if "(" in text else group(pieces)
 
     def fraction(self, node: DisplayNode) -> list[Piece]:
-        """A fraction, with what moves and what is long standing beside it."""
+        """A fraction; factors that move, and long ones, stand beside it."""
         assert isinstance(node, DisplayFraction)
         below = self.pieces(node.denominator)
         if width(below) > _WIDEST_PART:

@@ -48,11 +48,11 @@ def argument_list(arguments: list[list[Piece]]) -> list[Piece]:
 
 
 class OneLinePrinter(ABC):
-    """Walks a tree; formats say how their parts look.
+    """Printer that walks a tree; subclasses write its parts in their format.
 
     ``times`` and ``over`` stand between factors and at a division; ``lead``
     begins a line that continues a product. ``times_width`` and ``sign_width``
-    are those of what stands between factors and terms; ``at_least`` is the sign of gaps.
+    are the widths of signs between factors and terms; ``at_least`` is the sign of gaps.
     """
 
     times = "*"

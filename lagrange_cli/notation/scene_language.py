@@ -1,4 +1,4 @@
-"""Expressions in the scene language, so that what is printed can be read back.
+"""Expressions in the scene language, so that printed ones can be read back.
 
 Plain ASCII text uses the same form.
 """

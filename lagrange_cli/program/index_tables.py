@@ -11,7 +11,7 @@ from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, SparseS
 
 
 def table_name(prefix: str, table: tuple[int, ...]) -> str:
-    """The name of a table, told by what it holds: functions that need the same one share it."""
+    """Name a table by its content, so that functions that need the same one share it."""
     return f"{prefix}_at_{sha256(repr(table).encode()).hexdigest()[:12]}"
 
 

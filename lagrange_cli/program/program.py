@@ -108,7 +108,7 @@ class Program:
     coordinates, parameters, driven
         Numbers of inputs ``q0, …``, ``p0, …`` and ``u0, …``.
     assignments
-        Names and operands, each after what it needs.
+        Names and operands, each after those that it needs.
     outputs
         Names and operands.
     blocks
@@ -308,7 +308,7 @@ class Operations:
 
 
 def operands_of(program: Program) -> Iterator[tuple[Operand, int]]:
-    """The operands of all statements, and how often each is evaluated."""
+    """The operands of all statements, each with the number of its evaluations."""
     yield from ((operand, 1) for _, operand in program.assignments)
     yield from ((operand, 1) for operand in program.results_in_order)
     for part in program.parts:

@@ -106,7 +106,7 @@ class Dimensions:
 
 
 def dimensions(scene: Scene) -> Dimensions:
-    """The scalings of masses, lengths and times that leave a scene what it is."""
+    """Scalings of masses, lengths and times under which a scene stays the same."""
     needed, said = _Reader(), _Reader()
     needed.read(scene)
     said.read(scene)

@@ -1,7 +1,7 @@
 """Checks of a derivation by routes that share nothing with it.
 
-Derived equations go in; what comes out is how far they are from Newton's law and from Lagrange's
-equations at random states, in high precision, or an internal error. Nothing uncertified is shown.
+Derived equations go in; their distances from Newton's law and from Lagrange's equations at random
+states, in high precision, come out, or an internal error. Nothing uncertified is shown.
 Read :mod:`.certificate` first.
 """
 

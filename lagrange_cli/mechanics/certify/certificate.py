@@ -311,10 +311,16 @@ def _look(
     thorough: bool,
     least: mpf = _ZERO,
 ) -> _State:
-    """Everything that one state shows; what is reported is compared where ``thorough``.
+    """Compare all routes at one state.
 
-    Numbers that agree but for ``least`` are the same; ``known`` are delicate ones that do not
-    vanish at an earlier state.
+    Parameters
+    ----------
+    known
+        For each delicate number, true if it did not vanish at an earlier state.
+    thorough
+        Compare reported values with the declared ones, too.
+    least
+        Difference up to which two numbers are the same.
     """
     n = tapes.n
     mass, forcing = tapes.derived_parts(point)

@@ -1,8 +1,8 @@
 """Facts about a derivation that are proven, not seen at some states.
 
-The states of the certificate lie around the start, and what rests there may act elsewhere. They
-show what does not hold; what they leave is proven here: first by what occurs where, then by
-zero tests (:mod:`.proofs.zero_test`).
+The states of the certificate lie around the start, and forces that rest there may act elsewhere.
+They refute facts; the others are proven here: first by the symbols that occur, then by zero tests
+(:mod:`.proofs.zero_test`).
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def _energy_is_sum(derivation: Uncertified) -> bool:
     """Σ q̇ ∂L/∂q̇ − L = T + V, with V at rest: T is quadratic in velocities, and V linear.
 
     Positions without t make the particles' kinetic energy so. Else T and V are compared with
-    what they are at velocities that are a multiple.
+    their values at a multiple of the velocities.
     """
     reduced = derivation.reduced
     bodies = reduced.names.particle_symbols
@@ -161,7 +161,7 @@ def open_questions(
     Parameters
     ----------
     seen, facts
-        The evidence before and after what is not proven was left out.
+        The evidence before and after facts that are not proven were left out.
     """
     reduced, known = derivation.reduced, {c.name for c in conserved}
     energy = seen.energy_conserved and known.isdisjoint(("energy", "jacobi"))

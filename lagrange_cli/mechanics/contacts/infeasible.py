@@ -176,7 +176,7 @@ def _number(x: mpf) -> str:
 def _by_squares(
     reduced: Reduced, chosen: Sequence[StatedEquation], constants: Mapping[sp.Symbol, mpf]
 ) -> InputError:
-    """The error of a set that a sum of squares excludes, with how far one of it is missed."""
+    """The error of a set that a sum of squares excludes, with the distance from its last one."""
     names = reduced.names
     last = next(s for s in reversed(chosen) if s.one_sided)
     premises = [s for s in chosen if s is not last]
@@ -194,7 +194,7 @@ def _by_squares(
 def _reached(
     names: Names, last: StatedEquation, missed: mpf, constants: Mapping[sp.Symbol, mpf]
 ) -> str:
-    """``z is at most 1``: how far a side with a number on the other one gets."""
+    """``z is at most 1``: the bound of a side whose other side is a number."""
     if (last.right.free_symbols | last.left.free_symbols) - constants.keys():
         for moving, fixed, word, sign in (
             (last.left, last.right, "most", -1),
@@ -212,7 +212,7 @@ def _missed(
     last: StatedEquation,
     constants: Mapping[sp.Symbol, mpf],
 ) -> mpf | None:
-    """By how much φ ≥ 0 is missed at least where the others hold; None if no proof tells."""
+    """Number that −φ provably exceeds if the premises hold; None if no proof is found."""
 
     def fails(by: mpf) -> bool:
         moved = replace(last, left=last.left + sp.Rational(str(by)))

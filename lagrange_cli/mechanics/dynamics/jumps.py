@@ -53,7 +53,7 @@ def _warning(kind: str, term: Term, expression: sp.Expr, reduced: Reduced) -> It
 
 
 def _by_signs(expression: sp.Expr) -> sp.Expr:
-    """The same with every kink written as a sign times what is bent."""
+    """Write every kink as a sign times its argument."""
     replaced = expression.replace(sp.Heaviside, lambda u, *_: (1 + sp.sign(u)) / 2)
     replaced = replaced.replace(sp.Max, lambda *a: _largest(a))
     replaced = replaced.replace(sp.Min, lambda *a: -_largest([-u for u in a]))

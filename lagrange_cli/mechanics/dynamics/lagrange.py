@@ -52,8 +52,9 @@ _TERM_BUDGET = 200
 
 @dataclass(frozen=True)
 class Uncertified:
-    """``mass[j][k]`` and ``forcing[j]`` as lists of collected terms, and what they came from.
+    """Equations before they are certified: M, f, and the energies and forces they came from.
 
+    ``mass[j][k]`` and ``forcing[j]`` are lists of collected terms.
     Rows of ``mass`` hold the columns that are not zero; ``mass_matrix`` has each list as one
     factored sum.
 

@@ -65,7 +65,7 @@ def _without_fractions(whole: sp.Expr, groups: Sequence[tuple[sp.Expr, sp.Expr]]
 
 
 class _Rows:
-    """A derivation by rows, with what is looked up in each of them."""
+    """Rows of a derivation, with symbols and orders that each row needs."""
 
     def __init__(self, derivation: Uncertified) -> None:
         self.derivation = derivation

@@ -74,7 +74,7 @@ class Elimination:
     Attributes
     ----------
     solved
-        Raw symbol → expression over what is not solved.
+        Raw symbol → expression over symbols that are not solved.
     by
         Raw symbol → number of the stated equation that it was solved from.
     pending

@@ -164,7 +164,7 @@ class _Initial:
         )
 
     def _placed(self) -> tuple[list[mpf], mpf]:
-        """Coordinates on the closures and at closed gaps, and how far they were from them."""
+        """Put coordinates on closures and closed gaps; return them and the largest change."""
         try:
             start, moved = self.closures.placed(self._positions())
             start, closed = self.gaps.placed(start)

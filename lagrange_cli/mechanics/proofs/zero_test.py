@@ -65,7 +65,7 @@ class _Point:
     Parameters
     ----------
     signs
-        Sides of switching functions and signs of roots as they are met; + after the last.
+        Sides of switching functions and signs of roots, in order of occurrence; + after the last.
     formal
         Give each switching function a random value in place of ±1: an expression that then
         vanishes does so on all sides.

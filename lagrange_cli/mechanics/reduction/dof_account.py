@@ -1,4 +1,4 @@
-"""The account of degrees of freedom: what each constraint contributes, and what is wrong.
+"""The account of degrees of freedom: the contribution of each constraint, and faults.
 
 Every constraint ends as *independent*, *satisfied* (the definitions fulfil it
 identically), or *redundant* (others imply it). An account that cannot be balanced is an
@@ -293,7 +293,7 @@ def _require_independent(
 
 
 def _extra(geometry: Geometry, points: Sequence[SymbolValues]) -> int:
-    """E: how many independent changes of the coordinates move no particle."""
+    """E: the number of independent changes of the coordinates that move no particle."""
     moving = _moving(geometry, ())
     outside = len(geometry.coordinates) - len(moving)
     if not _spinning(geometry, moving):
@@ -308,7 +308,7 @@ def _places(geometry: Geometry) -> list[sp.Expr]:
 
 
 def _moving(geometry: Geometry, beside: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """Coordinates that stand in the places of particles, or in what is ``beside`` them."""
+    """Coordinates that occur in positions of particles, or in expressions ``beside`` them."""
     inside = set().union(*(geometry.held[s] for s in geometry.positions))
     inside.update(s for e in beside for s in e.free_symbols)
     return [q for q in geometry.coordinates if q in inside]

@@ -35,8 +35,8 @@ def has_long_root(base: sp.Expr, exponent: sp.Expr) -> bool:
 def _bits_left(number: int, power: int, root: int) -> int:
     """Bits of the number that stays under the root of number^power.
 
-    Its factors stay there with what of their exponents is no multiple of ``root``: of
-    12^(5/7) = 2·1944^(1/7), say. Exponents of ten digits make numbers that fill the memory.
+    Its factors stay there with their exponents modulo ``root``: 12^(5/7) = 2·1944^(1/7), say.
+    Exponents of ten digits make numbers that fill the memory.
     """
     left = {k: m * power % root for k, m in sp.Integer(number).factors(limit=2**15).items()}
     shared = math.gcd(*left.values()) or 1

@@ -190,7 +190,7 @@ class Names:
     def _converted_with_rate(
         self, expression: Expression, rate: Rate, meanings: dict[str, sp.Expr]
     ) -> sp.Expr:
-        """Convert an expression with rates; ``meanings`` are those of definitions met before."""
+        """Convert an expression with rates; ``meanings`` are those of earlier definitions."""
 
         def lookup(name: str) -> sp.Expr | None:
             if name not in self._definitions or name in self.cartesian:

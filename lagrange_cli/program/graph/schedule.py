@@ -1,4 +1,4 @@
-"""Values → statements: what is shared gets a name, each name after what it needs."""
+"""Values → statements: each shared part gets a name, after those that it needs."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ class _Writer:
         self.sizes[number] = size
 
     def _named(self, operand: Operand) -> Operand:
-        """A name for what is not one (or a number) already."""
+        """Name an operand, unless it is a name or a number already."""
         if isinstance(operand, Variable | Constant):
             return operand
         name = f"w{len(self.assignments)}"

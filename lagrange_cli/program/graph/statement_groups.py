@@ -39,8 +39,8 @@ def grouped_by_shape(
 ) -> tuple[list[Assignment], dict[str, Variable]]:
     """The assignments in an order in which families stand together, named w0, w1, …
 
-    Each still stands after what it needs. Terms and factors are in the order of
-    :func:`in_canonical_order`. Also old name → new name.
+    Each still stands after those that it needs. Terms and factors are in the order of
+    :func:`in_canonical_order`. The second result maps old names to new ones.
     """
     return _Scheduler(assignments).run()
 

@@ -32,7 +32,7 @@ def elimination_order(coordinates: Sequence[Iterable[int]]) -> tuple[int, ...]:
 
 
 def bandwidth(coordinates: Sequence[Iterable[int]]) -> int:
-    """Measure how far apart closures of a common coordinate stand."""
+    """Largest distance between closures that have a coordinate in common."""
     return _width(couplings(coordinates), range(len(coordinates)))
 
 

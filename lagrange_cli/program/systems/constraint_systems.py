@@ -29,7 +29,7 @@ def _position_closures(e: Equations) -> list[Closure]:
 
 
 def _rates(e: Equations) -> list[Expr]:
-    """List what is zero of the velocities: φ̇ of position closures, ψ of velocity closures."""
+    """Residuals of the velocities: φ̇ of position closures, ψ of velocity closures."""
     return [rate_of(c, e) for c in e.closures]
 
 

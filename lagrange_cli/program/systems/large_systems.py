@@ -96,13 +96,12 @@ def is_large_system(equations: Equations) -> bool:
 def large_system(
     asked: WeightedClosures, plain: Callable[[str], Sequence[Expr]]
 ) -> LargeSystem | None:
-    """Build the program of what is asked for; None if loops would not shorten it.
+    """Build the program of some outputs as loops; None if loops would not shorten it.
 
     Parameters
     ----------
     asked
-        Names as :func:`lagrange_cli.program.program.build_program` takes them, and what they are
-        of.
+        Equations, and names as :func:`lagrange_cli.program.program.build_program` takes them.
     plain
         Gives the expressions of outputs that closures have no part in.
     """

@@ -33,7 +33,7 @@ ShapeAndLeaves: TypeAlias = "tuple[int, tuple[int, ...]]"
 
 
 class ShapeTable:
-    """Numbers of shapes, and the leaves that expressions have: inputs, and what is known."""
+    """Numbers of shapes, and the leaves of expressions: inputs and values computed before."""
 
     def __init__(self, places: Mapping[Expr, Cell]) -> None:
         self.leaves: list[tuple[Expr, Cell]] = []
@@ -151,7 +151,7 @@ class _Owners:
 
 
 def _is_multiple(expression: Expr) -> bool:
-    """A number times something: that is what is to be shared."""
+    """Tell whether an expression is a number times another one, which is then shared instead."""
     return (
         isinstance(expression, sympy.Mul)
         and len(expression.args) == 2
@@ -160,7 +160,7 @@ def _is_multiple(expression: Expr) -> bool:
 
 
 def _costs(order: Iterable[Expr], known: Container[Expr]) -> dict[Expr, int]:
-    """About how many operations each expression takes, all its parts included."""
+    """Approximate number of operations of each expression, all its parts included."""
     costs: dict[Expr, int] = {}
     for part in order:
         inner = sum(costs.get(a, 0) for a in part.args if a not in known)

@@ -56,7 +56,7 @@ _NO_VALUES: IndexValues = MappingProxyType({})
 
 @dataclass(slots=True)
 class Budget:
-    """Counts what is written out; ``exceeded`` once it is too much."""
+    """Count of terms that families are written out to; ``exceeded`` beyond the limit."""
 
     terms: int = 0
     exceeded: bool = False

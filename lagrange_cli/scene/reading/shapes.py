@@ -1,8 +1,7 @@
 """Expected shapes: a mapping, a list, a name, a text, an expression at a node.
 
-Every function takes the node and a phrase for what it is (``parameter 'a'``),
-records what was found and what was expected where they differ, and then
-returns None.
+Every function takes the node and a phrase that describes it (``parameter 'a'``). If the node
+differs from the expected shape, it records both and returns None.
 """
 
 from __future__ import annotations
@@ -197,7 +196,7 @@ class Reading:
 
     @contextmanager
     def _writing_out(self, expression: Expression, terms: int, what: str) -> Iterator[None]:
-        """Count what a family's member is written out to; record what is wrong with it."""
+        """Charge the terms of a family's element to the budget; record problems raised inside."""
         with self.problems.collect(what), self.problems.collect_at(expression, what):
             if self.in_family:
                 self.budget.charge(terms, expression.node.span)
