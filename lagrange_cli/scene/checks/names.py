@@ -92,7 +92,7 @@ def _check_known(
         if use.place.multipliers and node.name.startswith("lambda_"):
             continue  # whether there is one is known once the scene is reduced
         mark = use.expression.mark(node.span)
-        # Once in what a helper was written out to, and once for all members of a family.
+        # Once in what a helper was written out to, and once for all elements of a family.
         again = {(node.name, use.what), (node.name.partition("[")[0], mark)}
         known_already = not reported.isdisjoint(again)
         reported |= again
@@ -124,10 +124,10 @@ def _first_uses(expression: Expression) -> Iterable[Name]:
 
 def _suggestion(name: str, table: NameTable) -> str:
     family = name.partition("[")[0] + "["
-    members = [known for known in table.known() if known.startswith(family)]
-    if members:
-        others = f" to '{members[-1]}'" if len(members) > 1 else ""
-        return f"known are '{members[0]}'{others}"
+    elements = [known for known in table.known() if known.startswith(family)]
+    if elements:
+        others = f" to '{elements[-1]}'" if len(elements) > 1 else ""
+        return f"known are '{elements[0]}'{others}"
     otherwise = "declare it in 'parameters', 'coordinates' or 'definitions'"
     if name == "e":
         otherwise = "for the exponential function write exp(...)"

@@ -1,7 +1,7 @@
 """Indices and sums written out: ``x[i-1]`` is ``x[2]`` where ``i`` is 3.
 
-Once the sizes and the indices of a family's member have their values, every
-expression becomes one of plain names: that of a member is its name with the
+Once the sizes and the indices of a family's element have their values, every
+expression becomes one of plain names: that of an element is its name with the
 values of its indices, ``x[2]`` or ``p[1,4]``. Whatever is written out is counted
 before it is made.
 """
@@ -40,7 +40,7 @@ from lagrange_cli.scene.language.tokens import (
     NotRealExpressionError,
 )
 
-#: Most members of a family.
+#: Most elements of a family.
 MAX_FAMILY = 100_000
 #: Most names and numbers in all that is written out from families and sums.
 MAX_TERMS = 1_000_000
@@ -161,8 +161,8 @@ def _is_plain(node: Node, values: IndexValues) -> bool:
     )
 
 
-def member_name(name: str, indices: Sequence[int]) -> str:
-    """The plain name of a family's member: ``x[3]``, ``p[1,2]``."""
+def element_name(name: str, indices: Sequence[int]) -> str:
+    """The plain name of a family's element: ``x[3]``, ``p[1,2]``."""
     return f"{name}[{','.join(map(str, indices))}]"
 
 
@@ -266,12 +266,12 @@ def _ends(node: Node, values: IndexValues) -> tuple[str, range]:
 
 
 def check_family(name: Name, ranges: Sequence[Node], values: IndexValues) -> None:
-    """Check what declares a family before its members are made.
+    """Check what declares a family before its elements are made.
 
     Raises
     ------
     ExpressionError
-        It has too many indices or members, or a range whose numbers run backwards.
+        It has too many indices or elements, or a range whose numbers run backwards.
     """
     if len(name.indices) > _MAX_INDICES:
         raise _too_many_indices(name)
@@ -286,7 +286,7 @@ def check_family(name: Name, ranges: Sequence[Node], values: IndexValues) -> Non
 
 
 def _family_size(ranges: Sequence[Node], values: IndexValues) -> int:
-    """Number of members that ranges make; counting ends beyond :data:`MAX_FAMILY`."""
+    """Number of elements that ranges make; counting ends beyond :data:`MAX_FAMILY`."""
     if not ranges:
         return 1
     index, span = _ends(ranges[0], values)
@@ -335,17 +335,17 @@ class _Writer:
 
     def name(self, node: Name) -> Node:
         if node.indices:
-            return Name(self.member(node), node.span)
+            return Name(self.element(node), node.span)
         if node.name not in self.values:
             return node
         value = self.values[node.name]
         number = Number(Fraction(abs(value)), str(abs(value)), node.span)
         return Neg(number, node.span) if value < 0 else number
 
-    def member(self, node: Name) -> str:
+    def element(self, node: Name) -> str:
         if len(node.indices) > _MAX_INDICES:
             raise _too_many_indices(node)
-        return member_name(node.name, [whole_number(n, self.values) for n in node.indices])
+        return element_name(node.name, [whole_number(n, self.values) for n in node.indices])
 
     def sum(self, node: Call) -> Node:
         body, *ranges = node.arguments
@@ -378,7 +378,10 @@ def _replacements(node: Node, values: IndexValues) -> Iterator[tuple[Span, str]]
     if isinstance(node, Name) and node.indices:
         inside = [part for index in node.indices for part in walk(index)]
         if all(part.name in values for part in inside if isinstance(part, Name)):
-            yield node.span, member_name(node.name, [whole_number(n, values) for n in node.indices])
+            yield (
+                node.span,
+                element_name(node.name, [whole_number(n, values) for n in node.indices]),
+            )
             return
     elif isinstance(node, Name) and node.name in values:
         value = values[node.name]

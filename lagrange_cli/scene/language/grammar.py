@@ -105,7 +105,7 @@ def parse_equation(
 
 
 def parse_key(text: str, origin: Mark, *, exact: bool = True) -> Expression:
-    """Parse what declares a family or one member of it: ``p[i=1..n]``, ``x[0]``.
+    """Parse what declares a family or one element of it: ``p[i=1..n]``, ``x[0]``.
 
     The node is a :class:`~lagrange_cli.scene.language.expression.Name` whose indices are
     ranges or expressions.

@@ -43,7 +43,7 @@ class Problems:
     """A growing list of problems of one scene."""
 
     def __init__(self) -> None:
-        # The same problem found twice, or at several members of a family, is one problem.
+        # The same problem found twice, or at several elements of a family, is one problem.
         self._found: dict[Problem, Problem] = {}
         #: Those of a :class:`LimitError`.
         self.limits: set[Problem] = set()
@@ -62,8 +62,8 @@ class Problems:
         self._keep(Problem(message, mark, hint, rule, "warning"))
 
     def _keep(self, problem: Problem) -> None:
-        of_all_members = replace(problem, message=_INDICES.sub("[]", problem.message), hint="")
-        self._found.setdefault(of_all_members, problem)
+        of_all_elements = replace(problem, message=_INDICES.sub("[]", problem.message), hint="")
+        self._found.setdefault(of_all_elements, problem)
 
     @contextmanager
     def collect(self, what: str = "") -> Iterator[None]:
@@ -88,7 +88,7 @@ class Problems:
             self._take(error.located(expression.mark(error.span)), what)
 
     def _take(self, error: InputError, what: str) -> None:
-        problems = [replace(p, message=_of_member(p.message, what)) for p in error.problems]
+        problems = [replace(p, message=_of_element(p.message, what)) for p in error.problems]
         if isinstance(error, LimitError):
             self.limits.update(problems)
         for problem in problems:
@@ -124,7 +124,7 @@ class Problems:
         raise InputError(*shown)
 
 
-def _of_member(message: str, what: str) -> str:
+def _of_element(message: str, what: str) -> str:
     return f"{message} in {what}" if _INDICES.search(what) else message
 
 

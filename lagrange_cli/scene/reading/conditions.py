@@ -48,17 +48,17 @@ def _initial_values(node: SourceNode, section: str, reading: Reading) -> tuple[I
 def initial_values(
     key: Scalar, node: SourceNode, what: str, reading: Reading
 ) -> Iterator[InitialValue]:
-    """Read ``x: value`` or ``dot(x): value``, for every member where ``x`` is a family."""
+    """Read ``x: value`` or ``dot(x): value``, for every element where ``x`` is a family."""
     text, order = initial_name(key.text)
     name = replace(key, text=text)
     if is_indexed(text) and order and key.exact:
         column = key.mark.column + key.text.index(text)
         name = replace(name, mark=replace(key.mark, column=column, length=len(text)))
-    for member in reading.members(name):
-        shown = f"dot({member.text})" if order else member.text
+    for element in reading.elements(name):
+        shown = f"dot({element.text})" if order else element.text
         expression = reading.expression(node, f"'{shown}' in {what}")
         if expression:
-            yield InitialValue(member.text, order, key.mark, expression)
+            yield InitialValue(element.text, order, key.mark, expression)
 
 
 def read_simulate(node: SourceNode, reading: Reading) -> SimulateDefaults:
@@ -122,7 +122,7 @@ def _names(key: str) -> Any:
         names: list[str] = []
         for item in sequence.items:
             if isinstance(item, Scalar) and is_indexed(item.text):
-                names.extend(member.text for member in reading.members(item))
+                names.extend(element.text for element in reading.elements(item))
             elif (text := reading.text(item, what)) is not None:
                 names.append(text)
         return tuple(names)

@@ -71,8 +71,8 @@ def _amounts(
     mapping = reading.mapping(node, f"'{key}' of {what}", "a mapping of particles and points")
     amounts = []
     for name, value in mapping.entries if mapping else ():
-        for member in reading.members(name):
-            body = known_body(member, what, key, reading)
+        for element in reading.elements(name):
+            body = known_body(element, what, key, reading)
             amount = reading.part(value, key, what)
             if body is not None and amount is not None:
                 amounts.append((body, amount))

@@ -83,7 +83,7 @@ def override_times(scene: Scene, times: Mapping[str, str]) -> Scene:
 
 
 def _without_blanks(name: str) -> str:
-    """The name of a family's member has none: ``x[1,2]``."""
+    """The name of a family's element has none: ``x[1,2]``."""
     return name.replace(" ", "") if "[" in name else name
 
 

@@ -31,8 +31,8 @@ from lagrange_cli.scene.language.families import (
     Budget,
     assignments,
     check_family,
+    element_name,
     leaves,
-    member_name,
     whole_number,
     written_equation,
     written_expression,
@@ -206,7 +206,7 @@ class Reading:
 
     @property
     def in_family(self) -> bool:
-        """A member of a family is being read."""
+        """An element of a family is being read."""
         return len(self.indices) > len(self.sizes)
 
     def charge(self, terms: int, mark: Mark) -> None:
@@ -304,7 +304,7 @@ class Reading:
         """The entries of a section whose keys are names that the user chooses.
 
         ``symbols``: the names stand in expressions, so that reserved names are
-        refused. A family gives an entry for each of its members.
+        refused. A family gives an entry for each of its elements.
         """
         mapping = self.mapping(node, f"'{section}'", "a mapping of names")
         first: dict[str, Mark] = {}
@@ -334,20 +334,20 @@ class Reading:
         return earlier is name.mark
 
     def names(self, key: Scalar, section: str, *, symbols: bool) -> Iterator[Scalar]:
-        """The name that is declared, or those of all members of a family."""
+        """The name that is declared, or those of all elements of a family."""
         if not is_indexed(key.text):
             if self.is_name(key, section, symbols=symbols):
                 yield key
             return
         base = replace(key, text=key.text.partition("[")[0].strip())
         if self.is_name(base, section, symbols=symbols):
-            yield from self.members(key)
+            yield from self.elements(key)
 
-    def members(self, key: Scalar) -> Iterator[Scalar]:
-        """The members of ``x[i=1..n]``, or the one of ``x[0]``; a plain name is its own.
+    def elements(self, key: Scalar) -> Iterator[Scalar]:
+        """The elements of ``x[i=1..n]``, or the one of ``x[0]``; a plain name is its own.
 
-        While a member is in hand, ``indices`` holds its values. After the first
-        member with a problem the others, which would have it too, are left out.
+        While an element is in hand, ``indices`` holds its values. After the first
+        element with a problem the others, which would have it too, are left out.
         """
         if not is_indexed(key.text):
             yield key
@@ -365,7 +365,7 @@ class Reading:
                 before = len(self.problems.errors)
                 indices = [_index(part, values) for part in name.indices]
                 self.indices = values
-                yield replace(key, text=member_name(name.name, indices))
+                yield replace(key, text=element_name(name.name, indices))
                 if len(self.problems.errors) > before:
                     break
         self.indices = outer
@@ -395,7 +395,7 @@ class Reading:
         assert isinstance(parsed.node, Name)
         with self.problems.collect_at(parsed):
             indices = [whole_number(part, self.indices) for part in parsed.node.indices]
-            return member_name(parsed.node.name, indices)
+            return element_name(parsed.node.name, indices)
         return None
 
     def is_name(self, key: Scalar, section: str, *, symbols: bool) -> bool:
@@ -436,7 +436,7 @@ def _without_index(name: str) -> str:
 
 
 def _index(node: Node, values: AbstractMapping[str, int]) -> int:
-    """The value of one index of a member: where it is a range, that of the range's index."""
+    """The value of one index of an element: where it is a range, that of the range's index."""
     if not _is_range(node):
         return whole_number(node, values)
     index = children(node)[0]
