@@ -11,7 +11,7 @@ from lagrange_cli.simulate.model.model import ChartSingularity, Model
 from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
-from lagrange_cli.simulate.system.functions import functions_of
+from lagrange_cli.simulate.system.tracing import functions_of
 
 #: A factor this small beside its largest value has vanished at the start.
 _VANISHED = 1e-12

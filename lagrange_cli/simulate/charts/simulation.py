@@ -41,7 +41,7 @@ from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.samples.rows import RowSequence
 from lagrange_cli.simulate.simulation import RunContext, integrate
-from lagrange_cli.simulate.system.functions import functions_of
+from lagrange_cli.simulate.system.tracing import functions_of
 
 #: Least number of parts of the time in which singular configurations are watched for.
 WATCHED = 500

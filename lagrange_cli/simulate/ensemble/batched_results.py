@@ -33,7 +33,7 @@ _EXTRA = {"energy", "positions"}
 
 
 @dataclass(frozen=True)
-class Known:
+class MemberResults:
     """Results of some members.
 
     Attributes
@@ -56,7 +56,7 @@ class Known:
     figures: Mapping[str, Array]
     words: Mapping[str, str]
 
-    def only(self, which: NDArray[np.bool_]) -> Known:
+    def only(self, which: NDArray[np.bool_]) -> MemberResults:
         """Return the flagged ones."""
         if which.all():
             return self
@@ -64,7 +64,7 @@ class Known:
             {name: values[which] for name, values in arrays.items()}
             for arrays in (self.columns, self.scales, self.figures)
         )
-        return Known(self.numbers[which], columns, scales, figures, self.words)
+        return MemberResults(self.numbers[which], columns, scales, figures, self.words)
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class BatchedResults:
 
     def run(
         self, starts: Array, parameters: Array, between: Callable[[], None] = lambda: None
-    ) -> Iterator[Known | Missed]:
+    ) -> Iterator[MemberResults | Missed]:
         """Yield the members whose results batched runs decide; others are left to single runs.
 
         Parameters
@@ -125,7 +125,7 @@ class BatchedResults:
         assert rtol is not None
         return iter([self.members.unpromised(rtol, starts, parameters, between)])
 
-    def _results(self, runs: BatchedRuns, parameters: Array) -> Iterator[Known | Missed]:
+    def _results(self, runs: BatchedRuns, parameters: Array) -> Iterator[MemberResults | Missed]:
         """Yield the results of members about which the energy leaves no doubt."""
         eps = self.request.accuracy
         if len(runs.numbers) == 0:
@@ -148,7 +148,7 @@ class BatchedResults:
         formulation = self.model.formulation
         words = {"status": "ok", "reason": "", "method": METHOD, "formulation": formulation}
         scales = {} if eps is None else dict(zip(self._moving, runs.scales.T, strict=True))
-        yield Known(runs.numbers, columns, scales, figures, words).only(sure)
+        yield MemberResults(runs.numbers, columns, scales, figures, words).only(sure)
 
     def _energies(self, states: Array, parameters: Array) -> tuple[Array, Array]:
         """Evaluate :func:`.verification.disproof.energies` of each member, (members, samples)."""
@@ -225,7 +225,7 @@ def _moved_by(states: Array, errors: Array) -> Array:
     return np.concatenate([unmoved, unmoved + moves, unmoved - moves], axis=2)
 
 
-def _renumbered(result: Known | Missed, by: int) -> Known | Missed:
+def _renumbered(result: MemberResults | Missed, by: int) -> MemberResults | Missed:
     """Number members from another one on."""
     if isinstance(result, Missed):
         return replace(result, number=result.number + by)

@@ -41,17 +41,6 @@ from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_sid
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.store import Store
 
-__all__ = [
-    "REFUSED",
-    "MemberBlock",
-    "Plan",
-    "Task",
-    "run_block",
-    "run_blocks",
-    "run_members",
-    "tasks_of",
-]
-
 #: The status of a member that cannot be begun.
 REFUSED = "refused"
 

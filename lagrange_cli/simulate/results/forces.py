@@ -6,8 +6,9 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.system.functions import RightHandSide, functions_of
+from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.tables import ParameterTable
+from lagrange_cli.simulate.system.tracing import functions_of
 
 
 def constraint_force_columns(

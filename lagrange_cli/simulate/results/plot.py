@@ -35,14 +35,14 @@ class Curves(Protocol):
 
 
 class DrawnTrajectory(Curves, Protocol):
-    """A trajectory as a picture shows it, by its ``outline`` where it has too many samples."""
+    """A trajectory as a picture shows it, of ``decimated`` samples if it has too many."""
 
     @property
     def name(self) -> str: ...
     @property
     def coordinates(self) -> tuple[str, ...]: ...
     @property
-    def outline(self) -> Curves | None: ...
+    def decimated(self) -> Curves | None: ...
 
 
 def draw(trajectory: DrawnTrajectory, ending: str) -> bytes:
@@ -58,7 +58,7 @@ def draw(trajectory: DrawnTrajectory, ending: str) -> bytes:
     dots = [f"dot({name})" for name in trajectory.coordinates]
     _lines(top, trajectory, list(trajectory.coordinates), "coordinates")
     _lines(middle, trajectory, dots, "velocities")
-    shown: Curves = trajectory.outline or trajectory
+    shown: Curves = trajectory.decimated or trajectory
     bottom.plot(shown.t, shown.energy, color="black")
     bottom.set_ylabel("energy")
     bottom.set_xlabel("t")
@@ -147,7 +147,7 @@ def picture(figure: Figure, ending: str) -> bytes:
 
 
 def _lines(axes: Axes, trajectory: DrawnTrajectory, names: list[str], label: str) -> None:
-    shown: Curves = trajectory.outline or trajectory
+    shown: Curves = trajectory.decimated or trajectory
     for name in names:
         axes.plot(shown.t, shown.columns[name], label=name)
     axes.set_ylabel(label)

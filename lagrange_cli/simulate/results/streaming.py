@@ -131,7 +131,7 @@ def written_in_windows(
             decimator.add(columns)
             if add is not None:
                 add(replace(trajectory, **vars(columns)).table(stream.extra))
-    return replace(trajectory, written=stream.output, outline=decimator.curves())
+    return replace(trajectory, written=stream.output, decimated=decimator.curves())
 
 
 def _curves(trajectory: Trajectory) -> tuple[str, ...]:

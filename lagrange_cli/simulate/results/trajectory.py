@@ -127,7 +127,7 @@ class Trajectory:
         velocities there are outside of the promise.
     written
         Name of the file that has all samples; None if memory has them.
-    outline
+    decimated
         Least and largest values in parts of the time, for a picture.
     """
 
@@ -159,7 +159,7 @@ class Trajectory:
     remarks: tuple[str, ...] = ()
     exempt: tuple[float, ...] = ()
     written: str | None = None
-    outline: Sampled | None = None
+    decimated: Sampled | None = None
 
     @property
     def exit_code(self) -> int:

@@ -51,16 +51,6 @@ from lagrange_cli.simulate.system.tables import (
 from lagrange_cli.simulate.system.tracing import functions_of, tracer
 from lagrange_cli.simulate.toolchain.compiler import CompileError
 
-__all__ = [
-    "RightHandSide",
-    "WiderArithmetic",
-    "compiled",
-    "functions_of",
-    "interpreted",
-    "right_hand_side",
-    "right_hand_sides",
-]
-
 #: Part of a budget after which the compiler is given up, so that the rest is for Python.
 _COMPILING = 0.5
 

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.system.functions import functions_of
 from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.system.tracing import functions_of
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.dimensions import Base, Dimensions

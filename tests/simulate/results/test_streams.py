@@ -116,7 +116,7 @@ def test_a_picture_has_every_extreme_of_a_curve(small):
     how = {"method": "RK4", "step": 1e-4}
     whole = simulate(of, **how)
     part = simulate(of, **how, stream=Stream(drawn=True, in_memory=0))
-    shown = part.outline
+    shown = part.decimated
     assert len(shown.t) == 4000
     for name in ("theta", "dot(theta)"):
         assert shown.columns[name].max() == whole.columns[name].max()

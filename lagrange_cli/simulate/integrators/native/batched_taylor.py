@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_structures import members_type
-from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, LONG, POINTER, NativeReal
+from lagrange_cli.simulate.integrators.native.c_types import (
+    DOUBLE,
+    LONG,
+    POINTER,
+    NativeReal,
+    aligned_zeros,
+)
 
 _ROWS = ctypes.CFUNCTYPE(ctypes.c_int)
 _WIDTH = ctypes.CFUNCTYPE(LONG)
@@ -30,9 +36,6 @@ _TABLE = ctypes.CFUNCTYPE(
 
 _EXTENT = ctypes.CFUNCTYPE(None, LONG, LONG, LONG, POINTER, ctypes.c_double, POINTER)
 _ERRORS = ctypes.CFUNCTYPE(None, *[LONG] * 3, POINTER, LONG, *[POINTER] * 3)
-
-#: Bytes of the largest vector of the machines of today.
-_ALIGNMENT = 64
 
 #: Steps in each lane of one call.
 _AT_ONCE = 512
@@ -150,7 +153,8 @@ class BatchedTaylor:
         )
         run.order, run.tolerance, run.most_steps = steps.order, steps.tolerance, steps.most
         run.longest, run.glance, run.forgiven = steps.longest, steps.glance, steps.forgiven
-        memory = _aligned(_MEMORY(("lagrange_taylor_memory", self._stepper))(ctypes.byref(run)))
+        size = _MEMORY(("lagrange_taylor_memory", self._stepper))(ctypes.byref(run))
+        memory = aligned_zeros(size, np.uint8)
         run.memory = memory.ctypes.data
         while self._advance(ctypes.byref(run), _AT_ONCE):
             between()
@@ -236,10 +240,3 @@ class BatchedSamples:
 def digits_of(stepper: ctypes.CDLL) -> int:
     """Return the binary digits of the numbers that the compiler made of the type."""
     return int(_WIDTH(("lagrange_taylor_digits", stepper))())
-
-
-def _aligned(size: int) -> NDArray[np.uint8]:
-    """Make zeros that begin at an address where vectors of the machine may."""
-    memory = np.zeros(size + _ALIGNMENT, np.uint8)
-    first = -memory.ctypes.data % _ALIGNMENT
-    return memory[first : first + size]

@@ -35,6 +35,18 @@ DOUBLE = NativeReal(np.float64, ctypes.c_double)
 EXTENDED = NativeReal(np.longdouble, ctypes.c_longdouble)
 
 
+#: Bytes of the largest vector of the machines of today.
+_ALIGNMENT = 64
+
+
+def aligned_zeros(size: int, dtype: Any) -> Any:
+    """Make zeros, shape (size,), at an address where vectors of the machine may begin."""
+    width = np.dtype(dtype).itemsize
+    numbers = np.zeros(size + _ALIGNMENT // width, dtype)
+    first = -numbers.ctypes.data % _ALIGNMENT // width
+    return numbers[first : first + size]
+
+
 @cache
 def function_type(real: NativeReal) -> Any:
     """int f(real t, const real *y, const real *u, const void *p, real *work, real *out)"""

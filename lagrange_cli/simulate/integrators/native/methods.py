@@ -30,7 +30,12 @@ from lagrange_cli.simulate.integrators.event_functions import (
 )
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.native.c_structures import KernelStatus, run_type
-from lagrange_cli.simulate.integrators.native.c_types import LONG, POINTER, NativeReal
+from lagrange_cli.simulate.integrators.native.c_types import (
+    LONG,
+    POINTER,
+    NativeReal,
+    aligned_zeros,
+)
 from lagrange_cli.simulate.integrators.native.events import EventBuffer
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.native.landmarks import LandmarkBuffer
@@ -63,9 +68,6 @@ _FAILURES: dict[int, str] = {
 }
 _MOST_STEPS = 2**62
 
-#: Bytes of the largest vector of the machines of today.
-_ALIGNMENT = 64
-
 
 class _Compiled:
     """The part of an integrator that calls its kernel; mixed into the method it replaces."""
@@ -86,7 +88,7 @@ class _Compiled:
         self.end_event: int | None = None
         n = len(y0)
         rows = self._rows(n)
-        memory = _aligned(n * (rows + 3) + len(rhs.work), rhs.real)
+        memory = aligned_zeros(n * (rows + 3) + len(rhs.work), rhs.real.dtype)
         self._every = memory
         self._memory = memory[: n * rows].reshape(rows, n)
         self._tolerances = memory[n * rows : n * (rows + 2)].reshape(2, n)
@@ -229,14 +231,6 @@ class _Compiled:
 @cache
 def _kernel(library: ctypes.CDLL, name: str, prototype: Any) -> Any:
     return prototype((name, library))
-
-
-def _aligned(size: int, real: NativeReal) -> Any:
-    """Make zeros that begin at an address where vectors of the machine may."""
-    width = ctypes.sizeof(real.ctype)
-    numbers = np.zeros(size + _ALIGNMENT // width, real.dtype)
-    first = -numbers.ctypes.data % _ALIGNMENT // width
-    return numbers[first : first + size]
 
 
 class _Interpolating(_Compiled):
