@@ -49,6 +49,7 @@ _ENTRY = 6
 #: Further operations of a closure.
 _CLOSURE = 4
 
+#: Decimal digits of a state that is carried over to other coordinates.
 _DIGITS = 34
 
 

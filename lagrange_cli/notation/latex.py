@@ -56,8 +56,9 @@ _WIDE = frozenset("mwABCDEFGHKLMNOPQRTUVWXYZ")
 #: Beginnings of names of several letters.
 _WORDS = (r"\mathrm{", r"\dot{\mathrm{", r"\ddot{\mathrm{", r"\text{")
 
-#: Wider ones are not put over or under a line, under a root, or in an exponent.
+#: Width of the widest part that is put over or under a line or under a root. Set by hand.
 _WIDEST_PART = 44
+#: Width of the widest exponent of e; wider ones are arguments of exp. Set by hand.
 _WIDEST_EXPONENT = 14
 
 

@@ -23,6 +23,7 @@ from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
 from lagrange_cli.mechanics.symbols.values import nearest_double
 from lagrange_cli.scene.model import Unilateral
 
+#: Decimal digits of gaps that count; more are carried.
 _DIGITS = 30
 #: Change relative to |∂φ/∂q|·|Δq| below which a gap counts as constant; set by hand.
 _STILL = mpf(10) ** -9

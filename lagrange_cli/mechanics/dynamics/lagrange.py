@@ -155,7 +155,7 @@ class _Builder:
             (symbol, mass)
             for body, mass in zip(reduced.names.particle_symbols, reduced.masses, strict=True)
             for symbol in body
-            if reduced.chart.geometry.held[symbol]
+            if reduced.chart.geometry.position_symbols[symbol]
         ]
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
         self._masses: dict[int, Weights] = {}
@@ -342,7 +342,7 @@ class _Builder:
     ) -> sp.Expr:
         """T = Σ ½ m ṙ², each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
         names = self.reduced.names
-        symbols = self.reduced.chart.geometry.held
+        symbols = self.reduced.chart.geometry.position_symbols
         scleronomic = not any(self.t in symbols[s] for s in velocity)
         particles = None
         squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols]

@@ -44,6 +44,7 @@ from lagrange_cli.scene.conditions import InitialValue
 #: Largest violation, relative to the scene's length, that is projected instead of refused.
 _TOLERANCE = mpf(10) ** -9
 
+#: Decimal digits carried; a second time twice as many.
 _DIGITS = 34
 #: Relative size of rounding errors that remain.
 _ROUNDING = mpf(10) ** -20

@@ -44,7 +44,7 @@ TaylorSeries = tuple[Mpf, Mpf, Mpf]
 """Value, first and second derivative with respect to s."""
 
 _ZERO = mpf(0)
-_NONE = Decimal(0)
+_DECIMAL_ZERO = Decimal(0)
 
 
 class Tape:
@@ -211,17 +211,17 @@ class TapeRun:
         if operation == "add":
             terms = [nodes[k] for k in a]
             if not order:
-                return sum([x[0] for x in terms], _NONE), _NONE, _NONE
+                return sum([x[0] for x in terms], _DECIMAL_ZERO), _DECIMAL_ZERO, _DECIMAL_ZERO
             return (
-                sum([x[0] for x in terms], _NONE),
-                sum([x[1] for x in terms], _NONE),
-                sum([x[2] for x in terms], _NONE) if order > 1 else _NONE,
+                sum([x[0] for x in terms], _DECIMAL_ZERO),
+                sum([x[1] for x in terms], _DECIMAL_ZERO),
+                sum([x[2] for x in terms], _DECIMAL_ZERO) if order > 1 else _DECIMAL_ZERO,
             )
         if operation == "input":
             x = next(self._pending)
             return to_decimal(x[0]), to_decimal(x[1]), to_decimal(x[2])
         if operation == "constant":
-            return constant_decimal(a, mpmath.mp.dps), _NONE, _NONE
+            return constant_decimal(a, mpmath.mp.dps), _DECIMAL_ZERO, _DECIMAL_ZERO
         if operation in ("unary", "power", "root"):
             self.local[i] = self._derivatives(operation, nodes[a][0], b)
             return self._compose(self.local[i], nodes[a])
@@ -234,10 +234,10 @@ class TapeRun:
 
     def _multiply(self, x: Jet, y: Jet) -> Jet:
         if not self.order:
-            return x[0] * y[0], _NONE, _NONE
+            return x[0] * y[0], _DECIMAL_ZERO, _DECIMAL_ZERO
         first = x[0] * y[1] + x[1] * y[0]
         if self.order == 1:
-            return x[0] * y[0], first, _NONE
+            return x[0] * y[0], first, _DECIMAL_ZERO
         return x[0] * y[0], first, x[0] * y[2] + 2 * x[1] * y[1] + x[2] * y[0]
 
     @staticmethod
@@ -251,9 +251,9 @@ class TapeRun:
 
     def _compose(self, f: Jet, x: Jet) -> Jet:
         if not self.order:
-            return f[0], _NONE, _NONE
+            return f[0], _DECIMAL_ZERO, _DECIMAL_ZERO
         if self.order == 1:
-            return f[0], f[1] * x[1], _NONE
+            return f[0], f[1] * x[1], _DECIMAL_ZERO
         return f[0], f[1] * x[1], f[1] * x[2] + f[2] * x[1] * x[1]
 
     def _atan2(self, i: int, y: Jet, x: Jet) -> Jet:
@@ -297,7 +297,7 @@ class TapeRun:
     def _adjoint(self, output: int) -> dict[int, tuple[Decimal, Decimal]]:
         """Accumulate the derivatives of one output by every node below it (reverse mode)."""
         adjoint: dict[int, tuple[Decimal, Decimal]] = {}
-        _accumulate(adjoint, self.tape.outputs[output], Decimal(1), _NONE)
+        _accumulate(adjoint, self.tape.outputs[output], Decimal(1), _DECIMAL_ZERO)
         for i in self.tape.below(output):
             if i in adjoint:
                 self._backward(adjoint, i, adjoint[i])
@@ -310,7 +310,7 @@ class TapeRun:
             slopes = {i: adjoint[i][0] for i in sorted(adjoint) if i < stop and adjoint[i][0]}
             if not all(x.is_finite() for x in slopes.values()):
                 raise DomainError
-            largest = max(map(abs, slopes.values()), default=_NONE)
+            largest = max(map(abs, slopes.values()), default=_DECIMAL_ZERO)
             return {i: float(x / largest) for i, x in slopes.items()}
 
     def _backward(

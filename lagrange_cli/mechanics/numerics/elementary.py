@@ -35,6 +35,7 @@ _LARGEST_EXPONENT = mpf(10) ** 17
 
 #: Most decimal digits before the point of an angle that is reduced to a turn. Set by hand.
 _LONGEST_ANGLE = 5_000
+#: Largest argument of a periodic function.
 _LARGEST_ANGLE = mpf(10) ** _LONGEST_ANGLE
 
 

@@ -37,6 +37,7 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
+#: Decimal digits of the numbers that ranks are found with.
 _DIGITS = 30
 _ZERO = sp.Integer(0)
 

@@ -304,12 +304,16 @@ def _extra(geometry: Geometry, points: Sequence[SymbolValues]) -> int:
 
 def _places(geometry: Geometry) -> list[sp.Expr]:
     """Distinct components of particles that move."""
-    return [geometry.resolved[s] for s in dict.fromkeys(geometry.positions) if geometry.held[s]]
+    return [
+        geometry.resolved[s]
+        for s in dict.fromkeys(geometry.positions)
+        if geometry.position_symbols[s]
+    ]
 
 
 def _moving(geometry: Geometry, beside: Sequence[sp.Expr]) -> list[sp.Symbol]:
     """Coordinates that occur in positions of particles, or in expressions ``beside`` them."""
-    inside = set().union(*(geometry.held[s] for s in geometry.positions))
+    inside = set().union(*(geometry.position_symbols[s] for s in geometry.positions))
     inside.update(s for e in beside for s in e.free_symbols)
     return [q for q in geometry.coordinates if q in inside]
 

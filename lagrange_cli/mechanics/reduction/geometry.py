@@ -62,8 +62,8 @@ class Geometry:
         return {q: j for j, q in enumerate(self.coordinates)}
 
     @cached_property
-    def held(self) -> Mapping[sp.Symbol, frozenset[sp.Symbol]]:
-        """Free symbols of each of ``resolved``."""
+    def position_symbols(self) -> Mapping[sp.Symbol, frozenset[sp.Symbol]]:
+        """Raw symbol → free symbols of its position."""
         return {s: frozenset(r.free_symbols) for s, r in self.resolved.items()}
 
     def closure_equation(self, number: int) -> ClosureEquation:

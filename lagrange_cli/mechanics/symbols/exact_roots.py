@@ -15,6 +15,7 @@ from sympy.ntheory import factor_
 #: Most decimal digits of a numerator or denominator under a root, without powers of ten.
 LONGEST_ROOT = 600
 
+#: The same in bits.
 _BITS = LONGEST_ROOT * 3322 // 1000
 
 #: Bits that SymPy may leave under a root of a number, of its own making.

@@ -33,6 +33,7 @@ from lagrange_cli.scene.language.tokens import (
     NotRealExpressionError,
 )
 
+#: Largest constant power of an expression that is not constant.
 MAX_POWER = 100
 #: Bits of numerator or denominator of a constant: 20,000 digits.
 _MAX_BITS = 66_439

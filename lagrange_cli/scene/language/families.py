@@ -45,7 +45,9 @@ MAX_FAMILY = 100_000
 #: Most names and numbers in all that is written out from families and sums.
 MAX_TERMS = 1_000_000
 
+#: Most indices of a family.
 _MAX_INDICES = 2
+#: Largest magnitude of an index.
 _MAX_INDEX = 10**9
 
 IndexValues = Mapping[str, int]

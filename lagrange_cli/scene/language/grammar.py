@@ -35,6 +35,7 @@ __all__ = [
     "parse_key",
 ]
 
+#: Most characters of an expression as written.
 MAX_LENGTH = 20_000
 
 _RELATIONS = ("=", "==", "<", ">", "<=", ">=")

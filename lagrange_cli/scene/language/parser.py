@@ -28,6 +28,7 @@ from lagrange_cli.scene.language.tokens import (
     number_value,
 )
 
+#: Deepest nesting of an expression.
 MAX_NESTING = 200
 
 

@@ -17,7 +17,9 @@ _MAX_REPORTED = 20
 _MAX_COLLECTED = 100
 
 _INDICES = re.compile(r"\[[-\d,]*\]")
+#: Characters beyond which a text is cut in messages.
 _MAX_SHOWN = 40
+#: Most known names among which a similar one is sought.
 _MAX_CANDIDATES = 1000
 
 

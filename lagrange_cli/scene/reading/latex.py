@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+#: Most characters of a ``latex`` key.
 _LONGEST = 100
 
 _SYMBOL_NAMES = """

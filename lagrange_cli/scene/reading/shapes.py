@@ -48,6 +48,7 @@ _BOOLEANS = {
 _BASED = re.compile(r"0o([0-7]+)|0x([0-9a-fA-F]+)")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,9}")
 _INDEXED = re.compile(r"\s*[A-Za-z_][A-Za-z0-9_]*\s*\[")
+#: Most characters of a name.
 _LONGEST_NAME = 100
 
 

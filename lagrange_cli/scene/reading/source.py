@@ -16,6 +16,7 @@ import yaml
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.scene.language.problems import Problems, shown
 
+#: Deepest nesting of YAML.
 MAX_DEPTH = 64
 #: Characters that all aliases together may expand to.
 MAX_ALIASED = 2**20
