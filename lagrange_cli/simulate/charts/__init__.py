@@ -1,7 +1,7 @@
 """Motions past singular configurations of a scene's coordinates.
 
-A simulation that meets such a place goes in; one in Cartesian coordinates with multipliers comes
-out, read in the scene's coordinates. Read :mod:`.simulation` first.
+A simulation that meets one goes in; one in Cartesian coordinates with multipliers comes out, read
+in the scene's coordinates. Read :mod:`.simulation` first.
 """
 
 __all__ = ["simulation"]

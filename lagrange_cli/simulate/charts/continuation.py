@@ -249,7 +249,7 @@ class _Follower:
         except _GivenUpError:
             pass
         except _UnknownError:
-            # What was chosen since the place was reached is not known either.
+            # Choices since the singular configuration was reached are not known either.
             self.unknown = self._before.t if self._before is not None else float(t[0])
             points = [p for p in points if p.t <= self.unknown]
         return ContinuedCoordinates(
@@ -327,7 +327,7 @@ class _Follower:
         return self._turned(there)
 
     def _goes_through(self, lost: NDArray[np.bool_]) -> bool:
-        """Tell whether a motion goes through a place where some coordinates move nothing, or turns.
+        """Tell whether a motion goes through where some coordinates move nothing, or turns.
 
         Raises
         ------

@@ -19,7 +19,7 @@ _VANISHED = 1e-12
 #: Distance in samples, at the last pace, within which a run counts as having arrived.
 _ARRIVED = 3.0
 
-#: A factor this small beside its largest value is near the place as well.
+#: A factor this small beside its largest value is near the singular configuration as well.
 NEAR_SINGULAR = 1e-3
 
 
@@ -29,7 +29,7 @@ class SingularPassage:
 
     Attributes
     ----------
-    place
+    singularity
         The singular configuration.
     samples
         Number of samples before it.
@@ -37,7 +37,7 @@ class SingularPassage:
         The run went past it; if false, it ended there.
     """
 
-    place: ChartSingularity
+    singularity: ChartSingularity
     samples: int
     passed: bool
 
@@ -59,9 +59,9 @@ def singular_start(model: Model) -> ChartSingularity | None:
         return None
     start = np.array([model.initial])
     values = _factors(model, np.array([model.defaults.start]), start)[0]
-    for place, value in zip(model.singular, values, strict=True):
+    for singularity, value in zip(model.singular, values, strict=True):
         if not abs(value) > _VANISHED:
-            return place
+            return singularity
     return None
 
 
@@ -78,7 +78,7 @@ def first_passage(
     """Find the first singular configuration of samples (m,), (m, 2n); None without any."""
     passed, near = _barred(model, times, states)
     passages = []
-    for number, place in enumerate(model.singular):
+    for number, singularity in enumerate(model.singular):
         if near.moves[number]:
             closest = near.closest[number]
             unresolved = _unresolved(model, times[closest], states[closest], number)
@@ -86,9 +86,9 @@ def first_passage(
                 passed.setdefault(number, closest)
                 passed[number] = min(passed[number], closest)
         if number in passed:
-            passages.append(SingularPassage(place, passed[number] + 1, passed=True))
+            passages.append(SingularPassage(singularity, passed[number] + 1, passed=True))
         elif status not in ("ok", "stopped") and near.ends(number):
-            passages.append(SingularPassage(place, len(states), passed=False))
+            passages.append(SingularPassage(singularity, len(states), passed=False))
     return min(passages, key=lambda met: met.samples, default=None)
 
 
@@ -105,7 +105,7 @@ class _Near:
         self.moves = [False] * places
 
     def add(self, states: Array, values: Array) -> list[tuple[int, int]]:
-        """Take further states with their factors; give places of which a factor changes its
+        """Take further states with their factors; give numbers of factors that change their
         sign, with the number of the sample before."""
         both = np.concatenate([self._last[-1:], values])
         first = self._seen - len(self._last[-1:])

@@ -125,7 +125,7 @@ def moving_nothing(point: ChartPoint) -> NDArray[np.bool_]:
 def alikeness(one: Array, two: Array) -> float:
     """Return the cosine between the planes that columns span, −1 if one is turned over.
 
-    It is turned over on the other side of a place where the columns become dependent.
+    It is turned over on the other side of a configuration at which columns become dependent.
     """
     volumes = np.linalg.det(one.T @ one) * np.linalg.det(two.T @ two)
     return float(np.linalg.det(one.T @ two) / np.sqrt(volumes)) if volumes > 0 else 0.0

@@ -112,7 +112,8 @@ def simulate_past_singularities(
     second = None
     if with_multipliers is not None and left != 0:
         again = replace(context, functions=None, progress=None, checkpoint=None, stream=None)
-        second = _in_other(with_multipliers, passage.place, replace(options, budget=left), again)
+        options = replace(options, budget=left)
+        second = _in_other(with_multipliers, passage.singularity, options, again)
     if second is not None and (second.status == "ok" or second.t[-1] > first.t[-1]):
         return _with_costs(second, [first])
     return _thinned(_cut(first, passage), every)
@@ -124,7 +125,7 @@ def _refuse_met(passage: SingularPassage | None, times: RowSequence) -> None:
         return
     raise InputError(
         Problem(
-            f"the coordinates are singular where {passage.place.where}, which is met after"
+            f"the coordinates are singular where {passage.singularity.where}, which is met after"
             f" t = {times[passage.samples - 1]:.9g}",
             hint="with up to 100,000 samples the motion is followed past it",
             rule="singular-place",
@@ -159,22 +160,22 @@ def _from_start(
 ) -> Trajectory:
     """Simulate in other coordinates a motion that begins at a singular configuration."""
     problem = refusal.problems[0]
-    place = singular_start(model) if isinstance(refusal, SingularError) else None
-    if place is None:
+    singularity = singular_start(model) if isinstance(refusal, SingularError) else None
+    if singularity is None:
         raise refusal
     second = None
     if with_multipliers is not None:
         alone = replace(_alone(context), functions=None)
-        second = _in_other(with_multipliers, place, options, alone)
+        second = _in_other(with_multipliers, singularity, options, alone)
     if second is None:
-        said = f"the coordinates are singular where {place.where}"
+        said = f"the coordinates are singular where {singularity.where}"
         raise type(refusal)(replace(problem, hint=f"{said}\n{problem.hint}")) from refusal
     return second
 
 
 def _cut(run: Trajectory, passage: SingularPassage) -> Trajectory:
     """Cut a run before a singular configuration that it passed."""
-    where, last = passage.place.where, float(run.t[passage.samples - 1])
+    where, last = passage.singularity.where, float(run.t[passage.samples - 1])
     said = (
         f"the coordinates are singular where {where}, which is met after t = {last:.9g};"
         " --formulation multiplier goes on where it has no such place"
@@ -193,7 +194,7 @@ def _sliced(columns: Mapping[str, Array], kept: NDArray[np.intp]) -> dict[str, A
 
 def _in_other(
     with_multipliers: Callable[[], Model],
-    place: ChartSingularity,
+    singularity: ChartSingularity,
     options: SimulationOptions,
     context: RunContext,
 ) -> Trajectory | None:
@@ -202,11 +203,11 @@ def _in_other(
         model = with_multipliers()
     except InputError:
         return None
-    kept = set(place.lost) & set(model.coordinates)
-    if model.chart is None or (kept and not place.ends):
+    kept = set(singularity.lost) & set(model.coordinates)
+    if model.chart is None or (kept and not singularity.ends):
         return None
     run = _with_chart(model, model.chart, options, context)
-    said = f"in {model.formulation} form: the coordinates are singular where {place.where}"
+    said = f"in {model.formulation} form: the coordinates are singular where {singularity.where}"
     return replace(run, remarks=(said, *run.remarks))
 
 
@@ -397,7 +398,7 @@ def _own_columns(
     chart: FormerChart, names: list[str], continued: ContinuedCoordinates, run: Trajectory
 ) -> dict[str, Array]:
     """Return columns of former coordinates, NaN if not known to the accuracy asked for."""
-    places, rates = {}, {}
+    values, rates = {}, {}
     eps = run.requested or NEAR_SINGULAR
     speeds = np.nan_to_num(np.abs(continued.v)).max(axis=1)
     for name in names:
@@ -409,9 +410,9 @@ def _own_columns(
         known = off <= eps * size
         fastest = max(float(np.abs(v[known]).max(initial=0.0)), size)
         steady = known & (np.where(known, off, 0.0) * speeds <= eps * fastest)
-        places[name] = np.where(known, q, np.nan)
+        values[name] = np.where(known, q, np.nan)
         rates[f"dot({name})"] = np.where(steady, v, np.nan)
-    return places | rates
+    return values | rates
 
 
 def multiplier_form(

@@ -40,7 +40,8 @@ def guard_source(
     programs
         Those of the library; empty text where :data:`GUARD_PROGRAM` is not among them.
     rates
-        For each place the numbers, in the state, of the rates that move nothing there.
+        For each singular configuration the numbers, in the state, of the rates that move nothing
+        there.
     lanes
         None: right-hand sides at one state. Else the text that has those at eight states at once,
         which is what the functions given back are for as well.

@@ -30,15 +30,15 @@ def singular_factors(model: Model) -> Callable[[float, Array], Array]:
     return lambda t, y: np.asarray(function(t, y, parameters), dtype=float)
 
 
-def _rates(model: Model, place: ChartSingularity) -> list[int]:
-    """Return the numbers, in a state, of the rates that move nothing at a place."""
-    return [len(model.coordinates) + model.coordinates.index(name) for name in place.lost]
+def _rates(model: Model, singularity: ChartSingularity) -> list[int]:
+    """Return the numbers, in a state, of the rates that move nothing at a singularity."""
+    return [len(model.coordinates) + model.coordinates.index(name) for name in singularity.lost]
 
 
 def guard_signs(model: Model, t: float, y: Array) -> Array | None:
-    """On which side of each place a motion begins, and what keeps it there; None without places.
+    """Find the sides of singular configurations on which a motion stays; None without any.
 
-    The momentum of a coordinate that is lost at a place is its rate times an inertia that
+    The momentum of a coordinate that is lost at one is its rate times an inertia that
     vanishes with the square of the factor. While it is not zero, the factor is not zero either:
     the motion comes close and turns round, and the coordinate changes within no time. With a rate
     that is exactly zero, as a symmetry keeps it, the motion goes through and the factor changes
@@ -46,9 +46,9 @@ def guard_signs(model: Model, t: float, y: Array) -> Array | None:
 
     Returns
     -------
-    A number for each place at which coordinates do not end: 0 where the motion begins there.
+    A number for each one at which coordinates do not end: 0 if the motion begins there.
     """
-    numbers = [k for k, place in enumerate(model.singular) if not place.ends]
+    numbers = [k for k, singularity in enumerate(model.singular) if not singularity.ends]
     if not numbers:
         return None
     factors = singular_factors(model)(t, y)
@@ -58,7 +58,7 @@ def guard_signs(model: Model, t: float, y: Array) -> Array | None:
 
 @dataclass(frozen=True)
 class _BesidePlaces:
-    """A right-hand side that is NaN beyond some places."""
+    """A right-hand side that is NaN beyond some singular configurations."""
 
     rhs: Rhs
     barred: Callable[[float, Array], bool]
@@ -73,11 +73,10 @@ class _BesidePlaces:
 
 
 def guarded_rhs(model: Model, kept: Array, rhs: Rhs) -> Rhs:
-    """Make an interpreted right-hand side NaN beyond places; ``kept`` is of :func:`guard_signs`."""
+    """Make an interpreted right-hand side NaN on sides that ``kept`` (:func:`guard_signs`) bars."""
     factors = singular_factors(model)
-    places = [place for place in model.singular if not place.ends]
-    numbers = [k for k, place in enumerate(model.singular) if not place.ends]
-    rates = [_rates(model, place) for place in places]
+    numbers = [k for k, singularity in enumerate(model.singular) if not singularity.ends]
+    rates = [_rates(model, model.singular[k]) for k in numbers]
 
     def barred(t: float, y: Array) -> bool:
         beyond = kept * factors(t, y)[numbers] < 0
