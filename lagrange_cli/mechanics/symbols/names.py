@@ -212,12 +212,12 @@ class Names:
 
     def _all_of(self, expression: Expression) -> Iterator[Node]:
         """Walk an expression and the abbreviations that it names, each once."""
-        pending, met = [expression], {*self.coordinates, *self.cartesian}
+        pending, visited = [expression], {*self.coordinates, *self.cartesian}
         while pending:
             for node in walk(pending.pop().node):
                 yield node
-                if isinstance(node, Name) and node.name in self._definitions.keys() - met:
-                    met.add(node.name)
+                if isinstance(node, Name) and node.name in self._definitions.keys() - visited:
+                    visited.add(node.name)
                     pending.append(self._definitions[node.name])
 
     def abbreviations(self) -> Iterator[tuple[str, Expression]]:

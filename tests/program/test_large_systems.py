@@ -1,4 +1,4 @@
-"""Large systems: kernels for all functions, sparse elimination, work that is linear."""
+"""Large systems: loops for all functions, sparse elimination, work that is linear."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from lagrange_cli.simulate.native.rounding_model import perturb
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import Compiled, write
-from tests.program.test_banded import (
+from tests.program.test_bandwidth import (
     M,
     chain,
     net,
@@ -393,7 +393,7 @@ SCRIPT = """
 import sys
 from hashlib import sha256
 sys.path.insert(0, sys.argv[1])
-from tests.program.test_wide import CASES
+from tests.program.test_large_systems import CASES
 from lagrange_cli.emit.registry import EMITTERS
 for name in ("net", "own_masses"):
     for language in ("c", "python"):

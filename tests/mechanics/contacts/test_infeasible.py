@@ -1,4 +1,4 @@
-"""One-sided constraints that leave no room: named with proof, or as searched for."""
+"""Infeasible one-sided constraints: refused with proof, or as not found by a search."""
 
 from __future__ import annotations
 
