@@ -23,11 +23,7 @@ from lagrange_cli.mechanics.diagnosis.inconsistency import (
     proven_inconsistency,
 )
 from lagrange_cli.mechanics.elimination.branches import AmbiguousFactorError, NoRealSolutionError
-from lagrange_cli.mechanics.elimination.eliminate import (
-    Elimination,
-    StatedEquation,
-    eliminate,
-)
+from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, eliminate
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, working_digits
 from lagrange_cli.mechanics.reduction.coordinates import (
     Chart,
@@ -44,10 +40,7 @@ from lagrange_cli.mechanics.reduction.dof_account import (
     with_velocities,
     without_redundant_rates,
 )
-from lagrange_cli.mechanics.reduction.geometry import (
-    Geometry,
-    restricting_equations,
-)
+from lagrange_cli.mechanics.reduction.geometry import Geometry, restricting_equations
 from lagrange_cli.mechanics.reduction.independence import independent_closures, require_determined
 from lagrange_cli.mechanics.reduction.local_identities import (
     EquationSides,
@@ -170,8 +163,10 @@ def _integrated(problem: _Problem) -> _Integrated:
     integrated = _Integrated(_reduced(problem, stated, strict=not remaining))
     if not remaining:
         return integrated
-    points = _drawn(integrated.reduced.chart.geometry, integrated.reduced.sampler([]), ())
-    implied = _implied(integrated.reduced, remaining, points)
+    geometry, reference = integrated.reduced.chart.geometry, problem.reference
+    points = _drawn(geometry, integrated.reduced.sampler([]), ())
+    resolved, elimination = integrated.reduced.resolved, geometry.elimination
+    implied = redundant_rates(names, elimination, remaining, resolved, points, reference)
     remaining = [x for k, x in enumerate(remaining) if k not in implied]
     integrated = replace(integrated, remaining=remaining, redundant=tuple(implied.values()))
     while integrated.remaining:
@@ -194,15 +189,6 @@ def _integrated(problem: _Problem) -> _Integrated:
         remarks = [*integrated.remarks, *new]
         integrated = replace(integrated, reduced=reduced, remaining=remaining, remarks=remarks)
     return integrated
-
-
-def _implied(
-    reduced: Reduced, remaining: Sequence[_Written], points: Sequence[SamplePoint]
-) -> dict[int, RedundantRate]:
-    elimination, reference = reduced.chart.geometry.elimination, reduced.reference
-    return redundant_rates(
-        reduced.names, elimination, remaining, reduced.resolved, points, reference
-    )
 
 
 def _holds_rate(names: Names, written: _Written) -> bool:

@@ -22,10 +22,7 @@ from lagrange_cli.mechanics.reduction.coordinates import (
     sampler_of,
     scales,
 )
-from lagrange_cli.mechanics.reduction.geometry import (
-    ClosureEquation,
-    Geometry,
-)
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues
