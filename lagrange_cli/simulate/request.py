@@ -205,14 +205,10 @@ def _moving(model: Model) -> Array:
     missing = [p.name for p in model.parameters if p.value is None and p.used]
     if missing:
         raise _refused(
-            f"no value for {_and(missing)}",
-            " ".join(f"-p {name}=1" for name in missing),
+            f"no value for {_and(missing)}", " ".join(f"-p {name}=1" for name in missing)
         )
     if model.initial is None:
-        raise _refused(
-            "the scene gives no initial state",
-            _initial_options(model),
-        )
+        raise _refused("the scene gives no initial state", _initial_options(model))
     state = np.array(model.initial, dtype=float)
     if not np.isfinite(state).all():
         raise _refused("the initial state is not finite", "look at the section initial")
@@ -255,8 +251,7 @@ def _until(model: Model, until: float | None) -> float:
         )
     if not (math.isfinite(until) and until > start):
         raise _refused(
-            f"the end t = {until:g} is not after the start t = {start:g}",
-            f"--until {start + 10:g}",
+            f"the end t = {until:g} is not after the start t = {start:g}", f"--until {start + 10:g}"
         )
     return float(until)
 

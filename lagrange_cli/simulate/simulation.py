@@ -142,12 +142,7 @@ def simulate(
 
 
 def integrate(
-    model: Model,
-    request: Request,
-    context: RunContext,
-    *,
-    every: int = 1,
-    look: Look | None = None,
+    model: Model, request: Request, context: RunContext, *, every: int = 1, look: Look | None = None
 ) -> Trajectory:
     """Integrate what is asked for.
 
@@ -276,10 +271,7 @@ def _wider(problem: InitialValueProblem, functions: RightHandSide) -> InitialVal
 
 
 def trajectory_of(
-    model: Model,
-    request: Request,
-    functions: RightHandSide,
-    measured: Measured,
+    model: Model, request: Request, functions: RightHandSide, measured: Measured
 ) -> Trajectory:
     """Build a trajectory from measured samples, cut at a disproof."""
     problem = problem_of(model, request, functions)

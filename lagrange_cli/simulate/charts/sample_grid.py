@@ -17,7 +17,7 @@ class SampleGrid(NamedTuple):
     steps: int
 
     def finer(self, every: int, wanted: int) -> int:
-        """So many times ``every`` parts that there are as many as wanted, where steps are free."""
+        """Return a multiple of ``every`` that makes as many parts as wanted, if steps are free."""
         return every if self.steps else every * -(-self.every(wanted) // every)
 
     def every(self, wanted: int) -> int:

@@ -187,7 +187,7 @@ class BatchedMembers:
 
     @cached_property
     def _times(self) -> Array:
-        """Of the samples."""
+        """The times of the samples."""
         return self.problem.times[:]
 
     @cached_property
@@ -358,7 +358,7 @@ class BatchedMembers:
         return replace(steps, tolerance=tolerance, longest=longer * steps.longest)
 
     def _estimate(self, states: Array, companions: tuple[Array, ...], scales: Array) -> Array:
-        """The largest estimated error of each member over its scale, infinite where a companion
+        """Estimate the largest error of each member over its scale, (m,); infinite if a companion
         does not reach the end."""
         n = states.shape[2] // 2
         errors = self.samples.errors(states, companions, _WEIGHTS[len(companions)])
@@ -394,7 +394,7 @@ class BatchedMembers:
     def table(
         self, name: str, states: Array, parameters: Array, columns: int, moving: float = 1.0
     ) -> Array:
-        """A function of the system at the samples of members, (columns, members, samples), until
+        """Evaluate a function at the samples of members, (columns, members, samples); kept until
         the same is asked for again; velocities are taken times ``moving``."""
         out = self._scratch.array(f"{name} {moving}", (columns, *states.shape[:2]))
         return self._table(name, self._times, states, parameters, out, moving)

@@ -184,7 +184,7 @@ class BatchedResults:
 
     @property
     def names(self) -> list[str]:
-        """Of the columns."""
+        """Names of the columns."""
         model = self.model
         places = [form.format(name) for form in ("{}", "dot({})") for name in model.cartesian]
         energy = ["energy"] if "energy" in self.extra else []
@@ -218,7 +218,7 @@ class BatchedResults:
 
 
 def _moved_by(states: Array, errors: Array) -> Array:
-    """States (m, k, 2n) and behind each those with a number moved by its error, up and then down,
+    """Return each state, then those with a number moved by its error, up and then down,
     shape (m, k, 1 + 4n, 2n)."""
     moves = errors[..., None, :] * np.eye(states.shape[2])
     unmoved = states[..., None, :]

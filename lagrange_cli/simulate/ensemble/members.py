@@ -196,11 +196,7 @@ def _without_values(scene: Scene) -> Scene:
 def _equations(model: Model) -> Model:
     """Remove the numbers of a model."""
     return replace(
-        model,
-        parameters=(),
-        initial=None,
-        defaults=type(model.defaults)(),
-        suggested=(),
+        model, parameters=(), initial=None, defaults=type(model.defaults)(), suggested=()
     )
 
 
@@ -288,7 +284,7 @@ class NumericMembers:
         return tuple(values), tuple(start)
 
     def _number(self, name: str) -> int:
-        """The number of ``q`` or ``dot(q)`` in a state."""
+        """Return the number of ``q`` or ``dot(q)`` in a state."""
         if name in self._place:
             return self._place[name]
         return len(self._place) + self._place[name.removeprefix("dot(").removesuffix(")")]

@@ -51,7 +51,7 @@ def start_integrator(
 
 
 def _implementation(method: type[Integrator], rhs: Rhs) -> type[Integrator]:
-    """The method in machine code, where ``rhs`` is and the library with its kernel is there."""
+    """Return the compiled method if ``rhs`` is compiled and its kernel there, else the method."""
     compiled = COMPILED.get(method.name)
     if compiled is None or not isinstance(rhs, NativeRhs) or rhs.kernels is None:
         return method

@@ -14,12 +14,7 @@ from lagrange_cli.simulate.integrators.base import (
     UnfitError,
     projection,
 )
-from lagrange_cli.simulate.integrators.symplectic import (
-    CALM,
-    DIVERGES,
-    MOST_ITERATIONS,
-    FixedStep,
-)
+from lagrange_cli.simulate.integrators.symplectic import CALM, DIVERGES, MOST_ITERATIONS, FixedStep
 
 
 def require_shift(rhs: Rhs) -> Shift | None:
@@ -70,7 +65,7 @@ class Rattle(FixedStep):
     def _led_back(
         self, shift: Shift, t: float, h: float, moved: Array, faster: Array
     ) -> tuple[Array, Array]:
-        """Changes of positions and velocities with which the positions are on the constraints."""
+        """Return changes of positions and velocities that lead positions onto the constraints."""
         n, calm = len(moved), 0
         before = np.full(n, np.inf)
         for _ in range(MOST_ITERATIONS):

@@ -107,7 +107,7 @@ class Radau(_ScipyImplicit):
         return np.array([self._origin + self._at(t) for t in times.tolist()])
 
     def _at(self, end: float) -> Array:
-        """The solver's state after a shorter step."""
+        """Return the solver's state after a shorter step."""
         solver, (t, z) = self._solver, self._start
         if end == t:
             return np.asarray(z)

@@ -174,7 +174,7 @@ def _numbers(recorded: Input) -> Iterator[Input]:
 
 
 def _polynomial(numbers: Sequence[Input], t: Symbol) -> Expr:
-    """A polynomial in the time since the first number, in Horner's form; or one number alone."""
+    """Write a polynomial in the time since the first number, in Horner's form; or a number."""
     first, *coefficients = (u.symbol for u in numbers)
     if not coefficients:
         return first
@@ -199,7 +199,7 @@ def _evaluated(equations: Equations) -> Equations:
 
 
 def _sided(equations: Equations) -> tuple[Equations, OneSided | None]:
-    """The equations with functions of time in place of inputs, and those on one side."""
+    """Return equations with functions of time in place of inputs, and those on one side."""
     known = substitute_inputs(equations)
     return known, one_sided(known)
 
@@ -277,7 +277,7 @@ def _code(equations: Equations) -> Code:
 
 
 def _watched(equations: Equations) -> dict[str, Program]:
-    """The program for exponents of sharp functions, where there are any."""
+    """Make the program for exponents of sharp functions, if there are any."""
     exponents = peak_exponents(equations)
     if not exponents:
         return {}
@@ -286,7 +286,7 @@ def _watched(equations: Equations) -> dict[str, Program]:
 
 
 def _forces(equations: Equations) -> Program | None:
-    """The program for the columns of constraint forces, where they were asked for."""
+    """Make the program for columns of constraint forces, if they were asked for."""
     columns = force_columns(equations)
     if not columns:
         return None

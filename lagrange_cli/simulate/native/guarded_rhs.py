@@ -60,10 +60,7 @@ def guard_source(
     }
     template = c_template("guarded" if lanes is None else "guarded_lanes")
     return "\n".join(
-        filled(
-            template,
-            {"@FUNCTION@": name, "@OFFSET@": str(programs[name].parameters), **values},
-        )
+        filled(template, {"@FUNCTION@": name, "@OFFSET@": str(programs[name].parameters), **values})
         for name in _GUARDED
         if name in programs and (lanes is None or f"system_{name}_lanes(" in lanes)
     )

@@ -62,7 +62,7 @@ def taylor_text(function: str, program: Program, target: CTarget) -> str:
 
 
 def _kept(recurrences: Recurrences, series: SeriesSum) -> SeriesSum:
-    """A series that is used more than once: a row of its own, unless it is nearly one."""
+    """Give a series that is used more than once a row of its own, unless it is nearly one."""
     if len(series.terms) == 1 and not series.constant and len(series.terms[0].rows) == 1:
         return series
     return SeriesSum("", (SeriesTerm("", (recurrences.row(series),)),)) if series.terms else series
@@ -89,10 +89,7 @@ def _tests(program: Program, recurrences: Recurrences) -> list[str]:
 
 
 def _function(
-    name: str,
-    recurrences: Recurrences,
-    outputs: Mapping[int, SeriesSum],
-    tests: Sequence[str],
+    name: str, recurrences: Recurrences, outputs: Mapping[int, SeriesSum], tests: Sequence[str]
 ) -> str:
     return f"""\
 int {name}_rows(void)
@@ -114,7 +111,7 @@ def _indented(lines: Iterable[str]) -> str:
 def _body(
     recurrences: Recurrences, outputs: Mapping[int, SeriesSum], tests: Sequence[str]
 ) -> Iterator[str]:
-    """The first coefficients, the second ones of the state, and the loop for all others."""
+    """Write first coefficients, second ones of the state, and the loop for all others."""
     n, rows = recurrences.coordinates, recurrences.rows
     yield "const lagrange_lane zero = {0.0};"
     yield from (
@@ -132,7 +129,7 @@ def _body(
 
 
 def _loop(recurrences: Recurrences, outputs: Mapping[int, SeriesSum]) -> Iterator[str]:
-    """All further coefficients: number 1, then two in a turn, whose sums share what they read.
+    """Write the loop for further coefficients: number 1, then two in a turn with shared sums.
 
     The terms that number k adds to the sums of number k + 1 follow between the two.
     """
@@ -191,7 +188,7 @@ def _sums(recurrences: Recurrences, read: Sequence[int]) -> Iterator[str]:
 
 
 def _group(recurrences: Recurrences, some: Sequence[int]) -> Iterator[str]:
-    """Some of them: ``d`` and ``e`` are coefficients 1 and k - 1; each ``eI`` serves both sums."""
+    """Write some sums: ``d``, ``e`` are coefficients 1 and k - 1; each ``eI`` serves both sums."""
     products = [(number, *recurrences.sums[number]) for number in some]
     behind = sorted({two for _, _, two in products})
     yield f"lagrange_lane {', '.join(f'e{two} = e[{two}]' for two in behind)};"
@@ -210,7 +207,7 @@ def _declared(line: str) -> str:
 
 
 def _live(steps: list[Recurrence], outputs: Iterable[SeriesSum]) -> set[int]:
-    """Rows whose further coefficients the outputs need."""
+    """Find the rows whose further coefficients the outputs need."""
     live = {row for series in outputs for row in series_rows(series)}
     for step in reversed(steps):
         if set(step.rows) & live:

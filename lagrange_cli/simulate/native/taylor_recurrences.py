@@ -187,7 +187,7 @@ class Recurrences:
         return SeriesSum("", (SeriesTerm(scale, self._two(rows)),))
 
     def _factors(self, operands: tuple[Operand, ...]) -> tuple[str, list[int]]:
-        """The constant factor of a product ("" is 1), and its rows."""
+        """Return the constant factor of a product ("" is 1), and its rows."""
         scale, rows = "", list[int]()
         for operand in operands:
             series = self.of(operand)
@@ -201,13 +201,10 @@ class Recurrences:
         return scale, rows
 
     def _two(self, rows: list[int]) -> tuple[int, ...]:
-        """The product of rows as one or two of them."""
+        """Reduce a product of rows to one or two of them."""
         rows = sorted(rows)
         while len(rows) > 2:
-            rows = [
-                self.row(SeriesSum("", (SeriesTerm("", (rows[0], rows[1])),))),
-                *rows[2:],
-            ]
+            rows = [self.row(SeriesSum("", (SeriesTerm("", (rows[0], rows[1])),))), *rows[2:]]
         return tuple(sorted(rows))
 
     def _quotient(self, rows: list[int], divisors: list[int]) -> SeriesSum:
@@ -236,7 +233,7 @@ class Recurrences:
         return SeriesSum("", (SeriesTerm("", (row,)),))
 
     def _turn(self, a: int) -> int:
-        """The row of the sine; that of the cosine is the next."""
+        """Return the row of the sine; that of the cosine is the next."""
         s = self._new(("turn", a))
         if s is None:
             return self.made["turn", a]
@@ -291,7 +288,7 @@ class Recurrences:
         return number
 
     def _new(self, key: object) -> int | None:
-        """A further row, None if there is one for the key."""
+        """Add a row for a key; None if there is one."""
         if key in self.made:
             return None
         self.made[key] = self.rows

@@ -34,12 +34,7 @@ from lagrange_cli.simulate.system.tracing import tracer
 
 #: int system_reset(t, y, u, p, event, bounce, work)
 _RESET = ctypes.CFUNCTYPE(
-    ctypes.c_int,
-    ctypes.c_double,
-    *[POINTER] * 3,
-    ctypes.c_long,
-    ctypes.c_double,
-    POINTER,
+    ctypes.c_int, ctypes.c_double, *[POINTER] * 3, ctypes.c_long, ctypes.c_double, POINTER
 )
 
 
@@ -97,11 +92,7 @@ class NativeContacts:
         self._places: tuple[int, ...] = ()
 
     def _function(
-        self,
-        name: str,
-        parameters: Array,
-        projection: Any = None,
-        trace: Tracer | None = None,
+        self, name: str, parameters: Array, projection: Any = None, trace: Tracer | None = None
     ) -> NativeRhs:
         entry = RHS((f"system_{name}", self._system))
         work = np.empty_like(self._work)

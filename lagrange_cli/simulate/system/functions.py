@@ -27,10 +27,7 @@ from lagrange_cli.simulate.system.contact_functions import (
 from lagrange_cli.simulate.system.contacts import ContactRhs
 from lagrange_cli.simulate.system.inputs import RecordedInputs, read_recorded_inputs
 from lagrange_cli.simulate.system.libraries import Libraries, pieces_of
-from lagrange_cli.simulate.system.parameters import (
-    SURFACE_NUMBERS,
-    parameter_values,
-)
+from lagrange_cli.simulate.system.parameters import SURFACE_NUMBERS, parameter_values
 from lagrange_cli.simulate.system.singular_guard import guarded_rhs
 from lagrange_cli.simulate.system.surface_functions import (
     InterpretedCode,

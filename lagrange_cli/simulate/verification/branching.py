@@ -107,7 +107,7 @@ def _keeps_away(places: UnboundedSlopes, problem: InitialValueProblem, measured:
 def _arrivals(
     places: UnboundedSlopes, problem: InitialValueProblem, measured: Measured
 ) -> Iterator[tuple[int, int]]:
-    """Numbers of samples at which an argument has come close to zero slowly, and its number; the
+    """Find samples at which an argument has come close to zero slowly, and its number; the
     last sample only where the motion ends there."""
     count = len(measured.states)
     numbers = np.unique(np.linspace(0, count - 1, min(count, _LOOKED)).astype(int)).tolist()

@@ -191,8 +191,7 @@ def _energy_steps(
 def first_penetration(
     rhs: ContactRhs, t: RowSequence, states: RowSequence, accuracy: float, scales: Array
 ) -> tuple[int, tuple[int, ...]] | None:
-    """Number of the first sample at which gaps are negative by more than the accuracy explains,
-    and of these.
+    """Find the first sample at which gaps are negative by more than the accuracy explains.
 
     Parameters
     ----------
@@ -200,6 +199,10 @@ def first_penetration(
         Samples, shapes (m,) and (m, 2n).
     accuracy, scales
         Each component of a state is known to ``accuracy·scales``, shape (2n,).
+
+    Returns
+    -------
+    Number of the sample, and numbers of the contacts; None if there is none.
     """
     first = 0
     for times, part in windows(t, states):

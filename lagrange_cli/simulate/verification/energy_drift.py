@@ -113,7 +113,7 @@ def _contradicts_exactly(
     start: tuple[float, Array],
     k: int,
 ) -> bool:
-    """The same with energies in more digits: what doubles lose in a difference of large terms,
+    """Test with energies in more digits: what doubles lose in a difference of large terms,
     or below the smallest of them, proves nothing. True where there are no more digits.
     """
     energy = in_digits()
@@ -143,7 +143,7 @@ def _allowance(energy: Energy, t: float, y: Array, moves: Array) -> float:
 
 
 def _allowed(values: Array) -> Array:
-    """The same from energies of a state and of those moved, up and then down, (..., 1 + 4n)."""
+    """Bound it from energies of a state and of those moved, up and then down, (..., 1 + 4n)."""
     changes = np.abs(values[..., 1:] - values[..., :1])
     half = changes.shape[-1] // 2
     return np.asarray(np.maximum(changes[..., :half], changes[..., half:]).sum(axis=-1))
@@ -185,8 +185,8 @@ def contradicted(change: Array, start: Array, moved: Array) -> NDArray[np.bool_]
 
 
 def energy_drifts(energy: Array, kinetic: Array) -> Array:
-    """The drift of each of some motions, shapes (members, m), as :class:`EnergyDrift` has it;
-    NaN where there is none."""
+    """Return the drift of each motion, shapes (members, m) → (members,), as
+    :class:`EnergyDrift` has it; NaN if there is none."""
     change, size = np.abs(energy - energy[:, :1]).max(axis=1), np.abs(kinetic).max(axis=1)
     drift = change / np.where(size > 0, size, 1.0)
     return np.where(np.isfinite(drift), drift, np.nan)

@@ -70,7 +70,7 @@ class IDA(Sundials):
     _system: tuple[float, Array, Array] | None = None
 
     def _scales(self, small: Array) -> Array:
-        """Powers of two, so that units matter neither for pivots nor for what is orthogonal."""
+        """Return powers of two, so that units matter neither for pivots nor for projectors."""
         return np.exp2(np.round(np.log2(np.where(small > 0, small, 1.0))))
 
     def _begun(self, **options: Any) -> Any:
@@ -198,7 +198,7 @@ class IDA(Sundials):
         return np.array(columns).T
 
     def _moves(self, y: Array, rate: Array) -> Array:
-        """By how much quotients move each number, on the scale of its own motion, so that neither
+        """Choose distances for quotients, on the scale of each number's motion, so that neither
         curvature nor rounding has a large part in them."""
         size = np.abs(y)
         motion = np.maximum(self._moved, np.maximum(self._unit * np.abs(rate), self._atol))

@@ -17,12 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import (
-    Control,
-    Integrator,
-    SavedState,
-    projection,
-)
+from lagrange_cli.simulate.integrators.base import Control, Integrator, SavedState, projection
 from lagrange_cli.simulate.integrators.event_functions import RISES
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     TOUCHING,
@@ -34,12 +29,7 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     NearContact,
     Stuck,
 )
-from lagrange_cli.simulate.integrators.hybrid.motion import (
-    CHATTER,
-    LOCATED,
-    Begin,
-    HybridMotion,
-)
+from lagrange_cli.simulate.integrators.hybrid.motion import CHATTER, LOCATED, Begin, HybridMotion
 
 #: Bounces are ended where all that are left take less than this part of the span.
 _ACCUMULATED = 1e-10
@@ -83,13 +73,7 @@ class ContactMotion(HybridMotion):
     begun_with: ClassVar[tuple[str, ...]] = ("signs", "noise", "reach")
 
     def __init__(
-        self,
-        begin: Begin,
-        rhs: HybridRhs,
-        t0: float,
-        y0: Array,
-        t_end: float,
-        control: Control,
+        self, begin: Begin, rhs: HybridRhs, t0: float, y0: Array, t_end: float, control: Control
     ) -> None:
         super().__init__(begin, t0, y0, t_end, control)
         self._rhs = rhs

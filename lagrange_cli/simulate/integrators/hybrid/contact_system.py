@@ -161,7 +161,7 @@ class HybridRhs(ABC):
         """Return the event functions: multipliers of closed contacts and gaps of open ones."""
 
     def traced(self, closed: ContactMode) -> tuple[Expressions, Expressions]:
-        """Two functions to be run over objects: the gaps come first of what the one gives, the
+        """Return two functions to be run over objects: the gaps are first of what one gives, the
         multipliers of the contacts last of what the other does.
 
         Raises

@@ -98,11 +98,7 @@ class BatchedTaylor:
     """
 
     def __init__(
-        self,
-        system: ctypes.CDLL,
-        stepper: ctypes.CDLL,
-        kinds: _Integers,
-        real: NativeReal = DOUBLE,
+        self, system: ctypes.CDLL, stepper: ctypes.CDLL, kinds: _Integers, real: NativeReal = DOUBLE
     ) -> None:
         self.system, self._stepper, self._kinds, self.real = system, stepper, kinds, real
         self._type = members_type(_WIDTH(("lagrange_taylor_width", stepper))(), real)
