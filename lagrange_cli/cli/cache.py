@@ -1,4 +1,4 @@
-"""``lagrange cache``: what is kept from earlier runs."""
+"""``lagrange cache``: the results kept from earlier runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,13 @@ from lagrange_cli.errors import InputError, Problem
 
 
 def _cleared(cache: Cache) -> Removed:
-    """Empty the cache, or say what stands in the way."""
+    """Empty the cache.
+
+    Raises
+    ------
+    InputError
+        There is no cache, or a file cannot be removed.
+    """
     if cache.folder is None:
         raise InputError(Problem(f"there is no cache to clear: {cache.reason}", rule="cache"))
     before = {entry.name for entry in cache.entries()}

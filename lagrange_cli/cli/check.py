@@ -12,7 +12,7 @@ from lagrange_cli.cli.guard import guard_scenes
 from lagrange_cli.cli.reports.check import FORMATS
 from lagrange_cli.cli.reports.check import junit as junit_xml
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, print_text
+from lagrange_cli.cli.terminal.output import Command, deliver
 from lagrange_cli.files import write_file
 from lagrange_cli.stages import Listener, heard_by
 
@@ -27,7 +27,7 @@ def _checked(
     outputs: dict[str, str | None],
     jobs: int,
 ) -> Report:
-    """Check the scenes, with a progress bar where stderr is a terminal."""
+    """Check the scenes, with a progress bar if stderr is a terminal."""
     from lagrange_cli.check import check_paths, scenes_in
 
     done = itertools.count(1)
@@ -57,13 +57,7 @@ def _checked(
     help="How to report: for a person, as GitHub annotations, as JSON.",
 )
 @options.json_flag("The same as --format json.")
-@click.option(
-    "--junit",
-    type=click.Path(),
-    callback=options.writable,
-    metavar="FILE",
-    help="Write a JUnit XML report to this file as well.  [default: none]",
-)
+@options.file("--junit", "Write a JUnit XML report to this file as well.  [default: none]")
 @click.option(
     "-j",
     "--jobs",
@@ -73,7 +67,9 @@ def _checked(
     help="Check this many scenes at the same time.",
 )
 @options.parameters
-@options.output_file("Write the report to this file.  [default: standard output]")
+@options.file(
+    "-o --output", "Write the report to this file.  [default: standard output]", metavar="PATH"
+)
 @options.common
 @click.pass_context
 def check(
@@ -93,11 +89,7 @@ def check(
     session = ctx.ensure_object(Session)
     report = _checked(session, paths, parameters, {"-o": output, "--junit": junit}, jobs)
     format_ = "json" if as_json else format_
-    text = FORMATS[format_](report)
-    if output is None:
-        print_text(text, format_)
-    else:
-        write_file(output, text)
+    deliver(FORMATS[format_](report), format_, output)
     if junit is not None:
         write_file(junit, junit_xml(report))
     if session.traceback:

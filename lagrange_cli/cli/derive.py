@@ -8,12 +8,11 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
-from lagrange_cli.cli.models import derivation_of_scene
+from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.derive import FORMATS
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, print_text, stdout_encoding
-from lagrange_cli.files import write_file
+from lagrange_cli.cli.terminal.output import Command, deliver, stdout_encoding
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
@@ -53,7 +52,7 @@ if TYPE_CHECKING:
 )
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]")
 @options.parameters
-@options.output_file("Write to this file.  [default: standard output]")
+@options.file("-o --output", "Write to this file.  [default: standard output]", metavar="PATH")
 @options.common
 @click.pass_obj
 def derive(
@@ -70,31 +69,22 @@ def derive(
 ) -> None:
     """Derive the equations of motion of SCENE, a YAML file or - for standard input."""
     source = read_source(scene)
-    guard(scene, source, parameters, {"-o": output})
+    guard(source, parameters, {"-o": output})
     format_ = "json" if as_json else format_
-    # Files are in UTF-8; what can be shown on a terminal is the terminal's matter.
+    # Files are in UTF-8; terminals may show less.
     encoding = "utf-8" if output is not None else stdout_encoding()
 
     formulation: Formulation = "multiplier" if form == "multiplier" else "auto"
     form = "explicit" if form == "explicit" else "lagrange"
 
-    def work() -> Answer:
-        derivation = derivation_of_scene(
-            session,
-            source,
-            parameters=parameters,
-            digits=digits,
-            forces=forces,
-            formulation=formulation,
-        )
-        announce("writing the derivation")
-        text = FORMATS[format_](derivation, form, ascii_only, encoding)
-        return Answer(text, derivation.equations.warnings, derivation.equations.remarks)
+    request = SceneRequest(source, parameters, forces=forces, formulation=formulation)
 
-    how = (format_, form, formulation, forces, digits, ascii_only, encoding)
-    asked = (*how, list(parameters.items()))
+    def work() -> Answer:
+        derivation = derivation_of_scene(session, request, digits)
+        announce("writing the derivation")
+        return answer_of(derivation, FORMATS[format_](derivation, form, ascii_only, encoding))
+
+    question = format_, form, formulation, forces, digits, ascii_only, encoding
+    asked = (*question, list(parameters.items()))
     result = remembered(session, "derive", source, asked, work)
-    if output is None:
-        print_text(result, format_)
-    else:
-        write_file(output, result)
+    deliver(result, format_, output)

@@ -10,7 +10,7 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard_folder
-from lagrange_cli.cli.models import derivation_of_scene
+from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.emit import listed_formats
 from lagrange_cli.cli.session import Session
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 
 
 def _declared() -> dict[str, list[tuple[str, Option]]]:
-    """Each option that formats declare, with the formats that have it."""
-    found: dict[str, list[tuple[str, Option]]] = {}
+    """Return option → the formats that declare it, each with its declaration."""
+    formats_of: dict[str, list[tuple[str, Option]]] = {}
     for name, format_ in EMITTERS.items():
         for option in format_.options:
-            found.setdefault(option.name, []).append((name, option))
-    return found
+            formats_of.setdefault(option.name, []).append((name, option))
+    return formats_of
 
 
 def _format_option(name: str, declared: list[tuple[str, Option]]) -> Callable[[Any], Any]:
-    """The Click option for an option of one or more formats."""
+    """Make the Click option of an option that one or more formats declare."""
     choices = list(dict.fromkeys(c for _, option in declared for c in option.choices))
     help = "; ".join(
         f"{format_}: {option.help}  [default: {option.default or 'off'}]"
@@ -43,12 +43,6 @@ def _format_option(name: str, declared: list[tuple[str, Option]]) -> Callable[[A
     if not choices:
         return click.option(f"--{name}", name, is_flag=True, default=None, help=help)
     return click.option(f"--{name}", name, type=click.Choice(choices), help=help)
-
-
-def _format_options(function: Callable[..., None]) -> Callable[..., None]:
-    for name, declared in reversed(_declared().items()):
-        function = _format_option(name, declared)(function)
-    return function
 
 
 def _list(ctx: click.Context, option: click.Parameter, value: bool) -> None:
@@ -85,12 +79,15 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
     callback=_list,
     help="List the formats and stop.  [default: off]",
 )
-@_format_options
+@options.in_order([_format_option(*declared) for declared in _declared().items()])
 @options.formulation("auto", "auto")
 @options.parameters
-@options.output_folder(
+@options.file(
+    "-o --output",
     "Write into this folder, made where it is missing.  "
-    "[default: standard output, for formats of one file]"
+    "[default: standard output, for formats of one file]",
+    callback=options.not_empty,
+    metavar="PATH",
 )
 @options.common
 @click.pass_obj
@@ -108,22 +105,21 @@ def emit(
     format_ = emitter(to)
     if output is None and not format_.single_file:
         _refuse_several(format_, scene)
-    given = {name: value for name, value in chosen.items() if value is not None}
+    format_options = {name: value for name, value in chosen.items() if value is not None}
     source = read_source(scene)
     if output is not None:
-        guard_folder(output, scene, source, parameters, format_)
+        guard_folder(output, source, parameters, format_)
 
     def work() -> Answer:
-        derivation = derivation_of_scene(
-            session, source, parameters=parameters, formulation=formulation
-        )
+        request = SceneRequest(source, parameters, formulation=formulation)
+        derivation = derivation_of_scene(session, request)
         equations = derivation.equations
         announce(f"writing {format_.title}")
         recorded = any(u.recording is not None for u in equations.inputs)
-        value = {"name": equations.name, "files": derivation.emit(to, **given)}
-        return Answer(value, equations.warnings, equations.remarks, lasting=not recorded)
+        value = {"name": equations.name, "files": derivation.emit(to, **format_options)}
+        return answer_of(derivation, value, lasting=not recorded)
 
-    asked = (to, formulation, sorted(given.items()), list(parameters.items()))
+    asked = (to, formulation, sorted(format_options.items()), list(parameters.items()))
     answer = remembered(session, "emit", source, asked, work)
     if output is None:
         print_text("".join(answer["files"].values()))

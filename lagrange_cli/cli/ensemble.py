@@ -2,75 +2,78 @@
 
 from __future__ import annotations
 
-import functools
 import json
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from lagrange_cli.cli import options as shared
-from lagrange_cli.cli.models import model_of_scene
-from lagrange_cli.cli.remembered import Answer, SceneSource, remembered
+from lagrange_cli.cli.models import SceneRequest, SimulationRequest, model_of_scene
+from lagrange_cli.cli.remembered import Answer, remembered
 from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
 from lagrange_cli.cli.session import INTERRUPTED, Session
-from lagrange_cli.cli.terminal.output import print_text
+from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Mark, Problem
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.scene.model import Scene
     from lagrange_cli.simulate.ensemble.input_file import Members
-    from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
+    from lagrange_cli.simulate.ensemble.members import MemberValues
     from lagrange_cli.simulate.ensemble.run import Plan
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.request import SimulationOptions
 
-#: Members that are tried for one that can be derived.
+#: Members that are tried until one can be derived.
 _MOST_TRIED = 3
 
-_Command = TypeVar("_Command", bound=Callable[..., Any])
-
-_OPTIONS = (
-    click.option(
-        "--ensemble",
-        "member_file",
-        type=click.Path(),
-        metavar="FILE",
-        help="Simulate a member for each row of a .csv file, whose header names parameters and "
-        "initial values, or of a .yaml list of such mappings.  [default: none]",
-    ),
-    click.option(
-        "--vary",
-        multiple=True,
-        metavar="NAME=RANGE",
-        help="Simulate a member for each value of linspace(a,b,n), logspace(a,b,n), "
-        "geomspace(a,b,n) or [x,y,...]; repeated, for each combination.  [default: none]",
-    ),
-    shared.jobs("Members that are simulated"),
-    click.option(
-        "--resume",
-        is_flag=False,
-        flag_value="",
-        metavar="[FILE]",
-        help="Go on with what was interrupted: a run from the FILE of its --checkpoint; an "
-        "ensemble, which takes no FILE, from what stands beside -o.  [default: off]",
-    ),
+#: The options of a command that runs ensembles.
+ensemble_options = shared.in_order(
+    (
+        shared.file(
+            "--ensemble member_file",
+            "Simulate a member for each row of a .csv file, whose header names parameters and "
+            "initial values, or of a .yaml list of such mappings.  [default: none]",
+            callback=None,
+        ),
+        click.option(
+            "--vary",
+            multiple=True,
+            metavar="NAME=RANGE",
+            help="Simulate a member for each value of linspace(a,b,n), logspace(a,b,n), "
+            "geomspace(a,b,n) or [x,y,...]; repeated, for each combination.  [default: none]",
+        ),
+        shared.jobs("Members that are simulated"),
+        click.option(
+            "--resume",
+            is_flag=False,
+            flag_value="",
+            metavar="[FILE]",
+            help="Go on with what was interrupted: a run from the FILE of its --checkpoint; an "
+            "ensemble, which takes no FILE, from what stands beside -o.  [default: off]",
+        ),
+    )
 )
 
 
-def ensemble_options(function: _Command) -> _Command:
-    """What a command that runs ensembles takes."""
-    return functools.reduce(lambda done, option: option(done), reversed(_OPTIONS), function)
-
-
 @dataclass(frozen=True)
-class _MemberChoice:
-    """The options that say which members there are, and how they are run."""
+class MemberChoice:
+    """The options on the members of an ensemble.
 
-    ensemble: str | None
+    Attributes
+    ----------
+    member_file
+        File with a row for each member; None if ``vary`` gives them.
+    vary
+        Ranges of values, ``NAME=RANGE``.
+    jobs
+        Number of members at a time; None for the number of cores.
+    resume
+        True to go on with the members that are still to be simulated.
+    """
+
+    member_file: str | None
     vary: tuple[str, ...]
     jobs: int | None
     resume: bool
@@ -83,13 +86,13 @@ def member_choice(
     resume: str | None,
     checkpoint: str | None,
     plot: str | None,
-) -> _MemberChoice | None:
-    """Gather the options of an ensemble; None where there is one motion.
+) -> MemberChoice | None:
+    """Gather the options of an ensemble; None for one motion.
 
     Raises
     ------
     InputError
-        They contradict each other or what else is asked for.
+        They contradict each other or other options.
     """
     if member_file is None and not vary:
         if jobs is not None:
@@ -109,62 +112,25 @@ def member_choice(
         raise _usage("--ensemble and --vary both say what the members are", "give one of them")
     if plot is not None:
         raise _usage("an ensemble is not drawn", "-o ensemble.npz has the samples of all members")
-    return _MemberChoice(member_file, vary, jobs, resume is not None)
-
-
-@dataclass(frozen=True)
-class EnsembleRequest:
-    """What the options ask for; ``parameters``, ``initial`` and ``times`` as the scene's reader
-    takes them, ``options`` of all members, with the budget of all together."""
-
-    choice: _MemberChoice
-    source: SceneSource
-    parameters: Mapping[str, str]
-    initial: Mapping[str, str]
-    times: Mapping[str, str]
-    formulation: Formulation | None
-    columns: tuple[str, ...]
-    output: str | None
-    as_json: bool
-    options: SimulationOptions
-
-    @property
-    def member_options(self) -> SimulationOptions:
-        """Options of each member, none of which has a budget of its own."""
-        return replace(self.options, budget=None)
-
-    @property
-    def recipe(self) -> Recipe:
-        from lagrange_cli.simulate.ensemble.members import Recipe
-
-        return Recipe(
-            self.source.file,
-            self.source.data,
-            self.parameters,
-            self.initial,
-            self.times,
-            "forces" in self.columns,
-            self.formulation,
-        )
+    return MemberChoice(member_file, vary, jobs, resume is not None)
 
 
 def _usage(message: str, hint: str = "") -> InputError:
     return InputError(Problem(message, hint=hint, rule="ensemble"))
 
 
-def _members(asked: EnsembleRequest) -> Members:
+def _members(choice: MemberChoice, output: str | None) -> Members:
     from lagrange_cli.simulate.ensemble.input_file import grid, read_members
 
-    if asked.output is not None and not asked.output.lower().endswith(".npz"):
+    if output is not None and not output.lower().endswith(".npz"):
         raise _usage("an ensemble is written as .npz", "-o ensemble.npz")
-    wanted = asked.choice
-    if wanted.resume and asked.output is None:
+    if choice.resume and output is None:
         raise _usage("--resume needs the file that the result was to be", "-o ensemble.npz")
-    return grid(wanted.vary) if wanted.ensemble is None else read_members(wanted.ensemble)
+    return grid(choice.vary) if choice.member_file is None else read_members(choice.member_file)
 
 
-def simulate_ensemble(session: Session, asked: EnsembleRequest) -> int:
-    """Run all members and report them; returns the exit code.
+def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationRequest) -> int:
+    """Run all members and report them; return the exit code.
 
     Raises
     ------
@@ -176,40 +142,39 @@ def simulate_ensemble(session: Session, asked: EnsembleRequest) -> int:
     from lagrange_cli.simulate.ensemble.store import open_store
 
     started = perf_counter()
-    members = _members(asked)
-    scene = asked.recipe.scene()
+    members = _members(choice, asked.output)
+    scene = asked.scene.recipe().scene()
     require_known_names(members, scene)
     plan, times = _plan(session, asked, members, scene)
     tasks = tasks_of(plan, members.rows)
     sizes = [len(task.rows) for task in tasks]
-    store = open_store(asked.output, plan.key, sizes, resume=asked.choice.resume)
+    store = open_store(asked.output, plan.key, sizes, resume=choice.resume)
     begun = perf_counter()
     with session.progress("integrating") as move:
-        jobs = asked.choice.jobs or shared.cores()
+        jobs = choice.jobs or shared.cores()
         budget = asked.options.budget
         complete = run_members(tasks, store, jobs=jobs, budget=budget, progress=move)
     if complete and asked.output is not None:
         store.write(asked.output, times)
     seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
     report = SimulatedMembers(plan, members, store, sizes, asked.output, seconds)
-    format_ = "json" if asked.as_json else "text"
-    print_text(FORMATS[format_](report), format_)
-    if not complete and asked.output is not None:
+    print_report(report, FORMATS, as_json=asked.as_json)
+    if complete:
+        return 0 if set(report.counts()) == {"ok"} else 1
+    if asked.output is not None:
         session.remark(f"stopped; --resume -o {asked.output} goes on with the other members")
-    if not complete:
-        return INTERRUPTED if budget is None else 1
-    return 0 if set(report.counts()) == {"ok"} else 1
+    return INTERRUPTED if budget is None else 1
 
 
 # What all members share.
 
 
-def _require_common_times(scene: Scene, own: MemberValues, members: Members) -> None:
+def _require_common_times(scene: Scene, values: MemberValues, members: Members) -> None:
     """Refuse sample times that differ between members."""
     from lagrange_cli.scene.language.expression import names_in
     from lagrange_cli.simulate.ensemble.members import varied_parameters
 
-    different = varied_parameters(scene, own)
+    different = varied_parameters(scene, values)
     for entry in fields(scene.simulate):
         expression = getattr(scene.simulate, entry.name)
         node = getattr(expression, "node", None)
@@ -226,25 +191,27 @@ def _require_common_times(scene: Scene, own: MemberValues, members: Members) -> 
 
 
 def _plan(
-    session: Session, asked: EnsembleRequest, members: Members, scene: Scene
+    session: Session, asked: SimulationRequest, members: Members, scene: Scene
 ) -> tuple[Plan, Any]:
-    """The plan, and the times of the samples."""
+    """Plan the runs of all members; return the times of the samples as well."""
     from lagrange_cli.simulate.ensemble.members import MemberValues
     from lagrange_cli.simulate.ensemble.run import Plan
     from lagrange_cli.simulate.request import resolve
 
     _require_common_times(scene, MemberValues.of(members.values(0), scene), members)
-    own, model = _first_model(session, asked, members, scene)
-    times = resolve(model, asked.member_options).times
+    values, model = _first_model(session, asked.scene, members, scene)
+    # The budget is that of all members together.
+    options = replace(asked.options, budget=None)
+    times = resolve(model, options).times
     plan = Plan(
-        key=_key(asked, members),
-        recipe=asked.recipe,
+        key=_key(asked, options, members),
+        recipe=asked.scene.recipe(),
         names=members.names,
-        member=own,
+        member=values,
         model=model,
-        alone=_alone(session, asked, own, model),
+        alone=_differ_in_numbers(session, asked.scene, values, model),
         samples=len(times),
-        options=asked.member_options,
+        options=options,
         extra=asked.columns,
         columns=asked.output is not None,
     )
@@ -254,30 +221,25 @@ def _plan(
 
 
 def _first_model(
-    session: Session, asked: EnsembleRequest, members: Members, scene: Scene
+    session: Session, asked: SceneRequest, members: Members, scene: Scene
 ) -> tuple[MemberValues, Model]:
-    """The first of a few members that can be derived, and its model.
+    """Return the values and the model of a member that can be derived, of the few that are tried.
 
     Raises
     ------
     InputError
-        None of them can; that of the first, located where its values are.
+        None of them can; that of the first, located at its values.
     """
     from lagrange_cli.simulate.ensemble.members import MemberValues
 
     refusals = []
     for member in list(dict.fromkeys((0, len(members) - 1, len(members) // 2)))[:_MOST_TRIED]:
-        own = MemberValues.of(members.values(member), scene)
+        values = MemberValues.of(members.values(member), scene)
+        parameters = {**asked.parameters, **values.parameters}
+        initial = {**asked.initial, **values.initial}
         try:
-            return own, model_of_scene(
-                session,
-                asked.source,
-                parameters={**asked.parameters, **own.parameters},
-                initial={**asked.initial, **own.initial},
-                times=asked.times,
-                forces="forces" in asked.columns,
-                formulation=asked.formulation,
-            )
+            request = replace(asked, parameters=parameters, initial=initial)
+            return values, model_of_scene(session, request)
         except InputError as refusal:
             refusals.append(_located(refusal, members, member, scene))
     raise refusals[0]
@@ -299,30 +261,26 @@ def _located(refusal: InputError, members: Members, member: int, scene: Scene) -
     return InputError(*problems)
 
 
-def _alone(session: Session, asked: EnsembleRequest, own: MemberValues, model: Model) -> bool:
-    """Say whether members differ in numbers alone; what was found before is remembered."""
+def _differ_in_numbers(
+    session: Session, asked: SceneRequest, values: MemberValues, model: Model
+) -> bool:
+    """Say whether members differ in numbers alone; the answer is kept in the cache."""
 
     def work() -> Answer:
         from lagrange_cli.simulate.ensemble.members import differ_in_numbers
 
-        return Answer(differ_in_numbers(asked.recipe, own, model))
+        return Answer(differ_in_numbers(asked.recipe(), values, model))
 
-    shared = [sorted(given.items()) for given in (asked.parameters, asked.initial, asked.times)]
-    members = [sorted(given.items()) for given in (own.parameters, own.initial)]
-    question = [*shared, *members, "forces" in asked.columns, asked.formulation]
+    member = [sorted(texts.items()) for texts in (values.parameters, values.initial)]
+    question = [*asked.values, *member, asked.forces, asked.formulation]
     return bool(remembered(session, "ensemble", asked.source, question, work))
 
 
-def _key(asked: EnsembleRequest, members: Members) -> str:
-    """The hash of all that results depend on."""
+def _key(asked: SimulationRequest, options: SimulationOptions, members: Members) -> str:
+    """Hash all that results depend on."""
     from lagrange_cli.cache import digest, fingerprint
 
-    shared = [sorted(given.items()) for given in (asked.parameters, asked.initial, asked.times)]
-    question = [
-        shared,
-        asked.formulation,
-        asked.columns,
-        sorted(vars(asked.member_options).items()),
-    ]
+    scene, choices = asked.scene, sorted(vars(options).items())
+    question = [scene.values, scene.formulation, asked.columns, choices]
     table = [members.names, members.rows]
-    return digest("ensemble", fingerprint(), asked.source.data, *map(json.dumps, (question, table)))
+    return digest("ensemble", fingerprint(), scene.source.data, *map(json.dumps, (question, table)))

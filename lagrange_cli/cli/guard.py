@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -18,45 +18,46 @@ if TYPE_CHECKING:
 
 
 def guard(
-    scene: str,
     source: SceneSource,
     parameters: Mapping[str, str],
     outputs: Mapping[str, str | None],
-    more: Iterable[Named] = (),
+    member_file: str | None = None,
 ) -> None:
     """Refuse outputs that would replace what a command reads of a scene, or each other.
 
     Parameters
     ----------
-    scene
-        The path as it was typed, ``-`` for standard input.
     outputs
-        Option → file, None where it is not given.
-    more
-        What the command reads besides.
+        Option → file, None if it is not given.
+    member_file
+        The file of an ensemble, None if there is none.
 
     Raises
     ------
     InputError
-        Two files are one; or, where there is any output, the scene cannot be read.
+        Two files are one; or, if there is any output, the scene cannot be read.
     """
-    writes = [Named(option, path) for option, path in outputs.items() if path is not None]
-    if writes:
-        require_apart([*_read_by(scene, source, parameters), *more], writes)
+    if writes := _given(outputs):
+        ensemble = _given({"the ensemble": member_file})
+        require_apart([*_read_by(source, parameters), *ensemble], writes)
 
 
-def _read_by(scene: str, source: SceneSource, parameters: Mapping[str, str]) -> list[Named]:
+def _given(files: Mapping[str, str | None]) -> list[Named]:
+    return [Named(name, path) for name, path in files.items() if path is not None]
+
+
+def _read_by(source: SceneSource, parameters: Mapping[str, str]) -> list[Named]:
     """The scene and the files that it names."""
-    return [Named("the scene", scene), *_recordings(source, parameters)]
+    return [Named("the scene", source.path), *_recordings(source, parameters)]
 
 
 def _recordings(source: SceneSource, parameters: Mapping[str, str]) -> Iterator[Named]:
-    """The files of recorded inputs. A scene names one by the key ``file``, perhaps escaped."""
+    """Yield the files of recorded inputs. Scenes name them by the key ``file``, perhaps escaped."""
     if b"file" not in source.data and b"\\" not in source.data:
         return
-    for given in _read(source, parameters).inputs:
-        if given.recording is not None:
-            yield Named("a recorded input", given.recording.path)
+    for entry in _read(source, parameters).inputs:
+        if entry.recording is not None:
+            yield Named("a recorded input", entry.recording.path)
 
 
 def _read(source: SceneSource, parameters: Mapping[str, str]) -> Scene:
@@ -65,24 +66,26 @@ def _read(source: SceneSource, parameters: Mapping[str, str]) -> Scene:
     return read_text(source.data, source.file, parameters=parameters)
 
 
-def checkpoint_files(path: str) -> dict[str, str]:
-    """What a run with a checkpoint writes beside its results: option → file."""
+def checkpoint_files(path: str | None) -> dict[str, str]:
+    """Return the files that a run with a checkpoint writes beside its results: option → file."""
+    if not path:
+        return {}
     samples = glob.glob(f"{glob.escape(path)}.samples*")
     named = {f"--checkpoint ({os.path.basename(file)})": file for file in samples}
     return {"--checkpoint": path, **named}
 
 
 def guard_folder(
-    folder: str, scene: str, source: SceneSource, parameters: Mapping[str, str], format_: Emitter
+    folder: str, source: SceneSource, parameters: Mapping[str, str], format_: Emitter
 ) -> None:
-    """The same for a format that writes files into a folder, named after the scene.
+    """Refuse files that a format would write into a folder in place of what it reads.
 
     Raises
     ------
     InputError
-        One of them would replace what is read.
+        One of them would replace the scene, or a file that it names.
     """
-    reads = _read_by(scene, source, parameters)
+    reads = _read_by(source, parameters)
     for path in _files(folder, format_.extensions):
         read = [named for named in reads if same_file(path, named.path)]
         if read and os.path.basename(path) in format_.files(_read(source, parameters).name):
@@ -100,15 +103,14 @@ def _files(folder: str, endings: tuple[str, ...]) -> list[str]:
 def guard_scenes(
     paths: Sequence[str], parameters: Mapping[str, str], outputs: Mapping[str, str | None]
 ) -> None:
-    """The same for many scenes, those that cannot be read among them.
+    """Refuse outputs of a command on many scenes, some of which may not be readable.
 
     Raises
     ------
     InputError
-        An output would replace what is read, or is another's.
+        An output would replace what is read, or another output.
     """
-    writes = [Named(option, path) for option, path in outputs.items() if path is not None]
-    if not writes:
+    if not (writes := _given(outputs)):
         return
     reads = [Named("a scene", path) for path in paths]
     for path in paths:

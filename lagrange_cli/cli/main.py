@@ -1,4 +1,4 @@
-"""The command group and the one place where every refusal becomes an exit code."""
+"""The command group, and the one place that turns every refusal into an exit code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from types import FrameType
 import click
 
 from lagrange_cli.cli.session import INTERRUPTED, Session, report_error
-from lagrange_cli.cli.terminal.interrupts import ending_signals
+from lagrange_cli.cli.terminal.interrupts import ending_signals, handled_signals
 from lagrange_cli.cli.terminal.output import give_up_stdout
 from lagrange_cli.cli.terminal.streams import prepare_streams
 from lagrange_cli.errors import InputError, InternalError, LagrangeError, Problem
@@ -28,10 +28,9 @@ _REPORT = (
     "scene and the command; --traceback shows where it happened"
 )
 
-#: When garbage is looked for. Expressions are many and hardly ever garbage: by Python's own
-#: thresholds half of the time of a large scene would go into walking them.
+#: Thresholds of the garbage collector; set by hand. Expressions are many and hardly ever garbage:
+#: by Python's own thresholds half of the time of a large scene would go into walking them.
 COLLECTION = (100_000, 20, 50)
-
 
 _IMPORTS = "it is not installed as it should be, or there is no memory for it"
 
@@ -64,9 +63,9 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        found = getattr(import_module(f"lagrange_cli.cli.{cmd_name}"), cmd_name)
-        assert isinstance(found, click.Command)
-        return found
+        command = getattr(import_module(f"lagrange_cli.cli.{cmd_name}"), cmd_name)
+        assert isinstance(command, click.Command)
+        return command
 
 
 @click.group(
@@ -82,22 +81,16 @@ def lagrange() -> None:
 
 @contextmanager
 def _termination() -> Iterator[None]:
-    """Turn SIGTERM and SIGHUP into :class:`Terminated` while a command runs."""
-    previous = {number: signal.getsignal(number) for number in ending_signals()}
+    """Turn SIGTERM and SIGHUP into :class:`_Terminated` while a command runs."""
 
     def stop(signum: int, frame: FrameType | None) -> None:
         # The two often come together: the second would disturb the tidying up after the first.
-        for number in previous:
+        for number in before:
             signal.signal(number, signal.SIG_IGN)
         raise _Terminated(signum)
 
-    try:
-        for number in previous:
-            signal.signal(number, stop)
+    with handled_signals(ending_signals(), stop) as before:
         yield
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
 
 
 def _is_of_machine(error: Exception) -> bool:
@@ -108,7 +101,7 @@ def _is_of_machine(error: Exception) -> bool:
 
 
 def _machine_problem(error: Exception, stage: str) -> Problem:
-    """What the machine lacks, and what was being done."""
+    """Report that the machine lacks something, and the stage of the work."""
     if isinstance(error, ImportError):
         lines = [line.strip() for line in str(error).splitlines() if line.strip()] or [""]
         says = f"a library cannot be loaded, while {stage}: {error.name or lines[-1]}"

@@ -1,7 +1,9 @@
-"""Derivation and model of a scene for the commands: the Python interface, with what is told."""
+"""Derivation and model of a scene for the commands: the Python interface, with its remarks told."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -9,66 +11,112 @@ from lagrange_cli.cli.remembered import Answer, SceneSource, remembered
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from lagrange_cli.api import Derivation
     from lagrange_cli.cli.session import Session
     from lagrange_cli.scene.conditions import Formulation
+    from lagrange_cli.simulate.ensemble.members import Recipe
     from lagrange_cli.simulate.model.model import Model
+    from lagrange_cli.simulate.request import SimulationOptions
 
 
-def derivation_of_scene(
-    session: Session,
-    source: SceneSource,
-    *,
-    parameters: Mapping[str, str],
-    initial: Mapping[str, str] | None = None,
-    times: Mapping[str, str] | None = None,
-    **options: Any,
-) -> Derivation:
-    """Derive a scene for a command; its warnings and remarks go to stderr.
+@dataclass(frozen=True)
+class SceneRequest:
+    """A scene, and what the options of a command say of it.
 
-    ``options`` are those of :meth:`lagrange_cli.api.LoadedScene.derive`.
+    Attributes
+    ----------
+    source
+        The scene as it was read.
+    parameters, initial, times
+        Name → text of an expression that replaces the scene's.
+    forces
+        True if constraint forces are wanted too.
+    formulation
+        Minimal or multiplier form, or ``auto``; None for the scene's.
     """
+
+    source: SceneSource
+    parameters: Mapping[str, str]
+    initial: Mapping[str, str] = field(default_factory=dict)
+    times: Mapping[str, str] = field(default_factory=dict)
+    forces: bool = False
+    formulation: Formulation | None = None
+
+    @property
+    def values(self) -> list[list[tuple[str, str]]]:
+        """Return parameters, initial values and times as a part of questions to the cache."""
+        return [sorted(texts.items()) for texts in (self.parameters, self.initial, self.times)]
+
+    def recipe(self) -> Recipe:
+        """Return the same for runs of many models."""
+        from lagrange_cli.simulate.ensemble.members import Recipe
+
+        texts = self.parameters, self.initial, self.times
+        return Recipe(self.source.file, self.source.data, *texts, self.forces, self.formulation)
+
+
+@dataclass(frozen=True)
+class SimulationRequest:
+    """The options of ``lagrange simulate``, for one motion or all members of an ensemble.
+
+    Attributes
+    ----------
+    scene
+        The scene, with its options.
+    options
+        Those of the integration.
+    columns
+        Names of further columns of the output.
+    output, plot
+        Files to write; None for none.
+    as_json
+        True if the report is JSON.
+    """
+
+    scene: SceneRequest
+    options: SimulationOptions
+    columns: tuple[str, ...]
+    output: str | None
+    plot: str | None
+    as_json: bool
+
+
+def derivation_of_scene(session: Session, scene: SceneRequest, digits: int = 30) -> Derivation:
+    """Derive a scene for a command; its warnings and remarks go to stderr."""
     from lagrange_cli.api import loads
 
     started = perf_counter()
     announce("reading the scene")
     # Reading imports no mathematics: a mistake in the scene is answered at once.
-    scene = loads(
-        source.data, file=source.file, parameters=parameters, initial=initial, times=times
+    loaded = loads(
+        scene.source.data,
+        file=scene.source.file,
+        parameters=scene.parameters,
+        initial=scene.initial,
+        times=scene.times,
     )
-    derivation = scene.derive(**options)
+    derivation = loaded.derive(digits=digits, forces=scene.forces, formulation=scene.formulation)
     announce("")
     session.tell(derivation.equations.warnings, derivation.equations.remarks)
     session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
     return derivation
 
 
-def model_of_scene(
-    session: Session,
-    source: SceneSource,
-    *,
-    parameters: Mapping[str, str],
-    initial: Mapping[str, str],
-    times: Mapping[str, str],
-    forces: bool,
-    formulation: Formulation | None,
-) -> Model:
-    """The model of a scene: that of before, or derived anew."""
+def model_of_scene(session: Session, scene: SceneRequest) -> Model:
+    """Return the model of a scene, kept from before or derived anew."""
 
     def work() -> Answer:
-        values = {"parameters": parameters, "initial": initial, "times": times}
-        derivation = derivation_of_scene(
-            session, source, **values, forces=forces, formulation=formulation
-        )
+        derivation = derivation_of_scene(session, scene)
         announce("preparing the simulation")
-        value = derivation.model().to_json()
-        return Answer(value, derivation.equations.warnings, derivation.equations.remarks)
+        return answer_of(derivation, derivation.model().to_json())
 
-    given = [sorted(given.items()) for given in (parameters, initial, times)]
-    asked = [*given, forces, formulation]
-    value = remembered(session, "simulate", source, asked, work)
+    question = [*scene.values, scene.forces, scene.formulation]
+    value = remembered(session, "simulate", scene.source, question, work)
     from lagrange_cli.simulate.model.model import Model
 
     return Model.from_json(value)
+
+
+def answer_of(derivation: Derivation, value: Any, *, lasting: bool = True) -> Answer:
+    """Return an answer with the warnings and remarks of its derivation."""
+    return Answer(value, derivation.equations.warnings, derivation.equations.remarks, lasting)

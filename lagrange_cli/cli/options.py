@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,7 +21,7 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
 def naming(wording: str, names: Callable[[], Iterable[str]]) -> type[click.Option]:
-    """A class of options whose help names what a registry has, imported only for that.
+    """Make a class of options whose help lists the names of a registry, imported only for that.
 
     ``wording`` has ``{}`` in their place.
     """
@@ -35,7 +35,7 @@ def naming(wording: str, names: Callable[[], Iterable[str]]) -> type[click.Optio
 
 
 def integrators() -> Iterable[str]:
-    """Names of the integration methods."""
+    """Return the names of the integration methods."""
     from lagrange_cli.simulate.integrators import INTEGRATORS
 
     return INTEGRATORS
@@ -45,47 +45,96 @@ def _assignments(
     ctx: click.Context, option: click.Parameter, values: tuple[str, ...]
 ) -> dict[str, str]:
     """Split ``NAME=VALUE`` texts; the values stay texts for the scene reader."""
-    found: dict[str, str] = {}
+    assigned: dict[str, str] = {}
     for text in values:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
             raise click.BadParameter(f"'{text}' is not of the form NAME=VALUE", ctx, option)
-        if name in found:
+        if name in assigned:
             raise click.BadParameter(f"'{name}' is given twice", ctx, option)
-        found[name] = value
-    return found
+        assigned[name] = value
+    return assigned
 
 
-def scene(function: _Command) -> _Command:
-    """The argument SCENE, a path or ``-``."""
-    return click.argument("scene", type=click.Path(allow_dash=True))(function)
+def comma_separated(
+    ctx: click.Context, option: click.Parameter, value: str | None
+) -> tuple[str, ...] | None:
+    """Split names with commas between them."""
+    if value is None:
+        return None
+    names = tuple(name.strip() for name in value.split(","))
+    if not all(names):
+        raise click.BadParameter(f"'{value}' is not names with commas between them", ctx, option)
+    return names
 
 
-def parameters(function: _Command) -> _Command:
-    """``-p NAME=VALUE``, as often as needed."""
+def not_empty(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Refuse an empty path, as an unset shell variable leaves it."""
+    if value == "":
+        raise click.BadParameter("the path is empty", ctx, option)
+    return value
+
+
+def writable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Refuse a file that cannot be written, before the work."""
+    path = not_empty(ctx, option, value)
+    if path is not None:
+        check_writable(path)
+    return path
+
+
+def writable_as(*endings: str) -> Callable[..., str | None]:
+    """Make a callback that refuses files of other endings as well."""
+
+    def checked(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+        if value is not None and Path(value).suffix.lower() not in endings:
+            message = f"'{value}' does not end in {' or '.join(endings)}"
+            raise click.BadParameter(message, ctx, option)
+        return writable(ctx, option, value)
+
+    return checked
+
+
+def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    """Name the missing extra or folder before the work."""
+    if value is not None:
+        if importlib.util.find_spec("matplotlib") is None:
+            hint = "pip install 'lagrange-cli[plot]'"
+            raise InputError(Problem("plots need matplotlib", hint=hint, rule="extra"))
+        from lagrange_cli.simulate.results.plot import require_program
+
+        require_program(Path(value).suffix.lower().lstrip("."))
+    return writable(ctx, option, value)
+
+
+def number(
+    name: str, metavar: str, help: str, default: float | None = None
+) -> Callable[[_Command], _Command]:
+    """An option that takes a number."""
+    shown = default is not None
     return click.option(
-        "-p",
-        "--parameter",
-        "parameters",
-        multiple=True,
-        callback=_assignments,
-        metavar="NAME=VALUE",
-        help="Set a parameter or a size; repeatable.  [default: the scene's values]",
-    )(function)
+        name, type=float, default=default, show_default=shown, metavar=metavar, help=help
+    )
 
 
-def initial(function: _Command) -> _Command:
-    """``-i NAME=VALUE``, as often as needed."""
+def file(
+    names: str,
+    help: str,
+    *,
+    callback: Callable[..., str | None] | None = writable,
+    metavar: str = "FILE",
+) -> Callable[[_Command], _Command]:
+    """An option that takes a path, by default of a file to write; its names by blanks apart."""
     return click.option(
-        "-i",
-        "--initial",
-        "initial",
-        multiple=True,
-        callback=_assignments,
-        metavar="NAME=VALUE",
-        help="Set an initial value, of NAME or 'dot(NAME)'; repeatable.  "
-        "[default: the scene's values]",
-    )(function)
+        *names.split(), type=click.Path(), callback=callback, metavar=metavar, help=help
+    )
+
+
+def _assignments_to(names: str, help: str) -> Callable[[_Command], _Command]:
+    """An option that takes ``NAME=VALUE``, as often as needed."""
+    return click.option(
+        *names.split(), multiple=True, callback=_assignments, metavar="NAME=VALUE", help=help
+    )
 
 
 def formulation(default: str | None, said: str) -> Callable[[_Command], _Command]:
@@ -99,50 +148,9 @@ def formulation(default: str | None, said: str) -> Callable[[_Command], _Command
     )
 
 
-def not_empty(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-    """Refuse an empty path, as an unset shell variable leaves it."""
-    if value == "":
-        raise click.BadParameter("the path is empty", ctx, option)
-    return value
-
-
-def writable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-    """Refuse a file in no place to write before the work."""
-    path = not_empty(ctx, option, value)
-    if path is not None:
-        check_writable(path)
-    return path
-
-
-def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-    """Name the missing extra or folder before the work."""
-    if value is not None and importlib.util.find_spec("matplotlib") is None:
-        raise InputError(
-            Problem("plots need matplotlib", hint="pip install 'lagrange-cli[plot]'", rule="extra")
-        )
-    if value is not None:
-        from lagrange_cli.simulate.results.plot import require_program
-
-        require_program(Path(value).suffix.lower().lstrip("."))
-    return writable(ctx, option, value)
-
-
 def plot(said: str) -> Callable[[_Command], _Command]:
     """``--plot FILE``."""
-    return click.option(
-        "--plot",
-        type=click.Path(),
-        callback=_plottable,
-        metavar="FILE",
-        help=f"{said}; needs matplotlib.  [default: none]",
-    )
-
-
-def end_time(function: _Command) -> _Command:
-    """``--until T``."""
-    return click.option(
-        "--until", metavar="T", help="End time, a number or expression.  [default: the scene's]"
-    )(function)
+    return file("--plot", f"{said}; needs matplotlib.  [default: none]", callback=_plottable)
 
 
 def jobs(what: str) -> Callable[[_Command], _Command]:
@@ -157,61 +165,11 @@ def jobs(what: str) -> Callable[[_Command], _Command]:
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Return the number of cores that this process may use."""
     import os
 
     of_process = getattr(os, "sched_getaffinity", None)
     return len(of_process(0)) if of_process else os.cpu_count() or 1
-
-
-def comma_separated(
-    ctx: click.Context, option: click.Parameter, value: str | None
-) -> tuple[str, ...] | None:
-    """Names as they are given, with commas between them."""
-    if value is None:
-        return None
-    names = tuple(name.strip() for name in value.split(","))
-    if not all(names):
-        raise click.BadParameter(f"'{value}' is not names with commas between them", ctx, option)
-    return names
-
-
-def _report(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-    """Refuse a file that is no JSON, or in no place to write, before the work."""
-    if value is None:
-        return None
-    if Path(value).suffix.lower() != ".json":
-        raise click.BadParameter(f"'{value}' does not end in .json", ctx, option)
-    check_writable(value)
-    return value
-
-
-def report_path(function: _Command) -> _Command:
-    """``-o FILE.json``."""
-    return click.option(
-        "-o",
-        "--output",
-        type=click.Path(),
-        callback=_report,
-        metavar="FILE",
-        help="Write the report, as .json.  [default: none]",
-    )(function)
-
-
-def output_file(help: str) -> Callable[[_Command], _Command]:
-    """``-o FILE``."""
-    return _output(help, writable)
-
-
-def output_folder(help: str) -> Callable[[_Command], _Command]:
-    """``-o FOLDER``."""
-    return _output(help, not_empty)
-
-
-def _output(help: str, callback: Callable[..., str | None]) -> Callable[[_Command], _Command]:
-    return click.option(
-        "-o", "--output", type=click.Path(), callback=callback, metavar="PATH", help=help
-    )
 
 
 def json_flag(help: str) -> Callable[[_Command], _Command]:
@@ -219,52 +177,70 @@ def json_flag(help: str) -> Callable[[_Command], _Command]:
     return click.option("--json", "as_json", is_flag=True, help=f"{help}  [default: off]")
 
 
-def _quiet(ctx: click.Context, option: click.Parameter, value: bool) -> None:
-    if value:
-        ctx.ensure_object(Session).verbosity = -1
-
-
-def _verbose(ctx: click.Context, option: click.Parameter, value: bool) -> None:
-    if value:
-        ctx.ensure_object(Session).verbosity = 1
-
-
-def _strict(ctx: click.Context, option: click.Parameter, value: bool) -> None:
-    ctx.ensure_object(Session).strict = value
-
-
-def _traceback(ctx: click.Context, option: click.Parameter, value: bool) -> None:
-    ctx.ensure_object(Session).traceback = value
-
-
-#: Names, callback and help of the flags that every subcommand that reads a scene takes.
-_COMMON = (
-    (("--strict",), _strict, "Refuse what would be a warning."),
-    (("-q", "--quiet"), _quiet, "No warnings and remarks."),
-    (("-v", "--verbose"), _verbose, "More remarks: what was done and how long it took."),
-    (("--traceback",), _traceback, "Show the program's traceback with an error."),
-)
-
-
-def _flag(
-    names: tuple[str, ...], callback: Callable[..., None], help: str
+def _session_flag(
+    names: str, attribute: str, value: int, help: str
 ) -> Callable[[_Command], _Command]:
-    """A flag that is kept in the :class:`Session`."""
+    """A flag that gives an attribute of the :class:`Session` a value."""
+
+    def note(ctx: click.Context, option: click.Parameter, is_set: bool) -> None:
+        if is_set:
+            setattr(ctx.ensure_object(Session), attribute, value)
+
     return click.option(
-        *names,
+        *names.split(),
         is_flag=True,
         expose_value=False,
         is_eager=True,
-        callback=callback,
+        callback=note,
         help=f"{help}  [default: off]",
     )
 
 
-#: ``--traceback``, for commands that read no scene.
-traceback = _flag(*_COMMON[-1])
+def in_order(
+    options: Sequence[Callable[[_Command], _Command]],
+) -> Callable[[_Command], _Command]:
+    """Make one decorator of those of several options, in the order of the help text."""
+    return lambda function: functools.reduce(lambda done, one: one(done), options[::-1], function)
 
 
-def common(function: _Command) -> _Command:
-    """The flags of every subcommand that reads a scene."""
-    flags = [_flag(*declared) for declared in _COMMON]
-    return functools.reduce(lambda decorated, flag: flag(decorated), flags[::-1], function)
+#: The argument SCENE, a path or ``-``.
+scene = click.argument("scene", type=click.Path(allow_dash=True))
+
+#: ``--until T``.
+end_time = click.option(
+    "--until", metavar="T", help="End time, a number or expression.  [default: the scene's]"
+)
+
+#: ``-p NAME=VALUE``.
+parameters = _assignments_to(
+    "-p --parameter parameters",
+    "Set a parameter or a size; repeatable.  [default: the scene's values]",
+)
+
+#: ``-i NAME=VALUE``.
+initial = _assignments_to(
+    "-i --initial initial",
+    "Set an initial value, of NAME or 'dot(NAME)'; repeatable.  [default: the scene's values]",
+)
+
+#: ``-o FILE.json``.
+report_path = file(
+    "-o --output", "Write the report, as .json.  [default: none]", callback=writable_as(".json")
+)
+
+#: ``--traceback``.
+traceback = _session_flag(
+    "--traceback", "traceback", True, "Show the program's traceback with an error."
+)
+
+#: The flags of every subcommand that reads a scene.
+common = in_order(
+    (
+        _session_flag("--strict", "strict", True, "Refuse what would be a warning."),
+        _session_flag("-q --quiet", "verbosity", -1, "No warnings and remarks."),
+        _session_flag(
+            "-v --verbose", "verbosity", 1, "More remarks: what was done and how long it took."
+        ),
+        traceback,
+    )
+)

@@ -1,10 +1,9 @@
-"""Answers to the same question as before come from the cache, without any mathematics.
+"""Answer a question that was asked before from the cache, without any mathematics.
 
-An answer is a value that JSON holds, with the warnings and remarks that belong
-to it. The question is the command with the options that matter, and the scene:
-its bytes, which are read once and both hashed and derived, and the name that
-messages have for it. What else an answer depends on, lagrange's code and its
-libraries, is in the key as well. Refusals are not kept.
+An answer is a JSON value, with the warnings and remarks that belong to it. The question is the
+command with the options that matter, and the scene: its bytes, which are read once and both hashed
+and derived, and its name in messages. Lagrange's code and its libraries are in the key as well.
+Refusals are not kept.
 """
 
 from __future__ import annotations
@@ -23,16 +22,28 @@ if TYPE_CHECKING:
 
 
 class SceneSource(NamedTuple):
-    """A scene as it was read: the name that messages have for it, and its bytes."""
+    """A scene as it was read: its path, ``-`` for standard input, and its bytes."""
 
-    file: str
+    path: str
     data: bytes
+
+    @property
+    def file(self) -> str:
+        """Return the name that messages have for the scene."""
+        return "<stdin>" if self.path == "-" else self.path
 
 
 class Answer(NamedTuple):
-    """What a command worked out: a value that JSON holds, and what is to be said with it.
+    """The answer of a command.
 
-    ``lasting``: it depends on nothing that is not in the key, as on another file.
+    Attributes
+    ----------
+    value
+        A JSON value; its meaning is the command's own.
+    warnings, remarks
+        To be told with it.
+    lasting
+        False if it depends on more than its key says, as on another file: it is not kept.
     """
 
     value: Any
@@ -49,7 +60,7 @@ def read_source(scene: str) -> SceneSource:
     InputError
         It cannot be read, or is too large.
     """
-    return SceneSource("<stdin>" if scene == "-" else scene, read_bytes(scene))
+    return SceneSource(scene, read_bytes(scene))
 
 
 def remembered(
@@ -59,25 +70,25 @@ def remembered(
     options: Sequence[Any],
     work: Callable[[], Answer],
 ) -> Any:
-    """Return the value of the answer to a question: that of before, or else ``work()``'s.
+    """Return the value of the answer to a question, kept from before or else worked out.
 
     Parameters
     ----------
     session
-        Takes warnings and remarks of an answer of before; has the cache.
+        Has the cache, and takes warnings and remarks of an answer that was kept.
     command
-        What is asked; a value's meaning is the command's own.
+        Name of the command that asks.
     source
-        The scene it is asked of.
+        The scene.
     options
-        Every option that the answer depends on, in a fixed order, as JSON holds them.
+        Every option that the answer depends on, in a fixed order, as JSON values.
     work
-        Finds the answer, and tells the session its warnings and remarks.
+        Finds the answer, and tells the session its warnings and remarks itself.
 
     Raises
     ------
     InputError
-        What ``work`` raises, and warnings with ``--strict``.
+        From ``work``, or there are warnings and ``--strict``.
     """
     asked = json.dumps(options)
     key = digest(command, fingerprint(), asked, source.file, source.data)

@@ -1,4 +1,4 @@
-"""What the commands share: how much to say, and how problems reach the terminal."""
+"""The session of a command: how much it says, and how problems reach the terminal."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from lagrange_cli.stages import Listener, heard_by
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
 
-#: The exit code of what Ctrl-C ended, as shells report it.
+#: Exit code that shells report for a process that Ctrl-C ended.
 INTERRUPTED = 128 + signal.SIGINT
 
 
 def _show(problem: Problem, colour: str) -> None:
     """Write a problem to stderr; its first line is coloured on a terminal."""
-    first, *rest = render(problem).splitlines()
+    first, *further = render(problem).splitlines()
     click.echo(click.style(first, fg=colour), err=True)
-    for line in rest:
+    for line in further:
         click.echo(line, err=True)
 
 
@@ -40,10 +40,18 @@ def report_error(problem: Problem) -> None:
 
 @dataclass
 class Session:
-    """Options that every subcommand takes.
+    """The options that every subcommand takes, and what it tells on stderr.
 
-    ``verbosity`` is −1 with ``-q``, 1 or more with ``-v``. ``stage``: what the work was at when
-    it last said so.
+    Attributes
+    ----------
+    verbosity
+        −1 with ``-q``, 1 with ``-v``, else 0.
+    strict
+        True if warnings are refused.
+    traceback
+        True if tracebacks are shown with errors.
+    stage
+        Phrase for the work that was announced last.
     """
 
     verbosity: int = 0
@@ -54,7 +62,7 @@ class Session:
 
     @cached_property
     def cache(self) -> Cache:
-        """The user's cache; that there is none is a detail."""
+        """Open the user's cache; if there is none, a detail says why."""
         from lagrange_cli.cache import open_cache
 
         opened = open_cache()
@@ -62,7 +70,7 @@ class Session:
         return opened
 
     def keep(self, key: str, data: bytes) -> None:
-        """Keep data in the cache; that they cannot be kept is a detail."""
+        """Keep data in the cache; if they cannot be kept, a detail says why."""
         self.cache.put(key, data)
         self._explain(self.cache, "nothing")
 
@@ -71,7 +79,7 @@ class Session:
         self._explain(self.cache, "no compiled code")
 
     def _explain(self, cache: Cache, what: str) -> None:
-        """Say why something is not kept, at the first time."""
+        """Say why something is not kept, but only once."""
         if cache.reason is not None and not self._explained:
             self._explained = True
             self.detail(f"{what} is kept in the cache: {cache.reason}")
@@ -90,11 +98,11 @@ class Session:
         InputError
             There are warnings and ``--strict`` was given.
         """
-        found = tuple(warnings)
-        if found and self.strict:
-            raise InputError(*found, Problem("--strict: warnings are refused", rule="strict"))
+        problems = tuple(warnings)
+        if problems and self.strict:
+            raise InputError(*problems, Problem("--strict: warnings are refused", rule="strict"))
         if self.verbosity >= 0:
-            for problem in found:
+            for problem in problems:
                 _show(problem, "yellow")
 
     def remark(self, text: str) -> None:
@@ -109,7 +117,7 @@ class Session:
 
     @contextmanager
     def stages(self) -> Iterator[None]:
-        """Note the stages of the work done here; show them where a person waits at a terminal."""
+        """Note the stages of the work done here; show them on a terminal."""
         terminal = sys.stderr
         shown = terminal is not None and terminal.isatty() and self.verbosity >= 0
         with shown_stage(terminal) if shown else nullcontext() as show:
@@ -124,10 +132,9 @@ class Session:
 
     @contextmanager
     def progress(self, label: str) -> Iterator[ProgressBar]:
-        """Yield what takes the fraction done and moves a progress bar on stderr.
+        """Yield a progress bar on stderr, to be called with the fraction done.
 
-        The bar is hidden where stderr is no terminal, and with ``-q``; with ``-v`` lines take
-        its place.
+        It is hidden unless stderr is a terminal, and with ``-q``; with ``-v`` lines take its place.
         """
         terminal = sys.stderr is not None and sys.stderr.isatty()
         shown = terminal and self.verbosity >= 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,57 +14,47 @@ import click
 
 from lagrange_cli.cli import ensemble, options
 from lagrange_cli.cli.guard import checkpoint_files, guard
-from lagrange_cli.cli.models import model_of_scene
-from lagrange_cli.cli.remembered import SceneSource, read_source
+from lagrange_cli.cli.models import SceneRequest, SimulationRequest, model_of_scene
+from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.reports.simulate import FORMATS, Simulated
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.deadline import OverdueError, within
 from lagrange_cli.cli.terminal.interrupts import Interrupts, noted_interrupts
-from lagrange_cli.cli.terminal.output import Command, print_text
+from lagrange_cli.cli.terminal.output import Command, print_report
 from lagrange_cli.errors import AccuracyError, InputError, Problem
-from lagrange_cli.files import Named, check_writable, sole_writer
+from lagrange_cli.files import check_writable, sole_writer
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Iterator
 
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
     from lagrange_cli.simulate.model.model import Model
-    from lagrange_cli.simulate.request import SimulationOptions
 
 #: A plain number.
 _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
 
-#: Seconds of the budget that are left to the motion where deriving has just not spent them all.
+#: Least seconds of the budget that remain for the motion, if deriving has not spent them all.
 _LEAST_BUDGET = 1e-3
-
-_ENDINGS = (".csv", ".npz")
 
 #: Columns beyond the state that files can have.
 FILE_COLUMNS = ("energy", "positions", "forces")
 
 
-def _ending(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-    """Refuse a trajectory file of an unknown kind, or in no place to write, before the work."""
+def _further_columns(
+    ctx: click.Context, option: click.Parameter, value: str | None
+) -> tuple[str, ...]:
+    """Split names of further columns, with commas between them."""
     if value is None:
-        return None
-    if Path(value).suffix.lower() not in _ENDINGS:
-        raise click.BadParameter(f"'{value}' does not end in {' or '.join(_ENDINGS)}", ctx, option)
-    check_writable(value)
-    return value
-
-
-def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tuple[str, ...]:
-    """Names of further columns, as they are given with commas between them."""
-    names = tuple(dict.fromkeys(part.strip() for part in (value or "").split(",")))
-    unknown = [name for name in names if name not in FILE_COLUMNS]
-    if value is not None and unknown:
-        raise click.BadParameter(
-            f"'{unknown[0]}' is not one of {', '.join(FILE_COLUMNS)}", ctx, option
-        )
-    return names if value is not None else ()
+        return ()
+    names = tuple(dict.fromkeys(part.strip() for part in value.split(",")))
+    for name in names:
+        if name not in FILE_COLUMNS:
+            known = ", ".join(FILE_COLUMNS)
+            raise click.BadParameter(f"'{name}' is not one of {known}", ctx, option)
+    return names
 
 
 @click.command(cls=Command, short_help="A trajectory to the accuracy that you state.")
@@ -74,11 +63,10 @@ def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tu
 @click.option(
     "--from", "start", metavar="T", help="Start time, likewise.  [default: the scene's, or 0]"
 )
-@click.option(
+@options.number(
     "--accuracy",
-    type=float,
-    metavar="EPS",
-    help="Largest error of any coordinate or velocity at any sample, as a part of its scale.  "
+    "EPS",
+    "Largest error of any coordinate or velocity at any sample, as a part of its scale.  "
     "[default: the scene's, or 1e-6]",
 )
 @click.option(
@@ -88,23 +76,16 @@ def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tu
     ),
     metavar="NAME",
 )
-@click.option(
-    "--rtol",
-    type=float,
-    metavar="X",
-    help="Relative tolerance of a step, with --method.  [default: the scene's]",
+@options.number(
+    "--rtol", "X", "Relative tolerance of a step, with --method.  [default: the scene's]"
 )
-@click.option(
-    "--atol",
-    type=float,
-    metavar="X",
-    help="Absolute tolerance of a step, with --method.  [default: rtol/100 of each scale]",
+@options.number(
+    "--atol", "X", "Absolute tolerance of a step, with --method.  [default: rtol/100 of each scale]"
 )
-@click.option(
+@options.number(
     "--step",
-    type=float,
-    metavar="H",
-    help="Time between samples; the step of methods of fixed step.  [default: the scene's]",
+    "H",
+    "Time between samples; the step of methods of fixed step.  [default: the scene's]",
 )
 @click.option(
     "--samples",
@@ -112,11 +93,8 @@ def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tu
     metavar="N",
     help="Number of samples, both ends included.  [default: the scene's, or 501]",
 )
-@click.option(
-    "--budget",
-    type=float,
-    metavar="SECONDS",
-    help="Stop after this time and keep what is done.  [default: none]",
+@options.number(
+    "--budget", "SECONDS", "Stop after this time and keep what is done.  [default: none]"
 )
 @options.formulation(None, "the scene's, or auto")
 @options.parameters
@@ -124,28 +102,23 @@ def _extra(ctx: click.Context, option: click.Parameter, value: str | None) -> tu
 @click.option(
     "--with",
     "columns",
-    callback=_extra,
+    callback=_further_columns,
     metavar="NAMES",
     help="Further columns of the file, their last values shown: energy; forces, those of "
     "constraints and their multipliers; positions, which are there anyway. With commas between "
     "them.  [default: none]",
 )
-@click.option(
-    "-o",
-    "--output",
-    type=click.Path(),
-    callback=_ending,
-    metavar="FILE",
-    help="Write the samples, as .csv or .npz.  [default: none]",
+@options.file(
+    "-o --output",
+    "Write the samples, as .csv or .npz.  [default: none]",
+    callback=options.writable_as(".csv", ".npz"),
 )
 @options.plot("Draw coordinates, velocities and energy over time")
-@click.option(
+@options.file(
     "--checkpoint",
-    type=click.Path(),
-    callback=options.not_empty,
-    metavar="FILE",
-    help="Write the state of the run now and then, and when it is stopped, for --resume FILE.  "
+    "Write the state of the run now and then, and when it is stopped, for --resume FILE.  "
     "[default: none]",
+    callback=options.not_empty,
 )
 @ensemble.ensemble_options
 @options.json_flag("Report as JSON.")
@@ -172,146 +145,121 @@ def simulate(
     **chosen: Any,
 ) -> None:
     """Integrate SCENE, a YAML file or - for standard input, and report its end."""
-    session = ctx.ensure_object(Session)
-    started = perf_counter()
+    session, started = ctx.ensure_object(Session), perf_counter()
     times = {k: v for k, v in (("until", until), ("start", start)) if v is not None}
     if until is not None and _DECIMAL.fullmatch(until):
-        # A plain number changes nothing of the model, which can be that of before.
+        # A plain number changes nothing of the model, so that one from before can be used.
         chosen["until"] = float(times.pop("until"))
     source = read_source(scene)
     state = checkpoint if resume is None else resume
-    _guard(scene, source, parameters, {"-o": output, "--plot": plot}, state, member_file)
-    many = ensemble.member_choice(member_file, vary, jobs, resume, checkpoint, plot)
+    outputs = {"-o": output, "--plot": plot, **checkpoint_files(state)}
+    guard(source, parameters, outputs, member_file)
+    members = ensemble.member_choice(member_file, vary, jobs, resume, checkpoint, plot)
     # What takes long to import comes after what is refused at once.
     from lagrange_cli.simulate.request import SimulationOptions
 
-    wanted = SimulationOptions(**chosen)
-    if many is not None:
-        asked = (source, parameters, initial, times, formulation)
-        members = ensemble.EnsembleRequest(many, *asked, columns, output, as_json, wanted)
-        with _alone(output):
-            ctx.exit(ensemble.simulate_ensemble(session, members))
-    kept = _checkpoint(checkpoint, resume)
-    model_in = partial(
-        model_of_scene,
-        session,
-        source,
-        parameters=parameters,
-        initial=initial,
-        times=times,
-        forces="forces" in columns,
-    )
-    model = _model_within(session, wanted.budget, partial(model_in, formulation=formulation))
-    derive_seconds = perf_counter() - started
-    wanted = replace(wanted, budget=_left_of(wanted.budget, derive_seconds))
-    from lagrange_cli.simulate.charts.simulation import multiplier_form
+    scene_asked = SceneRequest(source, parameters, initial, times, "forces" in columns, formulation)
+    files = columns, output, plot
+    asked = SimulationRequest(scene_asked, SimulationOptions(**chosen), *files, as_json)
+    if members is not None:
+        with sole_writer(output):
+            ctx.exit(ensemble.simulate_ensemble(session, members, asked))
+    ctx.exit(_simulate_one(session, asked, _checkpoint(checkpoint, resume), started))
 
-    other = multiplier_form(model, formulation, partial(model_in, formulation="multiplier"))
-    with _alone(None if kept is None else kept.path):
-        files = output, columns, plot is not None
-        trajectory, interrupt = _integrated(session, model, other, wanted, files, kept)
-        if output is not None and trajectory.written is None:
-            trajectory.write(output, columns)
-        report = Simulated(model, trajectory, columns, derive_seconds)
-        format_ = "json" if as_json else "text"
-        print_text(FORMATS[format_](report), format_)
-        if plot is not None:
-            trajectory.plot(plot)
-        if kept is not None and trajectory.status != "stopped":
-            kept.remove()
-    for remark in _remarks(trajectory, model, kept):
+
+def _simulate_one(
+    session: Session, asked: SimulationRequest, checkpoint: Checkpoint | None, started: float
+) -> int:
+    """Simulate one motion and report it; return the exit code.
+
+    ``started``: the moment on the clock when the command began.
+    """
+    model = _model_within(session, asked)
+    derive_seconds = perf_counter() - started
+    budget = _remaining(asked.options.budget, derive_seconds)
+    with sole_writer(None if checkpoint is None else checkpoint.path):
+        trajectory, interrupt = _integrated(session, model, asked, budget, checkpoint)
+        if asked.output is not None and trajectory.written is None:
+            trajectory.write(asked.output, asked.columns)
+        report = Simulated(model, trajectory, asked.columns, derive_seconds)
+        print_report(report, FORMATS, as_json=asked.as_json)
+        if asked.plot is not None:
+            trajectory.plot(asked.plot)
+        if checkpoint is not None and trajectory.status != "stopped":
+            checkpoint.remove()
+    for remark in _remarks(trajectory, model, checkpoint):
         session.remark(remark)
     ended = trajectory.status == "stopped" and interrupt.asked
-    ctx.exit(interrupt.exit_code if ended else trajectory.exit_code)
+    return interrupt.exit_code if ended else trajectory.exit_code
 
 
-def _model_within(session: Session, budget: float | None, model_of: Callable[[], Model]) -> Model:
-    """The model of a scene, derived within the budget in seconds.
+def _model_within(session: Session, asked: SimulationRequest) -> Model:
+    """Return the model of a scene, derived within the budget.
 
     Raises
     ------
     AccuracyError
         The budget is spent before there is anything to integrate.
     """
+    budget = asked.options.budget
     limited = budget is not None and math.isfinite(budget) and budget > 0
     try:
         with within(budget if limited else None):
-            return model_of()
+            return model_of_scene(session, asked.scene)
     except OverdueError:
         says = f"the budget of {budget:g} s was spent on the equations of motion: {session.stage}"
         hint = "nothing was simulated; equations are kept once they are derived"
         raise AccuracyError(Problem(says, hint=hint, rule="budget")) from None
 
 
-def _left_of(budget: float | None, seconds: float) -> float | None:
-    """What deriving has left of a budget; one that is no positive number is refused later."""
+def _remaining(budget: float | None, seconds: float) -> float | None:
+    """Return the budget less the seconds spent; one that is not positive is refused later."""
     if budget is None or not budget > 0:
         return budget
     return max(budget - seconds, _LEAST_BUDGET)
 
 
-@contextmanager
-def _alone(output: str | None) -> Iterator[None]:
-    """Refuse to work where another process makes the same output; None: there is none."""
-    with nullcontext() if output is None else sole_writer(output):
-        yield
-
-
-def _guard(
-    scene: str,
-    source: SceneSource,
-    parameters: Mapping[str, str],
-    outputs: Mapping[str, str | None],
-    state: str | None,
-    member_file: str | None,
-) -> None:
-    """Refuse outputs that would replace what is read, before any work; ``state`` is written."""
-    reads = [] if member_file is None else [Named("the ensemble", member_file)]
-    files = checkpoint_files(state) if state else {}
-    guard(scene, source, parameters, {**outputs, **files}, reads)
-
-
 def _integrated(
     session: Session,
     model: Model,
-    other: Callable[[], Model] | None,
-    wanted: SimulationOptions,
-    files: tuple[str | None, tuple[str, ...], bool],
+    asked: SimulationRequest,
+    budget: float | None,
     checkpoint: Checkpoint | None,
 ) -> tuple[Trajectory, Interrupts]:
-    """The motion, and the signal that may have ended it.
-
-    Parameters
-    ----------
-    other
-        Makes the model in other coordinates, where these may be left.
-    files
-        The output with its further columns, and whether there is to be a picture.
-    """
-    from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
+    """Integrate within a budget in seconds; return also the signal that may have ended it."""
+    from lagrange_cli.simulate.charts.simulation import (
+        multiplier_form,
+        simulate_past_singularities,
+    )
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.results.trajectory import require_forces
     from lagrange_cli.simulate.simulation import RunContext
 
-    if "forces" in files[1]:
+    if asked.scene.forces:
         require_forces(model.name, [*model.multipliers, *model.forces])
+    cartesian = replace(asked.scene, formulation="multiplier")
+    make_other_model = multiplier_form(
+        model, asked.scene.formulation, partial(model_of_scene, session, cartesian)
+    )
+    options = replace(asked.options, budget=budget)
+    stream = Stream(asked.output, asked.columns, asked.plot is not None)
     with session.progress("integrating") as progress, noted_interrupts() as interrupt:
 
         def stop() -> bool:
             return interrupt.asked
 
         context = RunContext(
-            None, session.cache, Stream(*files), checkpoint, progress, progress.reached, stop
+            None, session.cache, stream, checkpoint, progress, progress.reached, stop
         )
         with heard_by(Listener(ends=stop)):
-            trajectory = simulate_past_singularities(model, wanted, other, context)
+            trajectory = simulate_past_singularities(model, options, make_other_model, context)
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     return trajectory, interrupt
 
 
 def _checkpoint(path: str | None, resumed: str | None) -> Checkpoint | None:
-    """Where the state of a run is written, and whether it goes on from there.
+    """Return where the state of a run is written and read; None for nowhere.
 
     Raises
     ------
@@ -328,13 +276,13 @@ def _checkpoint(path: str | None, resumed: str | None) -> Checkpoint | None:
         raise InputError(Problem(message, hint="--resume run.checkpoint", rule="resume"))
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
 
-    found = Checkpoint(path or resumed or "", resume=resumed is not None, lasting=True)
-    check_writable(found.path)
-    return found
+    checkpoint = Checkpoint(path or resumed or "", resume=resumed is not None, lasting=True)
+    check_writable(checkpoint.path)
+    return checkpoint
 
 
 def _remarks(trajectory: Trajectory, model: Model, checkpoint: Checkpoint | None) -> Iterator[str]:
-    """What is said beside the result."""
+    """Yield what is said beside the result."""
     asked = model.defaults.accuracy
     if trajectory.requested is None and asked is not None:
         yield (

@@ -9,11 +9,11 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
+from lagrange_cli.cli.models import SceneRequest
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.reports.stress import FORMATS
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, print_text
-from lagrange_cli.files import write_file
+from lagrange_cli.cli.terminal.output import Command, print_report
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation
@@ -34,19 +34,16 @@ def _axes() -> Iterable[str]:
     metavar="LIST",
 )
 @options.end_time
-@click.option(
+@options.number(
     "--accuracy",
-    type=float,
-    metavar="EPS",
-    help="What each point is asked for, as by simulate.  [default: the scene's, or 1e-6]",
+    "EPS",
+    "What each point is asked for, as by simulate.  [default: the scene's, or 1e-6]",
 )
-@click.option(
+@options.number(
     "--budget",
-    type=float,
-    default=5.0,
-    show_default=True,
-    metavar="SECONDS",
-    help="Stop the run of a point after this time; those of its reference have twice as much.",
+    "SECONDS",
+    "Stop the run of a point after this time; those of its reference have twice as much.",
+    5.0,
 )
 @options.formulation(None, "the scene's, or auto")
 @options.jobs("Points")
@@ -75,23 +72,19 @@ def stress(
     extremes, and compare every result with a reference."""
     session = ctx.ensure_object(Session)
     source = read_source(scene)
-    guard(scene, source, parameters, {"-o": output})
-    from lagrange_cli.simulate.ensemble.members import Recipe
+    guard(source, parameters, {"-o": output})
+    times = {} if until is None else {"until": until}
+    request = SceneRequest(source, parameters, initial, times, formulation=formulation)
     from lagrange_cli.studies.stress.measure import stress as run
 
-    times = {} if until is None else {"until": until}
-    recipe = Recipe(source.file, source.data, parameters, initial, times, False, formulation)
     with session.progress("stressing") as move:
-        found = run(
-            recipe,
+        outcomes = run(
+            request.recipe(),
             axes=axes,
             accuracy=accuracy,
             budget=budget,
             jobs=jobs or options.cores(),
             progress=move,
         )
-    if output is not None:
-        write_file(output, FORMATS["json"](found))
-    format_ = "json" if as_json else "text"
-    print_text(FORMATS[format_](found), format_)
-    ctx.exit(1 if found.counts["wrong"] else 0)
+    print_report(outcomes, FORMATS, as_json=as_json, output=output)
+    ctx.exit(1 if outcomes.counts["wrong"] else 0)

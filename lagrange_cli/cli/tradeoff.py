@@ -9,11 +9,11 @@ import click
 
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
-from lagrange_cli.cli.models import model_of_scene
+from lagrange_cli.cli.models import SceneRequest, model_of_scene
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.reports.tradeoff import FORMATS
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, print_text
+from lagrange_cli.cli.terminal.output import Command, print_report
 from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
@@ -40,13 +40,8 @@ if TYPE_CHECKING:
     help="How often each run is timed.",
 )
 @options.end_time
-@click.option(
-    "--budget",
-    type=float,
-    default=1.0,
-    show_default=True,
-    metavar="SECONDS",
-    help="Give a run up after this time, and finer ones of its method.",
+@options.number(
+    "--budget", "SECONDS", "Give a run up after this time, and finer ones of its method.", 1.0
 )
 @options.formulation(None, "the scene's, or auto")
 @options.parameters
@@ -75,20 +70,14 @@ def tradeoff(
     their errors with what they cost."""
     session = ctx.ensure_object(Session)
     source = read_source(scene)
-    guard(scene, source, parameters, {"-o": output, "--plot": plot})
-    model = model_of_scene(
-        session,
-        source,
-        parameters=parameters,
-        initial=initial,
-        times={} if until is None else {"until": until},
-        forces=False,
-        formulation=formulation,
-    )
+    guard(source, parameters, {"-o": output, "--plot": plot})
+    times = {} if until is None else {"until": until}
+    request = SceneRequest(source, parameters, initial, times, formulation=formulation)
+    model = model_of_scene(session, request)
     from lagrange_cli.studies.tradeoff.measure import trade
 
     with session.progress("measuring") as move:
-        found = trade(
+        measured = trade(
             model,
             methods=methods,
             repeat=repeat,
@@ -97,11 +86,8 @@ def tradeoff(
             cache=session.cache,
         )
     session.explain_code()
-    if output is not None:
-        write_file(output, FORMATS["json"](found))
-    format_ = "json" if as_json else "text"
-    print_text(FORMATS[format_](found), format_)
+    print_report(measured, FORMATS, as_json=as_json, output=output)
     if plot is not None:
         from lagrange_cli.studies.tradeoff.plot import draw_trade
 
-        write_file(plot, draw_trade(found, Path(plot).suffix.lower().lstrip(".")))
+        write_file(plot, draw_trade(measured, Path(plot).suffix.lower().lstrip(".")))

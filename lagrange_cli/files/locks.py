@@ -57,14 +57,19 @@ def lock_of(output: str) -> str:
 
 
 @contextmanager
-def sole_writer(output: str) -> Iterator[None]:
-    """Be the only process that makes this output, in a file ``OUTPUT.lock`` beside it.
+def sole_writer(output: str | None) -> Iterator[None]:
+    """Be the only process that makes this output, by a file ``OUTPUT.lock`` beside it.
+
+    None, no output, is never refused.
 
     Raises
     ------
     InputError
         Another process makes it, or there is such a file that is no lock.
     """
+    if output is None:
+        yield
+        return
     path = lock_of(os.path.realpath(output))
     handle = _acquired(path, output)
     try:

@@ -1,4 +1,4 @@
-"""Report of ``lagrange cache``: what is kept from earlier runs, and what was removed."""
+"""Report of ``lagrange cache``: the entries kept from earlier runs, and those removed."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from lagrange_cli.cli.reports.json_text import json_text
 from lagrange_cli.cli.reports.tables import labelled
 from lagrange_cli.errors import escape_controls
 
-#: The endings of files by what they hold.
+#: Kind of entry → the endings of its files.
 _KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
 
 
 def _summary(cache: Cache, removed: Removed | None) -> dict[str, Any]:
-    """Return what ``lagrange cache --json`` writes; ``removed`` is None where nothing was to be."""
+    """Return what ``lagrange cache --json`` writes; ``removed`` is None without ``--clear``."""
     entries = cache.entries()
     report = {
         "folder": cache.folder,
@@ -31,7 +31,7 @@ def _summary(cache: Cache, removed: Removed | None) -> dict[str, Any]:
 
 
 def _text(cache: Cache, removed: Removed | None) -> str:
-    """The same for a person."""
+    """Write the report for a person."""
     if removed is not None:
         return f"removed {file_count(removed.files)}, {_size(removed.size)}"
     report = _summary(cache, removed)
@@ -50,7 +50,7 @@ def _text(cache: Cache, removed: Removed | None) -> str:
 
 
 def _size(count: int) -> str:
-    """A number of bytes, short."""
+    """Write a number of bytes, rounded."""
     for unit, size in (("MiB", 2**20), ("KiB", 2**10)):
         if count >= size:
             return f"{count / size:.1f} {unit}"
@@ -58,7 +58,7 @@ def _size(count: int) -> str:
 
 
 def file_count(count: int) -> str:
-    """``1 file`` or ``2 files``."""
+    """Return ``1 file`` or ``2 files``."""
     return "1 file" if count == 1 else f"{count} files"
 
 

@@ -1,4 +1,4 @@
-"""Work–precision picture made of characters, for a terminal."""
+"""A work–precision picture made of characters, for a terminal."""
 
 from __future__ import annotations
 
@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lagrange_cli.studies.tradeoff.runs import WorkPrecisionPoint
 
-#: Characters of the picture, and errors above which nothing is drawn.
-_WIDTH, _HEIGHT, _LARGEST_ERROR = 64, 18, 1.0
+#: Characters of a row of the picture.
+_WIDTH = 64
+
+#: Rows of the picture.
+_HEIGHT = 18
+
+#: Largest error that is drawn, relative to scales.
+_LARGEST_ERROR = 1.0
 
 _LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
@@ -18,9 +24,9 @@ _LETTERS = "abcdefghijklmnopqrstuvwxyz"
 def character_plot(
     points: Sequence[WorkPrecisionPoint], width: int = _WIDTH, height: int = _HEIGHT
 ) -> list[str]:
-    """The logarithm of the error over that of the seconds, a letter a method.
+    """Draw the logarithm of the error over that of the seconds, a letter for each method.
 
-    Capitals are on the front; they cover what else falls on their place.
+    Capitals are on the front; they cover other letters at their place.
     """
     letters = _letters(points)
     drawn = [
@@ -54,7 +60,7 @@ def _letters(points: Sequence[WorkPrecisionPoint]) -> dict[str, str]:
 
 
 def _with_axis(rows: Sequence[Sequence[str]], low: int, high: int) -> list[str]:
-    """Rows with the power of ten that each is nearest to, where there is one."""
+    """Write each power of ten before the row that is nearest to it."""
     last = len(rows) - 1
     labels = {round((high - y) / (high - low) * last): f"1e{y:+03d}" for y in range(low, high + 1)}
     return [f"{labels.get(k, ''):>6} |{''.join(row)}".rstrip() for k, row in enumerate(rows)]

@@ -27,7 +27,7 @@ def _scene_text(scene: SceneReport) -> str:
 
 
 def _total(report: Report) -> str:
-    """How many scenes there are, and how many of each outcome."""
+    """Count the scenes, and those of each outcome."""
     number = len(report.scenes)
     counts = ", ".join(f"{n} {outcome}" for outcome, n in report.summary.items() if n)
     return f"{number} {'scene' if number == 1 else 'scenes'}: {counts or 'nothing to check'}\n"

@@ -1,4 +1,4 @@
-"""Report of ``lagrange simulate`` for an ensemble: what became of its members."""
+"""Report of ``lagrange simulate`` for an ensemble: the outcomes of its members."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.run import Plan
     from lagrange_cli.simulate.ensemble.store import Store
 
-#: Failures that a person is shown.
+#: Failures that the text lists.
 _MOST_SHOWN = 12
 
 
 @dataclass(frozen=True, slots=True)
 class SimulatedMembers:
-    """What is reported of an ensemble.
+    """The results of an ensemble.
 
     Attributes
     ----------
     plan, members
-        What was to be done, and the values of all members.
+        The runs that were planned, and the values of all members.
     store, sizes
         Results, and the number of members in each of its parts.
     output
-        The file with the samples, if one was asked for.
+        The file with the samples; None if none was asked for.
     seconds
-        ``derive`` and ``integrate``.
+        Wall clock of ``derive`` and ``integrate``.
     """
 
     plan: Plan
@@ -44,11 +44,11 @@ class SimulatedMembers:
     seconds: Mapping[str, float]
 
     def counts(self) -> dict[str, int]:
-        """How many members have each status."""
+        """Return status → number of members."""
         return dict(sorted(Counter(self.store.words("status")).items()))
 
     def failed(self) -> list[dict[str, Any]]:
-        """Members that are not ``ok``."""
+        """Return the members that are not ``ok``, as JSON values."""
         store = self.store
         columns = (
             store.members(self.sizes),
@@ -69,7 +69,7 @@ class SimulatedMembers:
         ]
 
     def estimated(self) -> float | None:
-        """The largest of the estimated errors; None where there is none."""
+        """Return the largest estimated error, relative to scales; None if there is none."""
         known = [x for x in self.store.figures("estimated").tolist() if not math.isnan(x)]
         return max(known, default=None)
 
@@ -110,12 +110,12 @@ def _text(simulated: SimulatedMembers) -> str:
 
 
 def _failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The first failures, a line each, under a blank line; nothing where there are none."""
+    """List the first failures, a line each, under a blank line; nothing if there are none."""
     if not failed:
         return []
     lines = ["", "Failed"]
     for member in failed[:_MOST_SHOWN]:
-        values = ", ".join(f"{name} = {given}" for name, given in member["values"].items())
+        values = ", ".join(f"{name} = {value}" for name, value in member["values"].items())
         what = f"{member['status']}, {member['reason']}"
         lines.append(f"  {member['member']}  {values}: {what}")
     if len(failed) > _MOST_SHOWN:

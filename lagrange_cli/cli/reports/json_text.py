@@ -1,4 +1,4 @@
-"""JSON as every report writes it."""
+"""The JSON of all reports."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ def json_text(value: Any, *, ascii: bool = False) -> str:
     Parameters
     ----------
     value
-        What JSON holds; numbers that are not finite are written as null, for JSON has none.
+        A JSON value; numbers that are not finite are written as null, since JSON has none.
     ascii
-        Escape all other characters, as for paths, whose bytes may be no text.
+        Escape all other characters, as in paths, whose bytes may be no text.
     """
     return json.dumps(_finite(value), indent=2, ensure_ascii=ascii, allow_nan=False) + "\n"
 
 
 def _finite(value: Any) -> Any:
-    """The same JSON value with null for what is not a finite number."""
+    """Replace numbers that are not finite by null."""
     if isinstance(value, dict):
         return {key: _finite(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):

@@ -13,8 +13,11 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.model.model import Model
 
-#: Events that are listed for a person, and values with each.
-_MOST_EVENTS, _MOST_VALUES = 12, 6
+#: Events that the text lists.
+_MOST_EVENTS = 12
+
+#: Values that it lists with each event.
+_MOST_VALUES = 6
 
 _STATE = (TableColumn(), TableColumn("value", 16, ">"), TableColumn("rate", 16, ">"))
 
@@ -27,18 +30,18 @@ _EVENTS = (TableColumn("", 16), TableColumn(before=" "), TableColumn())
 
 @dataclass(frozen=True, slots=True)
 class Simulated:
-    """What is reported of a simulation.
+    """The result of a simulation.
 
     Attributes
     ----------
     model
-        What was simulated, as it was asked for.
+        Model in the formulation that was asked for.
     trajectory
         Its motion, which may have been found in another formulation.
     extra
-        Names of the further columns that were asked for.
+        Names of further columns that were asked for.
     derive_seconds
-        Time from the start of the command to the model.
+        Wall clock from the start of the command to the model.
     """
 
     model: Model
@@ -48,11 +51,11 @@ class Simulated:
 
     @property
     def in_other_form(self) -> bool:
-        """Say whether the motion was found in another formulation than the model's."""
+        """True if the motion was found in another formulation than the model's."""
         return self.trajectory.formulation != self.model.formulation
 
     def further(self) -> dict[str, float]:
-        """The last values of the columns that were asked for beside those of the state."""
+        """Return the last values of further columns, those of the state apart."""
         columns = self.trajectory.table(self.extra)
         beside = [n for n in columns if n != "t" and n not in self.trajectory.columns]
         return {name: float(columns[name][-1]) for name in beside}
@@ -63,7 +66,7 @@ def _number(value: float | None, form: str) -> str:
 
 
 def _state(trajectory: Trajectory) -> list[str]:
-    """The last state as a table: each name with its value and its rate, if it has one."""
+    """Write the last state as a table: each name with its value and its rate, if it has one."""
     state = trajectory.state
     rates = {name: state.get(f"dot({name})") for name in state if not name.startswith("dot(")}
     rows = [
@@ -74,13 +77,13 @@ def _state(trajectory: Trajectory) -> list[str]:
 
 
 def _further(values: Mapping[str, float]) -> list[str]:
-    """One value a line, and a blank line, if there are any."""
+    """Write one value a line, and a blank line, if there are any."""
     rows = [[name, f"{value:.9g}"] for name, value in values.items()]
     return [*table(_FURTHER, rows, heading=False), ""] if rows else []
 
 
 def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[str]:
-    """What happened when, with the values of some names there, and a blank line."""
+    """List the first events with the values of some names, and a blank line."""
     events = trajectory.events
     if not events:
         return []

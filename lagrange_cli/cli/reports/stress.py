@@ -1,8 +1,9 @@
-"""Report of ``lagrange stress``: what became of a scene at its extremes."""
+"""Report of ``lagrange stress``: the outcomes of a scene at its extremes."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +15,11 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.stress.points import StressPoint
     from lagrange_cli.studies.stress.runs import StressRun
 
-#: Characters of a setting and of a reason in the table.
-_SETTING_WIDTH, _REASON_WIDTH = 26, 72
+#: Characters of a setting in the table.
+_SETTING_WIDTH = 26
+
+#: Characters of a reason in the table.
+_REASON_WIDTH = 72
 
 _RUNS = (
     TableColumn("axis", 12),
@@ -27,32 +31,32 @@ _RUNS = (
     TableColumn("reason"),
 )
 
-#: Units of the bases, as scenes have them.
+#: Base dimension → its unit in scenes.
 _UNITS = {"mass": "kg", "length": "m", "time": "s"}
 
 
 def setting(point: StressPoint) -> str:
-    """What makes a point, in the words of the scene."""
+    """Write the values that make a point, in the names of the scene."""
     if point.scaled is not None:
         return ", ".join(f"{_UNITS[base]} * {x:.3g}" for base, x in point.scaled.items())
     texts = {**point.parameters, **point.initial}
-    given = [f"{name} = {float(text):.12g}" for name, text in texts.items()]
+    settings = [f"{name} = {float(text):.12g}" for name, text in texts.items()]
     if point.until is not None:
-        given.append(f"until {float(point.until):.6g}")
-    return ", ".join(given)
+        settings.append(f"until {float(point.until):.6g}")
+    return ", ".join(settings)
 
 
 # JSON.
 
 
-def stress_summary(found: Stress) -> dict[str, Any]:
+def stress_summary(stress: Stress) -> dict[str, Any]:
     """Return what ``lagrange stress --json`` writes."""
     return {
-        "name": found.name,
-        "budget": found.budget,
-        "points": [_point(run) for run in found.runs],
-        "left_out": list(found.left_out),
-        "summary": found.counts,
+        "name": stress.name,
+        "budget": stress.budget,
+        "points": [_point(run) for run in stress.runs],
+        "left_out": list(stress.left_out),
+        "summary": stress.counts,
     }
 
 
@@ -80,19 +84,19 @@ def _finite(value: float | None) -> float | None:
 # Text.
 
 
-def _text(found: Stress) -> str:
-    """The table and what it comes to, for a person."""
-    lines = [f"{found.name}: {sentence(found.counts)}", ""]
-    if found.runs:
-        lines += [*table(_RUNS, list(map(_row, found.runs))), ""]
-    lines += _references(found.runs)
-    if found.left_out:
-        lines += _labelled("Left out", f"the scene has no points of {', '.join(found.left_out)}")
+def _text(stress: Stress) -> str:
+    """Write the table and its summary, for a person."""
+    lines = [f"{stress.name}: {sentence(stress.counts)}", ""]
+    if stress.runs:
+        lines += [*table(_RUNS, list(map(_row, stress.runs))), ""]
+    lines += _references(stress.runs)
+    if stress.left_out:
+        lines += _labelled("Left out", f"the scene has no points of {', '.join(stress.left_out)}")
     return "\n".join(lines)
 
 
 def sentence(counts: dict[str, int]) -> str:
-    """What the outcomes of runs come to, in one sentence."""
+    """Sum up the outcomes of runs in one sentence."""
     said = (
         f"{counts['runs']} runs: {counts['holds']} right, {counts['degraded']} degraded with a"
         f" right estimate, {counts['refused']} refused, {counts['wrong']} silently wrong"
@@ -117,12 +121,9 @@ def _row(run: StressRun) -> list[str]:
 
 
 def _references(runs: Sequence[StressRun]) -> list[str]:
-    """What the errors are measured against, and how often."""
-    kinds: dict[str, int] = {}
-    for run in runs:
-        if run.error is not None:
-            kind = run.reference.partition(" until ")[0]
-            kinds[kind] = kinds.get(kind, 0) + 1
+    """List the kinds of references that errors are measured from, and how often."""
+    checked = [run.reference for run in runs if run.error is not None]
+    kinds = Counter(reference.partition(" until ")[0] for reference in checked)
     listed = ", ".join(f"{kind} ({count})" for kind, count in kinds.items())
     return _labelled("Reference", listed) if kinds else []
 
@@ -142,5 +143,5 @@ def _cut(said: str, most: int) -> str:
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[Stress], str]] = {
     "text": _text,
-    "json": lambda found: json_text(stress_summary(found)),
+    "json": lambda stress: json_text(stress_summary(stress)),
 }

@@ -14,13 +14,13 @@ class TableColumn:
     Attributes
     ----------
     heading
-        What stands above it.
+        The text above it.
     width
-        Characters at least; None for those of its longest cell.
+        Fewest characters; None for those of its longest cell.
     align
         ``<`` for words, ``>`` for numbers.
     before
-        What separates it from the column on its left.
+        The text between it and the column on its left.
     """
 
     heading: str = ""
@@ -29,7 +29,7 @@ class TableColumn:
     before: str = "  "
 
     def fitted(self, cells: Iterable[str]) -> int:
-        """The width for cells of this column."""
+        """Return the width for cells of this column."""
         return max(map(len, cells), default=0) if self.width is None else self.width
 
 
@@ -45,7 +45,7 @@ def table(
     rows
         Texts of cells; a row may end early, and its last cell be wider than the column.
     heading
-        Whether the first line has the columns' headings.
+        True if the first line has the columns' headings.
     """
     lines = [[column.heading for column in columns], *rows] if heading else rows
     widths = [c.fitted(row[k] for row in lines if k < len(row)) for k, c in enumerate(columns)]

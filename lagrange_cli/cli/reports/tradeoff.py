@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.tradeoff.measure import CostRatios, Recommendation, Trade
     from lagrange_cli.studies.tradeoff.runs import Setting, WorkPrecisionPoint
 
+#: Outcome of a run → its words in tables.
 _ENDS = {"ok": "", "given_up": "given up", "failed": "failed"}
 
 _RUNS = (
@@ -28,7 +29,7 @@ _RUNS = (
     TableColumn("front"),
 )
 
-#: Options, the method that was chosen, and what it costs in units of the front.
+#: Options, the method that was chosen, and its costs in units of the front.
 _AUTOMATIC = (
     TableColumn("", 16),
     TableColumn("", 24, before=" "),
@@ -45,7 +46,7 @@ _RECOMMENDED = (TableColumn("", 5), TableColumn("", 32), TableColumn(before=" ")
 
 
 def options_of(setting: Setting) -> str:
-    """What makes ``lagrange simulate`` run the same."""
+    """Write the options by which ``lagrange simulate`` runs the same."""
     if setting.accuracy is not None:
         return f"--accuracy {setting.accuracy:.0e}"
     if setting.rtol is not None:
@@ -69,17 +70,17 @@ def tradeoff_summary(trade: Trade) -> dict[str, Any]:
         "budget": trade.budget,
         "reference": _reference(trade.reference),
         "runs": [_run(point) for point in trade.points],
-        "auto": [_automatic(found) for found in trade.automatic],
-        "recommended": [_recommended(found, trade.samples) for found in trade.recommended],
+        "auto": [_automatic(entry) for entry in trade.automatic],
+        "recommended": [_recommended(entry, trade.samples) for entry in trade.recommended],
         "left_out": [{"method": m, "reason": why} for m, why in trade.left_out.items()],
     }
 
 
-def _reference(found: Reference) -> dict[str, Any]:
+def _reference(reference: Reference) -> dict[str, Any]:
     checked = None
-    if found.checked is not None:
-        checked = {"method": found.checked, "difference": found.difference}
-    return {"method": found.method, "error": found.error, "checked": checked}
+    if reference.checked is not None:
+        checked = {"method": reference.checked, "difference": reference.difference}
+    return {"method": reference.method, "error": reference.error, "checked": checked}
 
 
 def _measured(point: WorkPrecisionPoint) -> dict[str, Any]:
@@ -109,23 +110,23 @@ def _run(point: WorkPrecisionPoint) -> dict[str, Any]:
     }
 
 
-def _automatic(found: CostRatios) -> dict[str, Any]:
+def _automatic(ratios: CostRatios) -> dict[str, Any]:
     return {
-        "accuracy": found.point.setting.accuracy,
-        "method": found.point.chosen,
-        **_measured(found.point),
-        "times_front": {"seconds": found.seconds, "rhs_evaluations": found.evaluations},
+        "accuracy": ratios.point.setting.accuracy,
+        "method": ratios.point.chosen,
+        **_measured(ratios.point),
+        "times_front": {"seconds": ratios.seconds, "rhs_evaluations": ratios.evaluations},
         "times_needed": {
-            "seconds": found.seconds_needed,
-            "rhs_evaluations": found.evaluations_needed,
+            "seconds": ratios.seconds_needed,
+            "rhs_evaluations": ratios.evaluations_needed,
         },
     }
 
 
-def _recommended(found: Recommendation, samples: int) -> dict[str, Any]:
-    point = found.point
+def _recommended(recommendation: Recommendation, samples: int) -> dict[str, Any]:
+    point = recommendation.point
     return {
-        "accuracy": found.accuracy,
+        "accuracy": recommendation.accuracy,
         "method": point.setting.method,
         "rtol": point.setting.rtol,
         "step": point.setting.step,
@@ -140,7 +141,7 @@ def _recommended(found: Recommendation, samples: int) -> dict[str, Any]:
 
 
 def tradeoff_text(trade: Trade) -> str:
-    """The table, the picture and what follows from them, for a person."""
+    """Write the table, the picture and the recommendations, for a person."""
     known = trade.reference
     checked = (
         "" if known.checked is None else f"; {known.checked} differs by {known.difference:.0e}"
@@ -167,7 +168,7 @@ def _labelled(*rows: tuple[str, str]) -> list[str]:
 
 
 def _compared(trade: Trade) -> list[str]:
-    """What there is to say of runs of methods."""
+    """Write the table, the picture and the recommendations of runs of methods."""
     return [
         *_table(trade.points),
         "",
@@ -179,17 +180,19 @@ def _compared(trade: Trade) -> list[str]:
 
 def _table(points: Sequence[WorkPrecisionPoint]) -> list[str]:
     alike = groupby(points, key=lambda p: (p.setting.method, p.outcome, p.reason))
-    rows = [[*map(_row, of)] if key[1] == "ok" else [_without_end([*of])] for key, of in alike]
-    return table(_RUNS, [row for group in rows for row in group])
+    rows: list[list[str]] = []
+    for (_, outcome, _), group in alike:
+        rows += map(_row, group) if outcome == "ok" else [_without_end([*group])]
+    return table(_RUNS, rows)
 
 
 def _start(setting: Setting) -> list[str]:
-    given = f"rtol {setting.rtol:.0e}" if setting.rtol is not None else f"step {setting.step:.3g}"
-    return [setting.method, given]
+    value = f"rtol {setting.rtol:.0e}" if setting.rtol is not None else f"step {setting.step:.3g}"
+    return [setting.method, value]
 
 
 def _without_end(points: Sequence[WorkPrecisionPoint]) -> list[str]:
-    """Runs of one method that did not come to the end for one reason."""
+    """Write runs of one method that did not reach the end for one reason as one row."""
     first = points[0]
     work = sum(point.evaluations for point in points)
     more = "" if len(points) == 1 else f", with {len(points) - 1} finer ones,"
@@ -215,28 +218,28 @@ def _recommendations(trade: Trade) -> list[str]:
         return _labelled(("Recommended", "nothing: no run is good to 1e-03"))
     rows = [
         [
-            f"{found.accuracy:.0e}",
-            options_of(found.point.setting),
-            f"error {found.point.error:.0e}, {found.point.median:.1e} s,"
-            f" {found.point.evaluations} evaluations",
+            f"{entry.accuracy:.0e}",
+            options_of(entry.point.setting),
+            f"error {entry.point.error:.0e}, {entry.point.median:.1e} s,"
+            f" {entry.point.evaluations} evaluations",
         ]
-        for found in trade.recommended
+        for entry in trade.recommended
     ]
     return ["Recommended", *table(_RECOMMENDED, rows, heading=False)]
 
 
-def _automatics(found: Sequence[CostRatios]) -> list[str]:
-    """What ``--accuracy`` takes, beside runs that are as good, and those that are good enough."""
-    if not found:
+def _automatics(ratios: Sequence[CostRatios]) -> list[str]:
+    """Compare the costs of ``--accuracy`` with those of as good, and of good enough runs."""
+    if not ratios:
         return []
     return [
         "Automatic, times the least of runs that are as good, and of those that are good enough",
-        *table(_AUTOMATIC, list(map(_automatic_row, found))),
+        *table(_AUTOMATIC, list(map(_automatic_row, ratios))),
     ]
 
 
-def _automatic_row(found: CostRatios) -> list[str]:
-    point = found.point
+def _automatic_row(ratios: CostRatios) -> list[str]:
+    point = ratios.point
     start = options_of(point.setting)
     if point.outcome != "ok":
         return [start, f"{_ENDS[point.outcome]}: {point.reason}"]
@@ -245,16 +248,16 @@ def _automatic_row(found: CostRatios) -> list[str]:
         point.chosen or "",
         f"{point.error:.0e}",
         f"{point.evaluations}",
-        _times(found.evaluations),
-        _times(found.evaluations_needed),
+        _times(ratios.evaluations),
+        _times(ratios.evaluations_needed),
         f"{point.median:.1e}",
-        _times(found.seconds),
-        _times(found.seconds_needed),
+        _times(ratios.seconds),
+        _times(ratios.seconds_needed),
     ]
 
 
 def _times(factor: float | None) -> str:
-    """A factor; where no other run is as good there is none."""
+    """Write a factor; it is None if no other run is as good."""
     return "-" if factor is None else f"{factor:.2g}"
 
 

@@ -1,4 +1,4 @@
-"""Seconds of wall clock after which work that cannot look at a clock is ended."""
+"""End work that does not look at a clock after some seconds of wall clock."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-#: Seconds that alarms can be set to, at least and at most: a microsecond, and three years.
-_LEAST, _MOST = 1e-6, 1e8
+#: Fewest seconds that alarms can be set to.
+_LEAST = 1e-6
+
+#: Most seconds that alarms are set to: three years.
+_MOST = 1e8
 
 
 class OverdueError(Exception):
@@ -23,9 +26,9 @@ class _Overdue(BaseException):
 
 @contextmanager
 def within(seconds: float | None) -> Iterator[None]:
-    """Give up what is done here after so many seconds (None: never).
+    """Give up the work done here after so many seconds; None for never.
 
-    Another alarm that was set goes on afterwards. Where there are no alarms, as in threads,
+    Another alarm that was set goes on afterwards. In threads, and on systems without alarms,
     nothing is given up.
 
     Raises

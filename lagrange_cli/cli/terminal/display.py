@@ -1,4 +1,4 @@
-"""One line on a terminal that says where long work stands, while it lasts."""
+"""Show the stage of long work in one line on a terminal, while it lasts."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ from typing import TextIO
 
 from lagrange_cli.errors import escape_controls
 
-#: Seconds after which a line is shown, and between two of them.
-SHOWN_AFTER, REDRAWN_AFTER = 1.0, 0.5
+#: Seconds of work after which a line is shown; set by hand.
+SHOWN_AFTER = 1.0
+
+#: Seconds after which it is drawn again; set by hand.
+REDRAWN_AFTER = 0.5
 
 #: Erases the line that the cursor is in.
 ERASE = "\r\x1b[K"
 
 
 class _Line:
-    """The stage as it was told last, drawn by a thread, since stages can last long."""
+    """The line with the last stage, drawn by a thread, since stages can last long."""
 
     def __init__(self, terminal: TextIO) -> None:
         self._terminal, self._stage = terminal, ""
@@ -56,7 +59,7 @@ class _Line:
                     self._write(f"{ERASE}{self._stage}, {time.monotonic() - self._begun:.0f} s")
 
     def _write(self, text: str) -> None:
-        # A terminal that is gone ends the work by a signal, and not by what is said on it.
+        # A terminal that is gone ends the work by a signal, not by an error of this line.
         with suppress(OSError, ValueError):
             self._terminal.write(text)
             self._terminal.flush()
@@ -64,7 +67,7 @@ class _Line:
 
 @contextmanager
 def shown_stage(terminal: TextIO) -> Iterator[Callable[[str], None]]:
-    """Yield what takes the present stage and shows it, from the second second on."""
+    """Yield a function that takes the present stage; it is shown after a second."""
     line = _Line(terminal)
     line.start()
     try:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
+from typing import Any
 
 
 def ending_signals() -> list[signal.Signals]:
-    """The signals that ask a command to end: SIGTERM, and where it is not ignored (``nohup``)
-    SIGHUP, of a terminal that is gone."""
+    """Return the signals that ask a command to end.
+
+    They are SIGTERM and, unless it is ignored (``nohup``), SIGHUP, of a terminal that is gone.
+    """
     numbers = [signal.SIGTERM]
     if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
@@ -20,7 +23,7 @@ def ending_signals() -> list[signal.Signals]:
 
 @dataclass
 class Interrupts:
-    """The signal that asks for an end, None where there was none."""
+    """Holds the signal that asked for an end; ``number`` is None if there was none."""
 
     number: int | None = None
 
@@ -30,25 +33,34 @@ class Interrupts:
 
     @property
     def exit_code(self) -> int:
-        """As shells report what a signal ended."""
+        """Return the exit code that shells report for a process that the signal ended."""
         return 128 + (self.number or 0)
+
+
+@contextmanager
+def handled_signals(
+    numbers: Iterable[int], handler: Callable[[int, FrameType | None], None]
+) -> Iterator[Mapping[int, Any]]:
+    """Let a function handle signals meanwhile; yield number → the handler that it stands in for."""
+    before = {number: signal.getsignal(number) for number in numbers}
+    try:
+        for number in before:
+            signal.signal(number, handler)
+        yield before
+    finally:
+        for number, known in before.items():
+            signal.signal(number, known)
 
 
 @contextmanager
 def noted_interrupts() -> Iterator[Interrupts]:
     """Note the first signal, which the work then looks for; a second one acts at once."""
-    found = Interrupts()
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, *ending_signals())}
+    interrupts = Interrupts()
 
     def note(number: int, frame: FrameType | None) -> None:
-        found.number = number
+        interrupts.number = number
         for known, handler in before.items():
             signal.signal(known, handler)
 
-    try:
-        for number in before:
-            signal.signal(number, note)
-        yield found
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+    with handled_signals((signal.SIGINT, *ending_signals()), note) as before:
+        yield interrupts

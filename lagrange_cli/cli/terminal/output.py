@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, TextIO
+from collections.abc import Callable, Mapping
+from typing import Any, TextIO, TypeVar
 
 import click
 
 from lagrange_cli.cli.terminal.streams import results, results_apart
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import cannot_write
+from lagrange_cli.files import cannot_write, write_file
 
-#: What a shell reports for a process that SIGPIPE ended.
+_Report = TypeVar("_Report")
+
+#: Exit code that a shell reports for a process that SIGPIPE ended.
 _CLOSED_PIPE = 141
 
 
 class Command(click.Command):
-    """A subcommand: while it works, what packages print goes to stderr."""
+    """A subcommand: while it works, packages print to stderr."""
 
     def invoke(self, ctx: click.Context) -> Any:
         with results_apart():
@@ -65,6 +68,34 @@ def print_text(text: str, format_: str = "text") -> None:
         raise cannot_write("standard output", error) from error
 
 
+def deliver(text: str, format_: str, path: str | None) -> None:
+    """Write a text to a file, or print it if ``path`` is None; see :func:`print_text`."""
+    if path is None:
+        print_text(text, format_)
+    else:
+        write_file(path, text)
+
+
+def print_report(
+    report: _Report,
+    formats: Mapping[str, Callable[[_Report], str]],
+    *,
+    as_json: bool,
+    output: str | None = None,
+) -> None:
+    """Print a report for a person or as JSON; write its JSON to ``output`` as well, if any.
+
+    Raises
+    ------
+    InputError
+        The file or standard output cannot be written.
+    """
+    if output is not None:
+        write_file(output, formats["json"](report))
+    format_ = "json" if as_json else "text"
+    print_text(formats[format_](report), format_)
+
+
 def _encodable(text: str, encoding: str, format_: str) -> str:
     """Replace characters that an encoding lacks by escapes that the format has."""
     if format_ == "json" and not can_encode(text, encoding):
@@ -74,7 +105,7 @@ def _encodable(text: str, encoding: str, format_: str) -> str:
 
 
 def give_up_stdout() -> None:
-    """Leave a standard output that cannot be written alone, with what is still to be written."""
+    """Write what is still to be written; leave a standard output that takes no more alone."""
     stream = results()
     if stream is None:
         return

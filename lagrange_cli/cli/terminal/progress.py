@@ -1,4 +1,4 @@
-"""How far a long work has come, for a person who waits."""
+"""Progress of an integration, for a person who waits."""
 
 from __future__ import annotations
 
@@ -6,19 +6,22 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-#: Seconds between two looks at the simulated time on a terminal, and between two lines elsewhere.
-_GLANCE, _LINE = 0.2, 10.0
+#: Seconds between two updates of the simulated time on a terminal; set by hand.
+_REDRAWN_AFTER = 0.2
+
+#: Seconds between two lines elsewhere; set by hand.
+_LINE_AFTER = 10.0
 
 
 class ProgressBar:
-    """Called with the fraction done, moves a bar; told the simulated time, shows it and its rate.
+    """A bar that is moved by calls with the fraction done, and shows the simulated time.
 
     Parameters
     ----------
     bar
         Click's progress bar, of length 1000.
     line
-        Writes a line now and then, where there is no terminal and lines are wanted.
+        Writes a line now and then in place of the bar; None if there is a bar, or nothing.
     """
 
     def __init__(self, bar: Any, line: Callable[[str], None] | None = None) -> None:
@@ -33,18 +36,18 @@ class ProgressBar:
         self._bar.update(round(1000 * fraction) - self._bar.pos)
 
     def says(self, stage: str) -> None:
-        """Show what the work is at, where there is a bar."""
+        """Show a stage of the work, if there is a bar."""
         if self._line is None:
             self._bar.current_item = stage
             self._bar.render_progress()
 
     def reached(self, t: float) -> None:
-        """Take the simulated time; one that falls is that of another pass."""
+        """Show the simulated time and its rate; a time that falls begins another pass."""
         now = time.monotonic()
         if self._first is None or t < self._last:
             self._first, self._begun = t, now
         self._last = t
-        if now - self._shown < (_GLANCE if self._line is None else _LINE):
+        if now - self._shown < (_REDRAWN_AFTER if self._line is None else _LINE_AFTER):
             return
         self._shown = now
         rate = (t - self._first) / max(now - self._begun, 1e-9)

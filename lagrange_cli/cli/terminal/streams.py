@@ -1,8 +1,8 @@
 """Standard streams of the process: results alone on stdout, and a stderr that may be gone.
 
 Packages and the C libraries behind them print to stdout, where the reader of ``--json`` expects
-nothing else; and what cannot be told on stderr (a closed terminal, a full disk) is no reason
-for a command to fail.
+nothing else. A stderr that cannot be written (a closed terminal, a full disk) is no reason for a
+command to fail.
 """
 
 from __future__ import annotations
@@ -18,13 +18,17 @@ from typing import TYPE_CHECKING, TextIO
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
-_STDOUT, _STDERR = 1, 2
+#: Descriptor of standard output.
+_STDOUT = 1
+
+#: Descriptor of standard error.
+_STDERR = 2
 
 _RESULTS: ContextVar[TextIO | None] = ContextVar("results")
 
 
 class ForgivingFile(io.FileIO):
-    """A file that takes what it cannot write for written."""
+    """A file that takes data that it cannot write for written."""
 
     def write(self, data: ReadableBuffer, /) -> int:
         size = memoryview(data).nbytes
@@ -39,8 +43,8 @@ class ForgivingFile(io.FileIO):
 def prepare_streams() -> None:
     """Set up the streams of a process that is a command, once, at its start.
 
-    Whatever writes to the descriptor of stdout, C libraries and child processes included, writes
-    to stderr; ``sys.stdout`` alone leads to where stdout led.
+    All writing to the descriptor of stdout, also by C libraries and child processes, then goes to
+    stderr; ``sys.stdout`` alone leads to where stdout led.
     """
     _occupy()
     sys.stderr = _stderr(sys.stderr)
@@ -51,14 +55,14 @@ def prepare_streams() -> None:
 
 
 def _occupy() -> None:
-    """Put nothing in the place of closed descriptors, lest a file that is opened takes it."""
+    """Open the null device for closed descriptors, lest a file that is opened takes their place."""
     while (handle := os.open(os.devnull, os.O_RDWR)) <= _STDERR:
         os.set_inheritable(handle, True)
     os.close(handle)
 
 
 def _stderr(before: TextIO | None) -> TextIO:
-    """Standard error with the encoding of before, one that never fails."""
+    """Return a standard error of the same encoding that never fails."""
     raw = ForgivingFile(_STDERR, "wb", closefd=False)
     encoding = getattr(before, "encoding", None) or "utf-8"
     return io.TextIOWrapper(
@@ -67,7 +71,7 @@ def _stderr(before: TextIO | None) -> TextIO:
 
 
 def _moved(stream: TextIO) -> TextIO:
-    """A text stream like another, with a descriptor of its own for the same file."""
+    """Return a text stream like another, with a descriptor of its own for the same file."""
     raw = io.FileIO(os.dup(stream.fileno()), "wb")
     return io.TextIOWrapper(
         io.BufferedWriter(raw),
@@ -78,13 +82,13 @@ def _moved(stream: TextIO) -> TextIO:
 
 
 def results() -> TextIO | None:
-    """Where results are printed; None where stdout is closed."""
+    """Return the stream that results are printed to; None if stdout is closed."""
     return _RESULTS.get(sys.stdout)
 
 
 @contextmanager
 def results_apart() -> Iterator[None]:
-    """Let what is printed by the way go to stderr; :func:`results` stays what stdout was."""
+    """Send what is printed by the way to stderr; :func:`results` stays what stdout was."""
     token = _RESULTS.set(sys.stdout)
     try:
         with redirect_stdout(sys.stderr):
