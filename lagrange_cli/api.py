@@ -1,8 +1,7 @@
-"""The Python interface: the pipeline's values with the steps between them as methods.
+"""The Python interface: the pipeline's values, with the steps between them as methods.
 
-``load("scene.yaml").derive().simulate(accuracy=1e-9)`` gives what the commands
-give. Every value is frozen; the modules behind a step are imported when it is
-taken.
+``load("scene.yaml").derive().simulate(accuracy=1e-9)`` returns the results of the commands. Every
+value is frozen; the modules behind a step are imported when it is taken.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ GivenValues = Mapping[str, "float | str"]
 
 
 def _texts(values: GivenValues | None) -> dict[str, str]:
-    """Numbers as the shortest text that reads back the same; expressions as they are."""
+    """Write numbers as the shortest text that reads back the same; keep expressions."""
     return {
         name: value if isinstance(value, str) else repr(float(value))
         for name, value in (values or {}).items()
@@ -89,13 +88,13 @@ def loads(
     """
     from lagrange_cli.scene import read_text
 
-    given = {"parameters": _texts(parameters), "initial": _texts(initial), "times": _texts(times)}
-    return LoadedScene(read_text(text, file, **given))
+    texts = {"parameters": _texts(parameters), "initial": _texts(initial), "times": _texts(times)}
+    return LoadedScene(read_text(text, file, **texts))
 
 
 @dataclass(frozen=True)
 class LoadedScene:
-    """A scene that was read; ``scene`` is all that it says."""
+    """A scene that was read; ``scene`` is its content."""
 
     scene: Scene
 
@@ -112,8 +111,8 @@ class LoadedScene:
             Find the constraint forces too.
         formulation
             ``minimal``: few coordinates; ``multiplier``: Cartesian names, with the
-            constraints beside them; ``auto``: as the program chooses; None: as the scene
-            says in its section ``simulate``.
+            constraints beside them; ``auto``: the program chooses; None: that of the scene's
+            section ``simulate``.
 
         Raises
         ------
@@ -143,9 +142,15 @@ class LoadedScene:
 class Derivation:
     """Certified equations of motion.
 
-    ``str`` gives the text of ``lagrange derive``; notebooks show the equations
-    typeset. ``scene`` is kept where the formulation was the program's choice, so that a
-    simulation may take the other one where coordinates are singular.
+    ``str`` gives the text of ``lagrange derive``; notebooks show the equations typeset.
+
+    Attributes
+    ----------
+    equations
+        The equations, with all that is known of the system.
+    scene
+        The scene, if the formulation was the program's choice: a simulation may then take the
+        other one at singular configurations. Else None.
     """
 
     equations: Equations
@@ -222,8 +227,8 @@ class Derivation:
         if wanted == "multiplier":
             return simulate_past_singularities(self._with_multipliers(), asked, None, context)
         model = self.model()
-        other = None if self.scene is None else multiplier_form(model, None, self._with_multipliers)
-        return simulate_past_singularities(model, asked, other, context)
+        maker = None if self.scene is None else multiplier_form(model, None, self._with_multipliers)
+        return simulate_past_singularities(model, asked, maker, context)
 
     def tradeoff(self, **options: Any) -> Trade:
         """Measure speed against accuracy; see
@@ -233,7 +238,7 @@ class Derivation:
         return trade(self.model(), **options)
 
     def model(self) -> Model:
-        """What simulations run: the equations as code, without symbols."""
+        """Return the equations as code, without symbols, as simulations run them."""
         from lagrange_cli.simulate.model.build import model_of
 
         return model_of(self.equations)
@@ -247,7 +252,7 @@ class Derivation:
         return model_of(derive(self.scene, forces=forces, formulation="multiplier"))
 
     def _repr_latex_(self) -> str:
-        """The equations of motion as notebooks typeset them."""
+        """Return the equations of motion as notebooks typeset them."""
         from lagrange_cli.emit.latex.equations import equations_latex
 
         return f"$$\n{equations_latex(self.equations)}\n$$"

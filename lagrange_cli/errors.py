@@ -1,9 +1,8 @@
-"""Problems with a place: the one way in which anything wrong is reported.
+"""Problems with a place: the one way in which mistakes are reported.
 
-Everything that can be wrong with YAML, an expression, the geometry of a scene
-or an expected result becomes a :class:`Problem`, and every refusal is a
-:class:`LagrangeError` that carries its problems and the exit code of the
-command line.
+Every mistake in YAML, an expression, the geometry of a scene or an expected result becomes a
+:class:`Problem`, and every refusal is a :class:`LagrangeError` that carries its problems and the
+exit code of the command line.
 """
 
 from __future__ import annotations
@@ -16,7 +15,19 @@ from typing import ClassVar, Literal
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A place in a file: 1-based line and column, and the text of that line."""
+    """A place in a file.
+
+    Attributes
+    ----------
+    file
+        Name of the file, as messages have it.
+    line, column
+        Counted from 1.
+    text
+        The line itself; empty if it is not known.
+    length
+        Characters that are marked from the column on.
+    """
 
     file: str
     line: int
@@ -27,11 +38,20 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing that is wrong, where it is, and what would mend it.
+    """One mistake, its place, and a way to mend it.
 
-    ``rule`` is a short stable identifier (``unknown-name``, ``redundant``)
-    for reports; ``message`` a sentence without a full stop; ``hint`` an
-    optional further line.
+    Attributes
+    ----------
+    message
+        A sentence without a full stop.
+    mark
+        The place; None if there is none.
+    hint
+        Further lines; empty for none.
+    rule
+        A short stable identifier for reports (``unknown-name``, ``redundant``).
+    severity
+        Warnings are refused with ``--strict`` only.
     """
 
     message: str
@@ -41,7 +61,7 @@ class Problem:
     severity: Literal["error", "warning"] = "error"
 
     def values(self) -> dict[str, int | str | None]:
-        """The problem as JSON holds it in reports; ``line`` and ``column`` may be None."""
+        """Return the problem as a JSON value; ``line`` and ``column`` may be None."""
         return {
             "line": self.mark.line if self.mark else None,
             "column": self.mark.column if self.mark else None,
@@ -89,12 +109,12 @@ class LimitError(InputError):
 
 
 def placed(refusal: InputError, mark: Mark | None) -> InputError:
-    """The same refusal, with this place for the problems that have none."""
+    """Return the same refusal, with a place for the problems that have none."""
     return type(refusal)(*(p if p.mark else replace(p, mark=mark) for p in refusal.problems))
 
 
 class AccuracyError(LagrangeError):
-    """What was asked for was not reached (exit 1)."""
+    """A requested accuracy was not reached (exit 1)."""
 
     exit_code = 1
 
@@ -127,16 +147,16 @@ def nearest(name: str, candidates: Iterable[str]) -> str:
 
 
 def _caret_lines(mark: Mark) -> list[str]:
-    """The source line and a caret run under the marked part (tabs become one space)."""
+    """Write the source line, and carets under the marked part (tabs become one space)."""
     if not mark.text:
         return []
     # Long lines are cut to a window around the column.
     start = max(0, mark.column - 61)
     window = mark.text[start : start + 120].replace("\t", " ")
     before = escape_controls(window[: mark.column - 1 - start])
-    rest = window[mark.column - 1 - start :]
-    marked = escape_controls(rest[: max(1, mark.length)])
-    shown = before + marked + escape_controls(rest[max(1, mark.length) :])
+    tail = window[mark.column - 1 - start :]
+    marked = escape_controls(tail[: max(1, mark.length)])
+    shown = before + marked + escape_controls(tail[max(1, mark.length) :])
     gutter = f"{mark.line:5d} | "
     return [
         (gutter + shown).rstrip(),

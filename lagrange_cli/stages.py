@@ -1,7 +1,7 @@
-"""Stages of long work, told to whoever listens, who may ask for an end.
+"""Stages of long work, told to listeners, who may ask for an end.
 
-What derives, compiles and integrates says where it stands and knows nothing of terminals. The
-command line listens where a person waits; elsewhere nobody does, and it costs nothing.
+Derivation, compiler and integration tell their stage and know nothing of terminals. The command
+line listens while a person waits; else nobody does, and it costs nothing.
 """
 
 from __future__ import annotations
@@ -22,7 +22,15 @@ def _nowhere(stage: str) -> None:
 
 @dataclass(frozen=True)
 class Listener:
-    """``hears`` takes a phrase such as ``certifying``; ``ends`` says whether the work is to end."""
+    """One who is told of stages.
+
+    Attributes
+    ----------
+    hears
+        Takes a phrase such as ``certifying``.
+    ends
+        Says whether the work is to end.
+    """
 
     hears: Callable[[str], None] = _nowhere
     ends: Callable[[], bool] = _never
@@ -34,7 +42,7 @@ _listener: ContextVar[Listener] = ContextVar("listener", default=_NOBODY)
 
 @contextmanager
 def heard_by(listener: Listener) -> Iterator[None]:
-    """Let this listener hear of stages, beside those that listen already."""
+    """Let a listener hear of stages, beside those that listen already."""
     before = _listener.get()
 
     def hears(stage: str) -> None:
@@ -52,7 +60,7 @@ def heard_by(listener: Listener) -> Iterator[None]:
 
 
 def announce(stage: str) -> None:
-    """Say what begins, or how far it is."""
+    """Tell listeners the stage that begins, or how far it is."""
     _listener.get().hears(stage)
 
 

@@ -6,11 +6,11 @@ The contract of a format:
    bytes, whatever the hash seed, the machine or the day.
 2. It returns file names (no folders) with their text, those of
    :meth:`Emitter.files`: ``NAME.EXT`` with ``NAME`` = ``equations.name``,
-   changed where it is ``reserved``, and ``EXT`` one of ``extensions``. It
+   changed if it is ``reserved``, and ``EXT`` one of ``extensions``. It
    writes nothing itself.
 3. Text from a scene (titles, names, descriptions) is escaped for the format,
    so that nothing in a scene runs as code of that format.
-4. What cannot be printed exactly is refused with
+4. An expression that cannot be printed exactly is refused with
    :class:`~lagrange_cli.errors.InternalError`, never approximated.
 5. ``options`` passed to ``run`` holds every declared option with a valid
    value.
@@ -33,9 +33,18 @@ OptionValue: TypeAlias = str | bool
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """An option of a format: one of ``choices``, or a flag where there are none.
+    """An option of a format.
 
-    The default of a choice is one of ``choices``, that of a flag is False.
+    Attributes
+    ----------
+    name
+        Name of the option, without dashes.
+    help
+        Text for help pages.
+    choices
+        Values that it takes; none if it is a flag.
+    default
+        One of the choices; False for a flag.
     """
 
     name: str
@@ -53,11 +62,24 @@ class Option:
 
 @dataclass(frozen=True, slots=True)
 class Emitter:
-    """An output format; ``run`` turns equations and complete options into files.
+    """An output format.
 
-    ``extensions`` are those of the files it writes, in order, with the dot;
-    ``single_file`` says that there is just one, which can go to the terminal. Names in
-    ``reserved`` are those of files that would be in the way of others.
+    Attributes
+    ----------
+    name
+        Name of the format, as ``--to`` takes it.
+    title
+        Its description in a few words.
+    extensions
+        Those of the files it writes, in order, with the dot.
+    single_file
+        True if it writes just one file, which can go to the terminal.
+    run
+        Turns equations and complete options into file name → text.
+    options
+        Its options.
+    reserved
+        Names that its files cannot have, since they would hide others.
     """
 
     name: str
@@ -76,7 +98,7 @@ class Emitter:
         Parameters
         ----------
         equations
-            What a derivation yields.
+            Equations of a derivation.
         options
             Values of the format's options; those absent take their defaults.
 
@@ -93,12 +115,12 @@ class Emitter:
             raise placed(refusal, Mark(equations.file, 1, 1)) from refusal
 
     def files(self, name: str) -> tuple[str, ...]:
-        """The names of the files for a system of this name, in order."""
+        """Return the names of the files for a system of this name, in order."""
         stem = file_stem(name, self.reserved)
         return tuple(stem + extension for extension in self.extensions)
 
     def renamed(self, name: str) -> list[str]:
-        """A remark where the files for a system of this name cannot have it."""
+        """Return a remark if the files for a system of this name cannot have that name."""
         plain = file_stem(name)
         if file_stem(name, self.reserved) == plain:
             return []

@@ -12,19 +12,19 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import CartesianName, Equations, ShownEquation
     from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine
 
-#: Names of quantities, and what they become where the scene uses the letter.
+#: Letters of quantities → their labels if the scene uses the letter.
 _LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
 _LABELS |= {"h": "h_Jac"}
 
 
 def quantity_labels(equations: Equations) -> dict[str, str]:
-    """``T, V, U, L, D, E, h`` → the names they go by beside the scene's own names."""
+    """Return ``T, V, U, L, D, E, h`` → labels that differ from all names of the scene."""
     taken = _names(equations)
     return {short: long if short in taken else short for short, long in _LABELS.items()}
 
 
 def multiplier_label(equations: Equations, constraint: str) -> str:
-    """The multiplier of a constraint, told from the scene's own ``lambda_NAME`` by underscores."""
+    """Name the multiplier of a constraint; underscores tell it from a scene's ``lambda_NAME``."""
     taken = _names(equations)
     while f"lambda_{constraint}" in taken:
         constraint = tagged(constraint, "_")
@@ -40,7 +40,7 @@ def _names(equations: Equations) -> set[str]:
 
 
 def counting(equations: Equations) -> tuple[tuple[str, int], ...]:
-    """What is counted: 3N, E where there is one, K, DOF, nonholonomic and unilateral
+    """Return label → count: 3N, E if there is one, K, DOF, nonholonomic and unilateral
     constraints."""
     account = equations.account
     extra = (("E", account.extra),) if account.extra else ()
@@ -55,7 +55,7 @@ def counting(equations: Equations) -> tuple[tuple[str, int], ...]:
 
 
 def multipliers_line(equations: Equations) -> str:
-    """What the multipliers mean (``""``: there are none)."""
+    """Explain the multipliers; empty if there are none."""
     if not equations.closures:
         return ""
     by = {
@@ -70,7 +70,7 @@ def multipliers_line(equations: Equations) -> str:
 
 
 def explicit_line(equations: Equations) -> str:
-    """What the explicit form is solved for, and what is not known in it yet."""
+    """Say what the explicit form is solved for, and what it does not determine."""
     solved = [value is not None for value in explicit_accelerations(equations)]
     told = "Solved for the accelerations"
     if not any(solved):
@@ -82,7 +82,7 @@ def explicit_line(equations: Equations) -> str:
 
 
 def unknown_multipliers(equations: Equations) -> str:
-    """What determines the multipliers that accelerations are written in (``""``: none)."""
+    """Say what determines the multipliers in accelerations; empty if there are none."""
     what = []
     if equations.closures:
         what.append("the closure equations, differentiated, determine their multipliers")
@@ -92,7 +92,7 @@ def unknown_multipliers(equations: Equations) -> str:
 
 
 def contacts_lines(equations: Equations) -> tuple[str, ...]:
-    """How contacts, their multipliers and impacts are meant (none: there are no contacts)."""
+    """Explain contacts, their multipliers and impacts; empty if there are no contacts."""
     if not equations.contacts:
         return ()
     return (
@@ -103,7 +103,7 @@ def contacts_lines(equations: Equations) -> tuple[str, ...]:
 
 
 def choice_line(equations: Equations) -> str:
-    """Which formulation was taken and why, where something is to be said of it."""
+    """Say which formulation was taken and why; empty if there was no choice to explain."""
     choice = equations.choice
     if choice is None or not choice.why:
         return ""
@@ -116,7 +116,7 @@ def choice_line(equations: Equations) -> str:
 
 
 def remark_on(line: ConstraintLine) -> str:
-    """What is special about a constraint (``""``: nothing)."""
+    """Describe the status of a constraint; empty for an ordinary one."""
     remarks = []
     part = " on a part of the configurations" if line.on_a_part else ""
     if line.status == "satisfied":
@@ -132,7 +132,7 @@ def remark_on(line: ConstraintLine) -> str:
 
 
 def implied_line(account: Account) -> str:
-    """The restrictions that no constraint states (``""``: there are none)."""
+    """Count the restrictions that no constraint states; empty if there are none."""
     if not account.implied:
         return ""
     noun = "restriction" if account.implied == 1 else "restrictions"
@@ -140,23 +140,23 @@ def implied_line(account: Account) -> str:
 
 
 def telling_definitions(equations: Equations) -> list[CartesianName]:
-    """Cartesian names that are neither 0 nor a coordinate of that name."""
+    """Return the Cartesian names that are neither 0 nor a coordinate of that name."""
     q = {c.name: c.q for c in equations.coordinates}
     return [c for c in equations.cartesian_names if c.position != 0 and q.get(c.name) != c.position]
 
 
 def is_generalized_potential(equations: Equations) -> bool:
-    """The potential depends on velocities."""
+    """Say whether the potential depends on velocities."""
     return not equations.potential.free_symbols.isdisjoint(c.v for c in equations.coordinates)
 
 
 def energy_is_sum(equations: Equations, quantity: Conserved) -> bool:
-    """A conserved quantity is T + V with the V that is shown."""
+    """Say whether a conserved quantity is T + V with the V that is shown."""
     return quantity.kind == "energy" and not is_generalized_potential(equations)
 
 
 def was_divided(shown: ShownEquation) -> bool:
-    """A common factor other than a sign was divided out."""
+    """Say whether a common factor other than a sign was divided out."""
     return shown.divided_by not in (1, -1)
 
 

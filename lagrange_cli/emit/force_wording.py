@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 _AXES = ("x", "y", "z")
 
-#: What the numbers are.
+#: How the formulas of forces are meant.
 FORCES_LINE = "m a - F on particles; by constraints the multiplier times the gradient"
 
 
 def force_rows(forces: ConstraintForces) -> Iterator[tuple[str, list[tuple[str, Expr]]]]:
-    """Each body that a force acts on: ``f_x`` and so on, those that are zero left out.
+    """Yield each body that a force acts on, with ``f_x`` and so on, unless they are zero.
 
-    ``|f|`` follows where several components have a short magnitude.
+    ``|f|`` follows if several components have a short magnitude.
     """
     for body in forces.bodies:
         rows = [
@@ -42,7 +42,7 @@ def force_rows(forces: ConstraintForces) -> Iterator[tuple[str, list[tuple[str, 
 
 
 def _magnitude(size: Expr) -> Expr:
-    """|f| with factors that are known to be positive outside."""
+    """Write |f| with factors that are known to be positive outside."""
     factors = sympy.Mul.make_args(size)
     outside = [f for f in factors if f.is_nonnegative or f.is_Rational or _is_root(f)]
     inside = sympy.Mul(*(f for f in factors if f not in outside))
@@ -51,17 +51,17 @@ def _magnitude(size: Expr) -> Expr:
 
 
 def _is_root(factor: Expr) -> bool:
-    """A square root of what is not negative."""
+    """Say whether a factor is a square root."""
     return bool(factor.is_Pow and factor.exp == sympy.Rational(1, 2))
 
 
 def reaction_rows(
     equations: Equations, forces: ConstraintForces
 ) -> Iterator[tuple[str, Expr | None, list[tuple[str, Expr]]]]:
-    """Name of each constraint, its multiplier, and λ |∇φ| on the bodies named with it.
+    """Yield each constraint's name, its multiplier, and bodies with the λ |∇φ| that acts on them.
 
-    The multiplier is None where it is an unknown of the equations of motion; λ |∇φ| is
-    left out where it is the multiplier again.
+    The multiplier is None if it is an unknown of the equations of motion; λ |∇φ| is left out
+    if it is the multiplier again.
     """
     unknowns = {closure.multiplier for closure in equations.pushing}
     for reaction in forces.reactions:
@@ -72,7 +72,7 @@ def reaction_rows(
 
 
 def _by_size(reaction: Reaction) -> list[tuple[str, Expr]]:
-    """The bodies on which the constraint acts equally, together."""
+    """Return bodies, together if the constraint acts on them equally, with its force."""
     bodies: dict[Expr, list[str]] = {}
     for name, size in reaction.sizes:
         bodies.setdefault(size, []).append(name)
@@ -80,7 +80,7 @@ def _by_size(reaction: Reaction) -> list[tuple[str, Expr]]:
 
 
 def force_notes(forces: ConstraintForces) -> list[str]:
-    """What is to be known beside the formulas."""
+    """Return notes on the formulas of forces."""
     notes = []
     if forces.form == "accelerations":
         notes.append("the accelerations are those of the equations of motion")
@@ -99,7 +99,7 @@ def force_notes(forces: ConstraintForces) -> list[str]:
 
 
 def force_columns(equations: Equations) -> list[tuple[str, Expr]]:
-    """Columns of a table of forces: their components, and multipliers that are no unknowns."""
+    """Return the columns of a table of forces: components, and multipliers that are no unknowns."""
     forces = equations.constraint_forces
     if forces is None:
         return []
@@ -114,14 +114,14 @@ def force_columns(equations: Equations) -> list[tuple[str, Expr]]:
 
 
 def _multiplier(equations: Equations, constraint: str) -> str:
-    """What the multiplier of a constraint is called in data: ``lambda_rod``, as in equations."""
+    """Name the multiplier of a constraint in data, as in equations: ``lambda_rod``."""
     return multiplier_symbol(multiplier_label(equations, constraint))
 
 
 def forces_report(
     equations: Equations, forces: ConstraintForces, say: Callable[[Expr], str]
 ) -> dict[str, Any]:
-    """The forces as values that JSON holds; ``say`` prints an expression."""
+    """Return the forces as a JSON value; ``say`` prints an expression."""
     return {
         "constraint_forces": [
             {

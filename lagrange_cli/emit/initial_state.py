@@ -1,4 +1,4 @@
-"""Initial states of emitted programs: what is said of those that violate the closures."""
+"""Initial states of emitted programs: steps of their table, and words on violated closures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lagrange_cli.emit.naming import comment_text
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Closure, Equations
 
-#: Steps between two rows of what an emitted program prints, at most: a C int holds them.
+#: Most steps between two rows that an emitted program prints: a C int holds them.
 _MOST_STEPS = 1_000_000_000
 
 #: A start may be changed by this part of its scale, as it takes from rounding alone.
@@ -17,7 +17,7 @@ START_TOLERANCE = 1e-9
 
 
 def steps_per_row(equations: Equations, rows: int, default: int) -> int:
-    """Steps between two rows of a table, by the scene's step where it gives one."""
+    """Return the steps between two rows of a table, by the scene's step if it gives one."""
     defaults = equations.simulate
     if not defaults.step:
         return default
@@ -26,7 +26,7 @@ def steps_per_row(equations: Equations, rows: int, default: int) -> int:
 
 
 def residual_labels(equations: Equations) -> list[str]:
-    """What each residual of the function ``constraints`` is called in a message."""
+    """Name each residual of the function ``constraints`` for messages."""
     closures = [*equations.closures, *(contact.closure for contact in equations.contacts)]
     positions = [c for c in closures if c.kind == "position"]
     return [

@@ -90,7 +90,17 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
 
 @dataclass(frozen=True)
 class _Page:
-    """The parts of the text, each a list of lines."""
+    """Writes the parts of the text, each a list of lines.
+
+    Attributes
+    ----------
+    equations
+        The equations.
+    words
+        Display names of their symbols.
+    printer
+        Prints display trees on one line.
+    """
 
     equations: Equations
     words: Vocabulary
@@ -110,7 +120,7 @@ class _Page:
         return [*lines, *self.singular()]
 
     def singular(self) -> list[str]:
-        """Where the coordinates have no meaning."""
+        """List the places at which the coordinates are singular."""
         lines = []
         for place in self.equations.singular:
             names = ", ".join(self.printer.symbol(name) for name in place.coordinates)

@@ -50,10 +50,10 @@ def program_workspace_size(program: Program) -> int:
 
 
 def body_text(program: Program, target: CTarget) -> list[str]:
-    """The lines of a function that stores the outputs of a program.
+    """Return the lines of a function that stores the outputs of a program.
 
-    Those that solve a system store what their kind says; the mass matrix is stored in full;
-    all others store their outputs one after the other.
+    Programs that solve a system store the solution that their kind names; the mass matrix is
+    stored in full; all others store their outputs one after the other.
     """
     parts: Sequence[_Part]
     n = program.coordinates

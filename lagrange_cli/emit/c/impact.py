@@ -1,13 +1,12 @@
-"""``events`` and ``reset`` of C with one-sided constraints: what opens, closes and bounces.
+"""``events`` and ``reset`` of C with one-sided constraints: contacts open, close and bounce.
 
-At an event the closed contacts take an impact where one of them approaches, by
-Newton's law with impulses that only push (Moreau, *Unilateral contact and dry
-friction in finite freedom dynamics*, 1988; Glocker and Pfeiffer, *Nonlinear
-Dynamics* 7 (1995) 471): w = u⁺ + e·min(u⁻, 0) ≥ 0, Λ ≥ 0, w·Λ = 0 for the rates u.
-Those that do not leave then are in contact where they have to push, λ ≥ 0,
-φ̈ ≥ 0, λ·φ̈ = 0. Both are the optimality conditions of a projection in the
-metric of the kinetic energy, which the dual method of Goldfarb and Idnani finds
-(*Math. Programming* 27 (1983) 1): it copes with contacts that depend on others.
+At an event the closed contacts take an impact if one of them approaches, by Newton's law with
+impulses that only push (Moreau, *Unilateral contact and dry friction in finite freedom dynamics*,
+1988; Glocker and Pfeiffer, *Nonlinear Dynamics* 7 (1995) 471): w = u⁺ + e·min(u⁻, 0) ≥ 0, Λ ≥ 0,
+w·Λ = 0 for the rates u. Contacts that do not leave stay closed if they have to push: λ ≥ 0, φ̈ ≥ 0,
+λ·φ̈ = 0. Both are the optimality conditions of a projection in the metric of the kinetic energy,
+which the dual method of Goldfarb and Idnani finds (*Math. Programming* 27 (1983) 1): it copes with
+contacts that depend on others.
 """
 
 from __future__ import annotations
@@ -27,38 +26,31 @@ from lagrange_cli.program.program import Program, result_count
 
 
 def impact_text(programs: Mapping[str, Program], target: CTarget) -> str:
-    """``events`` and ``reset`` with what they need, empty where there are no contacts."""
+    """Return ``events`` and ``reset`` with their helpers; empty if there are no contacts."""
     if "gaps" not in programs:
         return ""
-    names, real = target.names, target.real
-    flags_from = programs["gaps"].parameters - 2 * _contacts(programs)
-    replacements = _arguments(names, flags_from) | {
+    names, real, contacts = target.names, target.real, _contacts(programs)
+    replacements = _arguments(names, programs["gaps"].parameters - 2 * contacts) | {
         "@PASSED@": names.passed,
         "@ARGUMENTS@": target.arguments("out"),
-        "@U@": str(_contacts(programs)),
-        "@M@": str(_multipliers(programs) - _contacts(programs)),
+        "@U@": str(contacts),
+        "@M@": str(_multipliers(programs) - contacts),
         "@N@": str(programs["gaps"].coordinates),
         "@START@": str(_inner(programs)),
         "@RESULTS@": str(_results(programs)),
-        **complementarity_replacements(_contacts(programs), real),
+        **complementarity_replacements(contacts, real),
         "@MIN@": f"fmin{real.suffix}",
         "@MAX@": f"fmax{real.suffix}",
         "@TOLERANCE@": real.value(max(RATE_TOLERANCE, 64 * float(real.epsilon))),
         "@LOOSER@": real.value(IMPACT_TOLERANCES),
         "@ULPS@": real.value(128 * float(real.epsilon)),
     }
-    templates = (
-        "events",
-        "closing",
-        *complementarity_templates(_contacts(programs)),
-        "impact",
-        "reset",
-    )
+    templates = ("events", "closing", *complementarity_templates(contacts), "impact", "reset")
     return "\n".join(target.fill(target.fill(c_template(name), replacements)) for name in templates)
 
 
 def _arguments(names: CNames, flags_from: int) -> dict[str, str]:
-    """Where functions find flags and targets: behind the parameters, or in their own array."""
+    """Return the tokens of argument lists; flags are behind the parameters, or in an array."""
     inside = names.contact_from is None
     constant = "" if inside else ", const @REAL@ *contact"
     changing = "" if inside else ", @REAL@ *contact"
@@ -79,7 +71,7 @@ def _arguments(names: CNames, flags_from: int) -> dict[str, str]:
 
 
 def impact_workspace_size(programs: Mapping[str, Program]) -> int:
-    """Numbers of workspace for ``events`` and ``reset``, 0 where there are no contacts."""
+    """Return the numbers of workspace for ``events`` and ``reset``; 0 if there are no contacts."""
     if "gaps" not in programs:
         return 0
     n, u = programs["gaps"].coordinates, _contacts(programs)
@@ -89,13 +81,13 @@ def impact_workspace_size(programs: Mapping[str, Program]) -> int:
 
 
 def _inner(programs: Mapping[str, Program]) -> int:
-    """What the functions that are called need of it."""
+    """Return the numbers of workspace that the called functions need."""
     called = ("gaps", "gap_terms", "impulse", "contact_multipliers", "rhs", "flight_rhs")
     return max(program_workspace_size(programs[name]) for name in called if name in programs)
 
 
 def _contacts(programs: Mapping[str, Program]) -> int:
-    """Their number: each has a gap, and its magnitude."""
+    """Return the number of contacts: each has a gap, and its magnitude."""
     return result_count(programs["gaps"]) // 2
 
 
@@ -104,5 +96,5 @@ def _multipliers(programs: Mapping[str, Program]) -> int:
 
 
 def _results(programs: Mapping[str, Program]) -> int:
-    """The most numbers that a called function gives, besides terms."""
+    """Return the most numbers that a called function returns, besides terms."""
     return max(2 * programs["gaps"].coordinates, _multipliers(programs))

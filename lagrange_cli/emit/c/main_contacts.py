@@ -1,4 +1,4 @@
-"""What the ``main`` of emitted C has more with contacts: a search for events, and their report."""
+"""The ``main`` of emitted C with contacts: a search for events, and their report."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from lagrange_cli.emit.template_files import c_template
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
+#: Expression of C that names the reason of a nonzero status.
 REASON = (
     'status == 1 ? "singular configuration"\n'
     '                        : status == 2 ? "result is not finite"\n'
@@ -19,7 +20,6 @@ REASON = (
     '                        : status == 4 ? "the contacts leave no motion"\n'
     '                        : "contacts open and close without end"'
 )
-
 
 _STEP = "@NAME@_step(start + (@REAL@)(row*steps + step)*h, h, &p, y)"
 
@@ -31,12 +31,12 @@ _BEGUN = """\
 
 
 def contact_replacements(equations: Equations, real: Real, recorded: str) -> dict[str, str]:
-    """What stands in ``main`` in the places that contacts fill, little without any.
+    """Return token → text for the places in ``main`` that contacts fill; little without any.
 
     Parameters
     ----------
     recorded
-        Statements that set ``u`` to what recorded inputs are at time t.
+        Statements that set ``u`` to the recorded inputs at time t.
     """
     if not equations.contacts:
         none = ("@MODE@", "@MODED@", "@CLEAR@", "@ADVANCE@", "@MODES@", "@BEGUN@")
@@ -67,7 +67,7 @@ def contact_replacements(equations: Equations, real: Real, recorded: str) -> dic
 
 
 def _called(equations: Equations, recorded: str, space: str, call: str) -> str:
-    """A call that sets ``status``, with the inputs at its time."""
+    """Write a call that sets ``status``, with the inputs at its time."""
     if not equations.inputs:
         return f"{space}status = @NAME@_{call};\n"
     inputs = "u" if recorded else "0"

@@ -17,9 +17,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Real:
-    """A floating-point type of C: its name, the suffixes of its functions and
-    constants, half the distance from 1 to the next number, largest decimal
-    exponent, and how it is read and printed."""
+    """A floating-point type of C.
+
+    Attributes
+    ----------
+    name
+        Name of the type in C.
+    suffix
+        Suffix of functions of ``<math.h>``.
+    constant_suffix
+        Suffix of constants.
+    epsilon
+        Half the distance from 1 to the next number.
+    largest_exponent
+        Largest power of ten of constants.
+    parse
+        Function that reads a text.
+    print_format
+        Format of ``printf`` that reads back the same.
+    """
 
     name: str
     suffix: str
@@ -30,7 +46,7 @@ class Real:
     print_format: str
 
     def literal(self, value: Fraction) -> str:
-        """A constant that reads as the number nearest to ``value``."""
+        """Return a constant that reads as the number nearest to ``value``."""
         if not value:
             return f"0.0{self.constant_suffix}"
         if self.name == "double":
@@ -41,7 +57,7 @@ class Real:
         return decimal_literal(value) + self.constant_suffix
 
     def value(self, number: float) -> str:
-        """A constant for a double."""
+        """Return a constant for a double."""
         if not isfinite(number):
             return "NAN"
         return self.literal(Fraction(repr(number)))
@@ -55,18 +71,31 @@ _REALS = {
 
 
 def real_type(option: str) -> Real:
-    """The type that the option ``real`` names."""
+    """Return the type that the option ``real`` names."""
     return _REALS[option]
 
 
 @dataclass(frozen=True)
 class CNames:
-    """Identifiers of one system: the prefix of all its symbols, the fields of
-    its parameters, and dummy name → text for every input of a program.
+    """Identifiers of one system in C.
 
-    ``parameter_array``: the array that holds the parameters, if one does.
-    ``further``: what functions take besides, behind the parameters. ``contact_from``: the
-    parameters from this number on come in an array ``contact`` of their own.
+    Attributes
+    ----------
+    prefix
+        Beginning of all its symbols.
+    fields
+        Those of its struct of parameters.
+    inputs
+        Dummy name → text for every input of a program.
+    empty_field
+        The field of a struct without parameters.
+    parameter_array
+        Array that holds the parameters; None if fields do.
+    further
+        Arguments that functions take behind the parameters.
+    contact_from
+        Index from which on parameters come in an array ``contact`` of their own; None if all
+        come together.
     """
 
     prefix: str
@@ -90,12 +119,12 @@ class CNames:
 
     @property
     def passed(self) -> str:
-        """What functions pass on to others, before ``work``."""
+        """Return the arguments that functions pass on to others, before ``work``."""
         return "t, y, u, p" if self.contact_from is None else "t, y, u, p, contact"
 
 
 def c_string(text: str) -> str:
-    """A string literal of C; whatever is not plain ASCII becomes octal escapes."""
+    """Return a string literal of C; all but plain ASCII becomes octal escapes."""
     return '"' + "".join(_character(byte) for byte in text.encode("utf-8")) + '"'
 
 

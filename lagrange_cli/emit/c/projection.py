@@ -1,4 +1,4 @@
-"""``NAME_project`` of emitted C: a state led back to the closures that it has left."""
+"""``NAME_project`` of emitted C: lead a state back to closures that it has left."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lagrange_cli.program.program import Program
 
 
 def residual_text(programs: Mapping[str, Program], target: CTarget) -> str:
-    """The helpers of all projections, empty where there is none."""
+    """Return the helpers of all projections; empty if there is none."""
     used = any(name.endswith("velocity_change") for name in programs)
     more = {"@NEXT@": "nextafter" + target.real.suffix}
     text = target.fill(c_template("residual"), more) if used else ""
@@ -23,12 +23,12 @@ def residual_text(programs: Mapping[str, Program], target: CTarget) -> str:
 
 
 def project_text(programs: Mapping[str, Program], target: CTarget, prefix: str = "") -> str:
-    """The definition of ``NAME_project``, empty where there are no closures.
+    """Return the definition of ``NAME_project``; empty if there are no closures.
 
     Parameters
     ----------
-    of
-        ``contact_`` for that of closures and of what is in contact.
+    prefix
+        ``contact_`` for the projection onto closures and closed contacts; else empty.
     """
     if f"{prefix}velocity_change" not in programs:
         return ""
@@ -55,7 +55,7 @@ def project_text(programs: Mapping[str, Program], target: CTarget, prefix: str =
 
 
 def workspace_size(programs: Mapping[str, Program]) -> int:
-    """Numbers of workspace with which every function has enough."""
+    """Return the numbers of workspace that suffice for every function."""
     each = max(map(program_workspace_size, programs.values()))
     projections = (_workspace(programs, prefix) for prefix in ("", "contact_"))
     return max(each, *projections, impact_workspace_size(programs))
@@ -70,7 +70,7 @@ def _workspace(programs: Mapping[str, Program], prefix: str) -> int:
 
 
 def _inner(programs: Mapping[str, Program], prefix: str) -> int:
-    """What the functions that ``project`` calls need of it."""
+    """Return the numbers of workspace that functions called by ``project`` need."""
     called = INTERNAL_FUNCTIONS.intersection(name for name in programs if name.startswith(prefix))
     return max(program_workspace_size(programs[name]) for name in called)
 

@@ -15,6 +15,7 @@ from lagrange_cli.emit.template_files import c_template
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
+#: Check that a run begins and ends within a recording.
 _C_BOUNDS = """\
     if (!(start >= @FIRST@@UNTIL@)) {
         fprintf(stderr, "%s\\n", @TEXT@);
@@ -25,7 +26,17 @@ _C_BOUNDS = """\
 
 @dataclass(frozen=True)
 class CRecorded:
-    """Functions that give recorded inputs, statements that set ``u``, and checks of the run."""
+    """The parts of a ``main`` with recorded inputs; all are empty without any.
+
+    Attributes
+    ----------
+    functions
+        Functions that evaluate them.
+    setting
+        Statements that set ``u``.
+    checks
+        Checks that the run lies within the recordings.
+    """
 
     functions: str
     setting: str
@@ -33,7 +44,7 @@ class CRecorded:
 
 
 def c_recorded(equations: Equations, target: CTarget) -> CRecorded:
-    """What a ``main`` needs of recordings; all empty where there are none."""
+    """Write the parts of ``main`` for recorded inputs."""
     prefix, real = target.prefix, target.real
     functions, setting, checks = "", "", ""
     for number, pieces in recorded_inputs(equations):

@@ -19,7 +19,7 @@ _OWN = ("max", "min", "sign")
 
 @dataclass(frozen=True)
 class CTarget:
-    """What the functions of one source file of C have in common.
+    """Names and number type that the functions of one source file of C share.
 
     Attributes
     ----------
@@ -34,28 +34,28 @@ class CTarget:
 
     @classmethod
     def of(cls, equations: Equations, real: Real) -> CTarget:
-        """The target over the names of the scene."""
+        """Return the target with the names of a scene."""
         return cls(CNames.of(equations), real)
 
     @property
     def prefix(self) -> str:
-        """What all identifiers of the source file begin with."""
+        """Return the beginning of all identifiers of the source file."""
         return self.names.prefix
 
     @property
     def functions(self) -> dict[str, str]:
-        """Every function of a program by its C name."""
+        """Return function of a program → its name in C."""
         table = {name: name + self.real.suffix for name in PROGRAM_FUNCTIONS if name not in _OWN}
         table["abs"] = "fabs" + self.real.suffix
         return table | {name: f"{self.prefix}_{name}" for name in _OWN}
 
     @property
     def dialect(self) -> Dialect:
-        """The dialect in which expressions are printed."""
+        """Return the dialect in which expressions are printed."""
         return Dialect(self.real.literal, self.functions, self.names.inputs)
 
     def arguments(self, result: str) -> str:
-        """The parameter list that all functions of the interface share."""
+        """Return the parameter list that all functions of the interface share."""
         real, names = self.real.name, self.names
         return (
             f"{real} t, const {real} *y, const {real} *u, "
@@ -64,7 +64,7 @@ class CTarget:
         )
 
     def state_arguments(self) -> str:
-        """The parameter list of the function that changes a state."""
+        """Return the parameter list of functions that change a state."""
         real, names = self.real.name, self.names
         return (
             f"{real} t, {real} *y, const {real} *u, "

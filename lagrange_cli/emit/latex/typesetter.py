@@ -33,7 +33,7 @@ _LINE = 70
 
 @dataclass(frozen=True)
 class FormulaRow:
-    """A numbered formula: what stands before the alignment, and the pieces after it."""
+    """A numbered formula: its label before the alignment, and the pieces after it."""
 
     label: str
     pieces: Sequence[Piece]
@@ -41,7 +41,17 @@ class FormulaRow:
 
 @dataclass(frozen=True)
 class Typesetter:
-    """Formulas of some equations in LaTeX."""
+    """Writes formulas of some equations in LaTeX.
+
+    Attributes
+    ----------
+    equations
+        The equations.
+    words
+        Display names of their symbols.
+    printer
+        Prints display trees.
+    """
 
     equations: Equations
     words: Vocabulary

@@ -1,7 +1,7 @@
-"""What a scene wrote as text, in LaTeX: units, numbers, constraints as they stand.
+"""Texts of a scene in LaTeX: units, numbers, constraints as they stand.
 
-Nothing is interpreted beyond tokens, and every token is printed from a table
-or escaped, so that no text of a scene acts as a command.
+Nothing is interpreted beyond tokens, and every token is printed from a table or escaped, so that no
+text of a scene acts as a command.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ _SIGNS = {
 
 
 def scene_text_latex(text: str) -> str:
-    """An equation or expression of the scene language, token by token, in math mode.
+    """Write an equation or expression of the scene language, token by token, in math mode.
 
-    What is not in the scene language is set as plain text.
+    Any other text is set as it is.
     """
     tokens = _tokens(text)
     if tokens is None:
@@ -46,7 +46,7 @@ def scene_text_latex(text: str) -> str:
 
 
 def _tokens(text: str) -> list[tuple[str, str]] | None:
-    """(kind, token) of a text; None where it is not the scene language."""
+    """Return (kind, token) of each token; None if the text is not in the scene language."""
     tokens, position = [], 0
     while text[position:].strip():
         token = _TOKEN.match(text, position)
@@ -77,13 +77,13 @@ def _shown(tokens: list[tuple[str, str]]) -> Iterator[str]:
 
 
 def _is_of_a_name(tokens: list[tuple[str, str]], start: int) -> bool:
-    """Whether a name between parentheses begins at ``start``."""
+    """Say whether a name between parentheses begins at ``start``."""
     group = tokens[start : start + 3]
     return [token for _, token in group[::2]] == ["(", ")"] and group[1][0] == "name"
 
 
 def _operand_end(tokens: list[tuple[str, str]], start: int) -> int:
-    """The end of the exponent that begins at ``start``: a sign, then a token or group."""
+    """Return the end of the exponent that begins at ``start``: a sign, then a token or group."""
     end, depth = start, 0
     while end < len(tokens):
         token = tokens[end][1]
@@ -114,7 +114,7 @@ _UNIT = re.compile(
 
 
 def unit_latex(text: str) -> str:
-    """A unit in upright letters: ``kg*m^2/s`` as kg m²/s; other text as it is."""
+    """Write a unit in upright letters: ``kg*m^2/s`` as kg m²/s; other text as it is."""
     shown, position = [], 0
     text = text.strip().replace("**", "^")
     while position < len(text):
@@ -138,7 +138,7 @@ def _unit_part(match: re.Match[str]) -> str:
 
 
 def value_latex(number: float, literal: str | None = None) -> str:
-    """A parameter's value in math mode, as the scene wrote it where that is known."""
+    """Write a parameter's value in math mode, as the scene wrote it if that is known."""
     text = literal if literal is not None else repr(number)
     text = text.removesuffix(".0")
     sign, digits = ("-", text[1:]) if text.startswith("-") else ("", text)

@@ -126,13 +126,13 @@ def program_of(equations: Equations, name: str) -> Program:
 
 
 def module_source(programs: Mapping[str, Program]) -> str:
-    """Source of a module with a function ``f(t, y, p)`` for each program, over dummy names.
+    """Write a module with a function ``f(t, y, p)`` for each program, over dummy names.
 
-    Where programs have inputs they are ``f(t, y, p, u)``, with a function ``u(t, y, p)``
-    that gives their values. With those of
+    If programs have inputs it is ``f(t, y, p, u)``, with a function ``u(t, y, p)`` that returns
+    their values. With the programs of
     :func:`lagrange_cli.program.constraint_programs.constraint_programs` there is
-    ``project(t, y, p)`` too, which returns a state. With those of ``contact_programs`` beside
-    it there are ``contact_project``, ``events`` of the arguments of programs, and ``reset`` with
+    ``project(t, y, p)`` too, which returns a state. With those of ``contact_programs`` there are
+    also ``contact_project``, ``events`` with the arguments of programs, and ``reset`` with
     ``event`` and ``bounce`` behind them.
     """
     arguments = "p, u" if any(program.driven for program in programs.values()) else "p"
@@ -142,7 +142,7 @@ def module_source(programs: Mapping[str, Program]) -> str:
             name,
             {},
             "p" if name in INTERNAL_FUNCTIONS else arguments,
-            _given(programs, program),
+            _parameter_sources(programs, program),
         )
         for name, program in programs.items()
     ]
@@ -154,7 +154,7 @@ def module_source(programs: Mapping[str, Program]) -> str:
     return "\n\n".join(filter(None, [head, tables, *helpers, body]))
 
 
-def _given(programs: Mapping[str, Program], program: Program) -> list[tuple[str, int]]:
+def _parameter_sources(programs: Mapping[str, Program], program: Program) -> list[tuple[str, int]]:
     """Parameters of a program. Others may have more: flags, weights, factors of rounding."""
     count = program.parameters
     alike = {"gaps", "surfaces"}.isdisjoint(programs)

@@ -1,4 +1,4 @@
-"""What Python code of systems with closures has more: a solver, and ``project``."""
+"""Python code of systems with closures: a solver, and ``project``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lagrange_cli.emit.template_files import filled, python_template
 #: Functions that evaluators and ``project`` call, by the names of their templates.
 HELPERS = ("solve_saddle", "solve_banded", "residual", "coupled_residual")
 
-#: What they, and the others, are filled with.
+#: Token → text in all templates.
 _CONSTANTS = {
     "@UNEVEN@": repr(UNEVEN_PIVOT),
     "@SMALL@": repr(LEAST_INERTIA),
@@ -26,12 +26,12 @@ _CONSTANTS = {
 
 
 def helper_source(name: str) -> str:
-    """The definition of a helper, and of what it alone calls."""
+    """Return the definition of a helper, with functions that it alone calls."""
     return filled(python_template(name), _CONSTANTS)
 
 
 def project_source(functions: Collection[str], parameter: str, kind: str = "") -> str:
-    """The definition of ``project``, empty where there are no closures.
+    """Return the definition of ``project``; empty if there are no closures.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ def project_source(functions: Collection[str], parameter: str, kind: str = "") -
         The other functions of the module.
     parameter
         The text of the last argument (``p``, or ``p=DEFAULTS``).
-    of
-        ``contact_`` for that of closures and of what is in contact.
+    kind
+        ``contact_`` for the projection onto closures and closed contacts; else empty.
     """
     if f"{kind}velocity_change" not in functions:
         return ""
