@@ -33,6 +33,11 @@ def _show(problem: Problem, colour: str) -> None:
         click.echo(line, err=True)
 
 
+def _on_terminal() -> bool:
+    """Say whether stderr is a terminal."""
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
 def report_error(problem: Problem) -> None:
     """Write one error to stderr."""
     _show(problem, "red")
@@ -118,9 +123,8 @@ class Session:
     @contextmanager
     def stages(self) -> Iterator[None]:
         """Note the stages of the work done here; show them on a terminal."""
-        terminal = sys.stderr
-        shown = terminal is not None and terminal.isatty() and self.verbosity >= 0
-        with shown_stage(terminal) if shown else nullcontext() as show:
+        shown = _on_terminal() and self.verbosity >= 0
+        with shown_stage(sys.stderr) if shown else nullcontext() as show:
 
             def note(stage: str) -> None:
                 self.stage = stage or self.stage
@@ -136,9 +140,8 @@ class Session:
 
         It is hidden unless stderr is a terminal, and with ``-q``; with ``-v`` lines take its place.
         """
-        terminal = sys.stderr is not None and sys.stderr.isatty()
-        shown = terminal and self.verbosity >= 0
-        line = self.detail if self.verbosity > 0 and not terminal else None
+        shown = _on_terminal() and self.verbosity >= 0
+        line = self.detail if self.verbosity > 0 and not shown else None
         with click.progressbar(
             length=1000,
             label=label,

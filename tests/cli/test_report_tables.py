@@ -42,7 +42,7 @@ def test_columns_begin_at_one_place(rows):
 
 def test_labels_wider_than_their_column():
     rows = [("Code", "C"), ("Constraints", "1e-9")]
-    assert labelled(rows, width=8) == ["Code      C", "Constraints  1e-9"]
+    assert labelled(*rows, width=8) == ["Code      C", "Constraints  1e-9"]
 
 
 def test_json_has_null_for_what_is_no_number():

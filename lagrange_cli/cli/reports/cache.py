@@ -45,7 +45,7 @@ def _text(cache: Cache, removed: Removed | None) -> str:
             ("Entries", f"{entries['answers']} answers, {entries['compiled']} compiled"),
             ("Size", f"{_size(size)} of at most {_size(report['largest'])}"),
         ]
-        lines += labelled(kept, width=7)
+        lines += labelled(*kept, width=7)
     return "\n".join(map(escape_controls, lines))
 
 

@@ -103,7 +103,7 @@ def _text(simulated: SimulatedMembers) -> str:
     lines = [
         f"{simulated.plan.model.name}: {finished} of {len(simulated.members)} members",
         "",
-        *labelled(known, width=8),
+        *labelled(*known, width=8),
         *_failures(simulated.failed()),
     ]
     return "\n".join(lines)

@@ -135,7 +135,7 @@ def _text(simulated: Simulated) -> str:
         "",
         *_further(simulated.further()),
         *_events(trajectory, (*model.coordinates, *model.outputs)),
-        *labelled(known, width=8),
+        *labelled(*known, width=8),
     ]
     return "\n".join(lines)
 

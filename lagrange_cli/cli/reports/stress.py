@@ -91,7 +91,7 @@ def _text(stress: Stress) -> str:
         lines += [*table(_RUNS, list(map(_row, stress.runs))), ""]
     lines += _references(stress.runs)
     if stress.left_out:
-        lines += _labelled("Left out", f"the scene has no points of {', '.join(stress.left_out)}")
+        lines += labelled(("Left out", f"the scene has no points of {', '.join(stress.left_out)}"))
     return "\n".join(lines)
 
 
@@ -125,11 +125,7 @@ def _references(runs: Sequence[StressRun]) -> list[str]:
     checked = [run.reference for run in runs if run.error is not None]
     kinds = Counter(reference.partition(" until ")[0] for reference in checked)
     listed = ", ".join(f"{kind} ({count})" for kind, count in kinds.items())
-    return _labelled("Reference", listed) if kinds else []
-
-
-def _labelled(label: str, said: str) -> list[str]:
-    return labelled([(label, said)], width=9)
+    return labelled(("Reference", listed)) if kinds else []
 
 
 def _number(value: float | None) -> str:

@@ -57,6 +57,6 @@ def _line(columns: Sequence[TableColumn], widths: Sequence[int], row: Sequence[s
     return "".join(f"{c.before}{cell:{c.align}{width}}" for c, width, cell in cells).rstrip()
 
 
-def labelled(rows: Iterable[tuple[str, str]], *, width: int) -> list[str]:
-    """Write ``label  text`` a line, the texts under each other where labels fit the width."""
+def labelled(*rows: tuple[str, str], width: int = 9) -> list[str]:
+    """Write ``label  text`` a line, the texts under each other if labels fit the width."""
     return [f"{label:<{width}}  {text}" for label, text in rows]

@@ -151,20 +151,16 @@ def tradeoff_text(trade: Trade) -> str:
             f"{trade.name} until t = {trade.until:.9g}: {len(trade.points)} runs,"
             f" {trade.samples} samples each, timed {trade.repeat} times",
             "",
-            *_labelled(
+            *labelled(
                 ("Reference", f"{known.method}, error {known.error:.0e}{checked}"),
                 ("Code", trade.implementation),
             ),
             "",
             *(_compared(trade) if trade.points else ()),
             *_automatics(trade.automatic),
-            *_labelled(*(("Left out", reason) for reason in trade.left_out.values())),
+            *labelled(*(("Left out", reason) for reason in trade.left_out.values())),
         ]
     )
-
-
-def _labelled(*rows: tuple[str, str]) -> list[str]:
-    return labelled(rows, width=9)
 
 
 def _compared(trade: Trade) -> list[str]:
@@ -215,7 +211,7 @@ def _row(point: WorkPrecisionPoint) -> list[str]:
 
 def _recommendations(trade: Trade) -> list[str]:
     if not trade.recommended:
-        return _labelled(("Recommended", "nothing: no run is good to 1e-03"))
+        return labelled(("Recommended", "nothing: no run is good to 1e-03"))
     rows = [
         [
             f"{entry.accuracy:.0e}",
