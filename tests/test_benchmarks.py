@@ -35,18 +35,6 @@ def integration(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return importlib.import_module("integration")
 
 
-@pytest.mark.compiler
-@pytest.mark.parametrize("kind", ["bump", "pole", "wave", "pulse"])
-def test_sharp_forces_are_not_overlooked(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
-    """No result is wrong, no estimate is below its error, and many runs have long steps."""
-    _needs_compiler()
-    monkeypatch.syspath_prepend(BENCHMARKS)
-    sharpness = importlib.import_module("sharpness")
-    found = list(sharpness.passages(kind, 12, np.random.default_rng(5)))
-    assert not [p for p in found if p.wrong or p.deceived]
-    assert sum(p.steps < sharpness.FEW for p in found) >= 4
-
-
 def test_derivation_compares_every_method_with_the_closed_form(tmp_path: Path) -> None:
     output = tmp_path / "derivation.json"
     sizes = ["--sizes", "2", "3", "--largest-sympy", "2", "--repetitions", "1"]

@@ -76,7 +76,7 @@ class Attempt:
         # Where the longest step rules instead of the tolerance, it must differ too.
         longer = _TUNING.looser ** (1 / method.order)
         looser = None if before is None else before.looser_for(self.wider)
-        self._longest = coarse.longest_step
+        self._longest = problem.longest_step
         if number > 0 and before is not None:
             self._longest = before._longest / (_TUNING.shorter if looser is None else longer)
         self._controls: dict[Run, tuple[Control, float]] = {}
@@ -105,8 +105,6 @@ class Attempt:
         problem = self._problem
         longest = longer * self._longest
         first_step = self._coarse.first_step
-        if self._tolerances.tame:
-            first_step *= longer
         if self.wider:  # where steps are made anew, those of the coarse run are much too long
             first_step /= self._growth(tolerance)
         control = self._tolerances.control(method, tolerance, first_step, longest)
@@ -137,8 +135,7 @@ class Attempt:
         factor = _TUNING.perturbed_tolerance if method is self.run.method else 1.0
         if method is INTEGRATORS["LSODA"]:
             factor = _TUNING.lsoda_tolerance
-        longer = _TUNING.tame_steps if self._tolerances.tame else 1.0
-        return self._start(method, self.tolerance * factor, longer=longer, off=2)
+        return self._start(method, self.tolerance * factor, off=2)
 
     @property
     def _runs(self) -> tuple[Run, Run, Run]:

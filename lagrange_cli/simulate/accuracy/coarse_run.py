@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import replace
-from itertools import takewhile
 
 import numpy as np
 
@@ -18,7 +17,6 @@ from lagrange_cli.simulate.runs.problem import (
     unsampled_motion,
 )
 from lagrange_cli.simulate.runs.run import Run
-from lagrange_cli.simulate.sharpness.analyticity import AnalyticDiscs, PathPoint, longest_step
 
 #: Relative tolerance of the coarse run, and those of further ones where it is no use.
 COARSE = 1e-5
@@ -49,16 +47,6 @@ _WINDOW = 2**14
 
 #: How much longer than those of other runs its steps may be: it shows scales alone.
 _LONGER = 2.0
-
-#: A motion of fewer steps than this, by what is seen of it (:mod:`.sharpness.analyticity`), is
-#: followed at the tolerance to come at once.
-_FEW_STEPS = 16
-
-#: Factor by which steps must become longer by discs for it to be worth looking; set by hand.
-_WORTH = 1.5
-
-#: Part of the longest step from which on steps count as being as long as they may be.
-_FULL = 0.9
 
 #: The first step as a part of the span; steps grow tenfold from there.
 FIRST_STEP = 1e-8
@@ -123,29 +111,19 @@ def _first_step(problem: InitialValueProblem, push: Array) -> float:
     return h
 
 
-def few_steps(problem: InitialValueProblem, reach: float) -> bool:
-    """Tell if few steps lead through a motion with discs of this radius."""
-    return longest_step(problem, reach) * _FEW_STEPS > problem.span
-
-
 class CoarseRun:
     """Run whose tolerance grows with the motion, since no scales are known before it.
 
     ``tolerance`` is relative to them; ``first_step`` is the length that steps settle at.
     """
 
-    def __init__(
-        self, problem: InitialValueProblem, watch: Watch, tolerance: float, reach: float = 0.0
-    ) -> None:
+    def __init__(self, problem: InitialValueProblem, watch: Watch, tolerance: float) -> None:
         self._problem, self._watch, self._tolerance = problem, watch, tolerance
-        self._reach, self._widest = reach, 0.0
-        self._spent = [(problem.start, 0)]
         self._longest, self._closest = 0.0, np.ones(len(problem.kinds))
         n = len(problem.kinds)
         speeds = problem.y0[n:]
         push = problem.rhs(problem.start, problem.y0)[n:]
-        longest = longest_step(problem, reach)
-        h = longest if reach else _first_step(problem, push)
+        h = _first_step(problem, push)
         first = np.concatenate([np.abs(speeds) * h + np.abs(push) * (h * h), np.abs(push) * h])
         first = np.where(np.isfinite(first), first, 0.0)
         self._moved = np.stack([np.zeros_like(first), first])
@@ -156,7 +134,7 @@ class CoarseRun:
             rtol=np.repeat([0.0, tolerance], n),
             atol=self._atol,
             first_step=h,
-            max_step=longest if reach else _LONGER * longest,
+            max_step=_LONGER * problem.longest_step,
             autonomous=problem.autonomous,
         )
         self._control = control
@@ -164,7 +142,6 @@ class CoarseRun:
         self._ends: list[float] = []
         self._steps: list[float] = []
         self.explicit = Run(INTEGRATORS["DOP853"], problem, control)
-        self.places = [PathPoint(problem.start, self.explicit.y, self.explicit.began)]
 
     def seen(self) -> Array:
         """Scales of the motion so far."""
@@ -197,15 +174,10 @@ class CoarseRun:
         counted, reached = run.steps, run.t
         while evaluations is None or run.evaluations < evaluations:
             before, done, state = run.t, run.steps - first, run.y
-            at_once = 1 if self._reach else min(1 + done // _FEW, _FEW)
-            goes_on = run.advance(len(problem.times), at_once)
-            if self._reach:
-                self._go_to(run, before)
-            if not goes_on:
+            if not run.advance(len(problem.times), min(1 + done // _FEW, _FEW)):
                 self._end(run)
                 return True
-            cut = self._reach and self.places[-2].t > before
-            if first == 0 and done == (0 if self._reach else _START - 1) and not cut:
+            if first == 0 and done == _START - 1:
                 self.first_step = run.t - before
             elif done >= _START:
                 self._note(run, (run.t - before) / max(run.steps - first - done, 1))
@@ -222,41 +194,6 @@ class CoarseRun:
             self._moved[1] = np.maximum(self._moved[1], moved)
             self._atol[:] = np.maximum(self._tolerance * self.seen(), LEAST)
         return False
-
-    def _go_to(self, run: Run, before: float) -> None:
-        """Remember where a step has led, and where contacts ended it."""
-        self._widest = max(self._widest, run.t - before)
-        closed = self.places[-1].closed
-        newest = list(takewhile(lambda switch: switch.t > before, reversed(run.switches)))
-        for switch in reversed(newest):
-            self.places.append(PathPoint(switch.t, switch.before, closed))
-            closed = switch.flags
-        self.places.append(PathPoint(run.t, run.y, closed))
-        self._spent.append((run.t, run.evaluations))
-
-    def spent_until(self, t: float) -> float:
-        """Right-hand sides that the run took until a time, where it remembers where it has been."""
-        times, evaluations = zip(*self._spent, strict=True)
-        return float(np.interp(t, times, evaluations))
-
-    @property
-    def control_of_trial(self) -> Control:
-        """Control of another run at the same tolerance."""
-        return replace(self._control, first_step=self.first_step)
-
-    def see(self, sight: AnalyticDiscs, tolerance: float) -> float:
-        """Return how far is seen from where the run has been; 0 where steps at a tolerance to come
-        would be short without that."""
-        finer = max(1.0, self._tolerance / tolerance) ** (1 / INTEGRATORS["DOP853"].order)
-        limited = self._widest > _FULL * longest_step(self._problem, self._reach)
-        if self._widest < finer * _WORTH * self._problem.longest_step and not limited:
-            return 0.0
-        return sight.along(self.places, self._reach, self.seen())
-
-    def shown(self, reach: float) -> bool:
-        """Tell if discs of a radius allow the steps that were made."""
-        possible = longest_step(self._problem, reach) if reach else 0.0
-        return reach >= self._reach or self._widest <= possible
 
     def _note(self, run: Run, h: float) -> None:
         """Remember the length of steps, and how far from the origin the short ones are."""

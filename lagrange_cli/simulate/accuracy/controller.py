@@ -76,7 +76,7 @@ def integrate_to_accuracy(
         try:
             part = _TUNING.first_read_off if problem.read_off else _TUNING.first
             first = min(part * eps, _TUNING.largest)
-            coarse = restored_or_coarse_result(problem, first, watch, keeper, looks=True)
+            coarse = restored_or_coarse_result(problem, first, watch, keeper)
             problem = replace(problem, unsampled=coarse.between)
             problem = watching(problem) if coarse.sharp else problem
             _refuse_below_floor(problem, eps, coarse.scales[-1, : len(problem.kinds)])
@@ -229,7 +229,7 @@ def _measured(
         failure=best.failure,
         stopped=stopped,
         method=best.run.method.name,
-        choice=reason_for_method(coarse, problem.longest_step),
+        choice=reason_for_method(coarse),
         steps=best.run.steps,
         evaluations=best.run.evaluations,
         all_evaluations=coarse.evaluations + sum(a.evaluations for a in attempts),

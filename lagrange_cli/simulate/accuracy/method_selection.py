@@ -9,10 +9,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from lagrange_cli.simulate.accuracy.coarse_run import (
-    COARSE,
     COARSE_TOLERANCES,
     CoarseRun,
-    few_steps,
     steady_time,
 )
 from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART, noise_of_step
@@ -29,11 +27,7 @@ from lagrange_cli.simulate.integrators.piecewise import input_pieces
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run
 from lagrange_cli.simulate.samples.rows import Grid, decimated
-from lagrange_cli.simulate.sharpness.analyticity import AnalyticDiscs, longest_step
 from lagrange_cli.simulate.sharpness.peaks import watching
-
-#: Right-hand sides of a motion of few steps from which on another method is tried.
-_WORTH_TRYING = 300
 
 #: A step beside the time in which accelerations stay about what they are.
 _STEADY_STEPS = 0.1
@@ -68,8 +62,8 @@ class CoarseResult:
         shape (2n,).
     method
         The method for the runs to come: explicit, or implicit where the system is stiff.
-    first_step, longest_step
-        Steps of the runs to come, in units of time.
+    first_step
+        First step of the runs to come, in units of time.
     evaluations
         Right-hand sides that the coarse run took.
     between
@@ -85,7 +79,6 @@ class CoarseResult:
     closest: Array
     method: type[Integrator]
     first_step: float
-    longest_step: float
     evaluations: int
     between: Array
     stride: int = 1
@@ -137,97 +130,29 @@ def restored_or_coarse_result(
     tolerance: float,
     watch: Watch,
     keeper: CheckpointWriter | None,
-    *,
-    looks: bool = False,
 ) -> CoarseResult:
     """Return the result of the coarse run, or that from before an interruption."""
     if keeper is not None and keeper.before is not None:
         return CoarseResult.restored(keeper.before["pilot"])
-    return coarse_result(problem, tolerance, watch, looks=looks)
+    return coarse_result(problem, tolerance, watch)
 
 
-def coarse_result(
-    problem: InitialValueProblem, tolerance: float, watch: Watch, *, looks: bool = False
-) -> CoarseResult:
-    """Run coarsely over the whole problem; ``tolerance`` is that of the runs to come.
-
-    Where it ``looks``, steps are as long as :mod:`.sharpness.analyticity` shows that they may be.
-    """
+def coarse_result(problem: InitialValueProblem, tolerance: float, watch: Watch) -> CoarseResult:
+    """Run coarsely over the whole problem; ``tolerance`` is that of the runs to come."""
     many = isinstance(problem.times, Grid)
     stride = -(-len(problem.times) * len(problem.y0) // _MOST) if many else 1
     problem, spent = replace(watching(problem), times=decimated(problem.times, stride)), 0
-    discs = AnalyticDiscs(problem)
-    # What has a kink is analytic in no disc around it.
-    looks = looks and surfaces_of(problem.rhs) is None
-    reach = discs.first(CoarseRun(problem, watch, COARSE).places[0]) if looks else 0.0
     for coarse in COARSE_TOLERANCES:
-        coarse_run, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
-        spent += more
-        while not coarse_run.shown(seen := coarse_run.see(discs, tolerance)):
-            reach = seen
-            coarse_run, run, method, more = _tracked(problem, coarse, tolerance, reach, watch)
-            spent += more
-        reach = seen
+        coarse_run = CoarseRun(problem, watch, coarse)
+        run, method, trial = _followed(problem, coarse_run, tolerance, watch)
+        spent += trial + run.evaluations
         if not coarse_run.too_close:
             break
-    longest = longest_step(problem, reach)
-    if longest > problem.longest_step:
-        few = few_steps(problem, reach)
-        method, trial = _method_of_tame(problem, method, tolerance, coarse_run if few else None)
-        spent += trial
     scales, noise = coarse_run.scales(run), _noise(problem, run, coarse_run.step_at)
     closest, first_step = coarse_run.closest, coarse_run.first_step
     between = coarse_run.between(run)
     sharp = coarse_run.explicit.remade + run.remade > 0
-    return CoarseResult(
-        scales, noise, closest, method, first_step, longest, spent, between, stride, sharp
-    )
-
-
-def _method_of_tame(
-    problem: InitialValueProblem,
-    method: type[Integrator],
-    tolerance: float,
-    coarse_run: CoarseRun | None,
-) -> tuple[type[Integrator], int]:
-    """Select the method of fewest right-hand sides for long steps; return it and what the trial
-    took. ``coarse_run``: the coarse run if it was at the tolerance to come, else None.
-
-    Steps as long as the motion is tame take many iterations of Gauss16; but where constraints
-    are kept, fewer steps are fewer projections.
-    """
-    names, rhs = ("DOP853", "Gauss16"), problem.rhs
-    suits = isinstance(rhs, NativeRhs) and input_pieces(rhs) is None
-    if method.name not in names or not suits or tolerance > _FINE:
-        return method, 0
-    if coarse_run is None:
-        return INTEGRATORS[names[not suits_gauss(rhs)]], 0
-    by_gauss, cost = False, 0
-    if suits_gauss(rhs) and coarse_run.explicit.evaluations > _WORTH_TRYING:
-        by_gauss, cost = _cheaper_by_gauss(problem, coarse_run)
-    return INTEGRATORS[names[by_gauss]], cost
-
-
-def _cheaper_by_gauss(problem: InitialValueProblem, coarse_run: CoarseRun) -> tuple[bool, int]:
-    """Tell if Gauss16 takes fewer right-hand sides for half of the way than the coarse run; return
-    that and what the trial took."""
-    trial = Run(INTEGRATORS["Gauss16"], problem, coarse_run.control_of_trial)
-    half, most = 1 + len(problem.times) // 2, coarse_run.explicit.evaluations
-    while trial.filled < half and trial.evaluations < most:
-        if not trial.go(half, most_evaluations=most - trial.evaluations):
-            break
-    reached = trial.failure is None and trial.filled >= half
-    return reached and trial.evaluations < coarse_run.spent_until(trial.t), trial.evaluations
-
-
-def _tracked(
-    problem: InitialValueProblem, coarse: float, tolerance: float, reach: float, watch: Watch
-) -> tuple[CoarseRun, Run, type[Integrator], int]:
-    """A coarse run with sight of so much, the method for further ones, and what both cost."""
-    finer = min(coarse, tolerance) if few_steps(problem, reach) else coarse
-    coarse_run = CoarseRun(problem, watch, finer, reach)
-    run, method, trial = _followed(problem, coarse_run, tolerance, watch)
-    return coarse_run, run, method, trial + run.evaluations
+    return CoarseResult(scales, noise, closest, method, first_step, spent, between, stride, sharp)
 
 
 def _followed(
@@ -270,17 +195,14 @@ def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Inte
     return INTEGRATORS["Gauss16" if fits else "DOP853"]
 
 
-def reason_for_method(coarse: CoarseResult, usual: float) -> str:
-    """Say in words why a method was selected; ``usual``: longest step of most runs, in time."""
+def reason_for_method(coarse: CoarseResult) -> str:
+    """Say in words why a method was selected."""
     if coarse.stiff:
         return "a coarse trial found the system stiff: an implicit method needs fewer evaluations"
-    reason, by_gauss = "an explicit method of high order", coarse.method is INTEGRATORS["Gauss16"]
+    reason = "an explicit method of high order"
     if coarse.method is INTEGRATORS["taylor"]:
         reason = "series that are compiled without a compiler of C"
-    if coarse.longest_step > usual:
-        reason = "collocation at eight points" if by_gauss else reason
-        reason += ", in long steps: nothing sharp is near the motion, around which it is analytic"
-    elif by_gauss:
+    elif coarse.method is INTEGRATORS["Gauss16"]:
         reason = "collocation, whose eight stages are evaluated side by side"
     return f"no stiffness was found: {reason}"
 

@@ -13,7 +13,6 @@ from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import Control, Integrator
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
-from lagrange_cli.simulate.samples.rows import first_from
 
 #: Part of the tolerance that does not shrink with |y|; set by hand.
 _ABSOLUTE_PART = 0.1
@@ -47,29 +46,16 @@ class ToleranceSchedule:
 
     def absolute(self, tolerance: float, samples: int) -> Array:
         """Return the absolute tolerance after a number of samples, not below the noise, (2n,)."""
-        whole, samples = self._coarse.scales[-1], max(samples, self._in_first_step)
+        whole = self._coarse.scales[-1]
         so_far = np.maximum(self._coarse.scales_so_far(samples), self._smallest * whole)
         absolute = tolerance * np.where(self._sweeping, self._part * so_far, whole)
         noise = NOISE_PART * self._coarse.noise_so_far(samples)
         return np.asarray(np.maximum(absolute, noise + LEAST))
 
     @property
-    def tame(self) -> bool:
-        """True if nothing sharp is known to be near the motion, so that few steps lead through."""
-        return self._coarse.longest_step > self._problem.longest_step
-
-    @property
     def loose_at_first(self) -> bool:
         """True if the absolute tolerance at first follows a least scale, not the motion so far."""
         return bool((self._coarse.scales[0] < self._smallest * self._coarse.scales[-1]).any())
-
-    @cached_property
-    def _in_first_step(self) -> int:
-        """Samples whose scale the first step is compared with: those within it if it is long."""
-        if not self.tame:
-            return 1
-        first = self._problem.start + self._coarse.first_step
-        return first_from(self._problem.times, first) + 1
 
     @cached_property
     def _sweeping(self) -> NDArray[np.bool_]:
@@ -81,5 +67,4 @@ class ToleranceSchedule:
     @cached_property
     def _part(self) -> Array:
         """Part of the tolerance that does not shrink with |y|, less if y comes near 0, (2n,)."""
-        part = 1.0 if self.tame else _ABSOLUTE_PART
-        return np.maximum(part * self._coarse.closest, _LEAST_PART)
+        return np.maximum(_ABSOLUTE_PART * self._coarse.closest, _LEAST_PART)

@@ -64,8 +64,6 @@ class AttemptTuning:
     perturbed_tolerance
         Tolerance of a perturbed companion by the run's own method, as a multiple of the run's. Its
         steps fall on other times, so that it meets what lies between the steps of the run.
-    tame_steps
-        Longest step of a perturbed companion as a part of the run's, if the motion is tame.
     other_cost, lsoda_cost
         Right-hand sides of another method, as a multiple of the run's, beyond which it is given
         up; LSODA earlier, so that the whole stays within five runs if it was in vain.
@@ -109,7 +107,6 @@ class AttemptTuning:
     lsoda_tolerance: float = 0.01
     lsoda_from: float = 1e-12
     perturbed_tolerance: float = 2.0
-    tame_steps: float = 0.75
     other_cost: float = 1.75
     lsoda_cost: float = 1.6
     other_start: float = 300.0

@@ -57,11 +57,7 @@ def integrate_with_method(
     return replace(
         measured_run(run, problem),
         stopped=stopped,
-        choice="as requested"
-        if request.method
-        else reason_for_method(coarse, problem.longest_step)
-        if coarse
-        else "",
+        choice="as requested" if request.method else reason_for_method(coarse) if coarse else "",
         all_evaluations=run.evaluations + (coarse.evaluations if coarse else 0),
         run_seconds=time.perf_counter() - run_started,
         estimate_seconds=run_started - started,

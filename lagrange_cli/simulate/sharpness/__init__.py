@@ -1,8 +1,7 @@
-"""Steps short enough for sharp forces, which may act between evaluations.
+"""Sharp forces, which may act between the evaluations of a step.
 
-A right-hand side along a motion goes in; the longest step that passes nothing unseen comes out,
-or a remark (discs: Petković and Petković, *Complex Interval Arithmetic and Its Applications*,
-1998). Read :mod:`.analyticity` first.
+A problem goes in; the same problem whose compiled integrators resolve peaks comes out, or a
+remark where nothing watches for them. Read :mod:`.peaks` first.
 """
 
-__all__ = ["analyticity", "peaks", "unwatched"]
+__all__ = ["peaks", "unwatched"]

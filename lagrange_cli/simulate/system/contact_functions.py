@@ -15,7 +15,7 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.event_functions import NativeEvents
-from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
+from lagrange_cli.simulate.integrators.expressions import Tracer
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, POINTER, RHS, projection_type
 from lagrange_cli.simulate.integrators.native.function import NativeInputs, NativeRhs
 from lagrange_cli.simulate.integrators.piecewise import InputPieces, with_projection
@@ -53,9 +53,6 @@ class ContactFunctions(Protocol):
 
     def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
         """Return another function, at one state."""
-
-    def traced(self, name: str, parameters: Array) -> Expressions:
-        """Return another function, to be run over objects."""
 
     def events(
         self,
@@ -118,9 +115,6 @@ class NativeContacts:
         width = 2 * len(self._model.coordinates)
         return native_state_function(self._function(name, parameters), width, columns)
 
-    def traced(self, name: str, parameters: Array) -> Expressions:
-        return _traced(self._model, name, parameters)
-
     def events(
         self,
         parameters: Array,
@@ -175,9 +169,6 @@ class InterpretedContacts:
     def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
         return interpreted_state_function(self._bound(name, parameters))
 
-    def traced(self, name: str, parameters: Array) -> Expressions:
-        return _traced(self._model, name, parameters)
-
     def events(
         self,
         parameters: Array,
@@ -197,10 +188,6 @@ class InterpretedContacts:
         numbers = parameters.tolist()
         state, flags = self._functions["reset"](t, y, numbers, *inputs, event, bounce)
         return None if state is None else np.array(state), np.array(flags)
-
-
-def _traced(model: Model, name: str, parameters: Array) -> Expressions:
-    return Expressions(tracer(model.code.python, name), parameters, np.empty(0))
 
 
 def _flags(model: Model) -> slice:

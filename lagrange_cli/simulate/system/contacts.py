@@ -9,7 +9,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs, projection
 from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
-from lagrange_cli.simulate.integrators.expressions import Expressions
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, Gaps, HybridRhs
 from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
 from lagrange_cli.simulate.system.contact_functions import ContactFunctions
@@ -82,12 +81,6 @@ class ContactRhs(HybridRhs):
         values = self._parts.row("events", len(closed), parameters)
         native = self._parts.events(parameters, signs, noise, reach)
         return TerminalEvents(values, signs, noise, native, reach)
-
-    def traced(self, closed: ContactMode) -> tuple[Expressions, Expressions]:
-        parameters = self._with(closed)
-        return self._parts.traced("gaps", parameters), self._parts.traced(
-            "contact_multipliers", parameters
-        )
 
     def gaps(self, t: float, y: Array) -> Gaps:
         count, n, place = len(self.free), len(y) // 2, np.asarray(y, dtype=float).tobytes()

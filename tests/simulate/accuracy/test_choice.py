@@ -81,17 +81,3 @@ def test_cost_is_within_twice_the_front(name, until):
     ]
     assert len(costs) == 3
     assert all(cost is not None and cost <= 2 for cost in costs), costs
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "most"),
-    [("lecture/lever", 3), ("pulleys/atwood", 25), ("lecture/rigid_triangle", 25)],
-)
-def test_simple_motion_takes_few_evaluations(name, most):
-    """Nothing sharp is near it: a lever that rests, uniform accelerations, uniform rotation."""
-    for accuracy in (1e-3, 1e-6, 1e-9):
-        found = run(model(name), accuracy)
-        assert found.status == "ok"
-        assert found.rhs_evaluations <= most
-        assert "nothing sharp" in found.choice

@@ -66,14 +66,14 @@ def test_at_most_four_times_the_run(name, formulation, eps):
 
 
 def test_what_rests_is_compared_with_what_rounding_moves():
-    """Three evaluations of what rests; rounding, and so the runs beside it, do not rest."""
+    """A lever at rest: rounding, and so the runs beside it, do not rest, and cost no more."""
     found = simulate_past_singularities(
         model("lecture/lever", "minimal"), SimulationOptions(accuracy=1e-12)
     )
     if not found.implementation.startswith("compiled"):
         pytest.skip("counts are those of compiled code")
-    assert (found.status, found.rhs_evaluations) == ("ok", 3)
-    assert found.all_evaluations < 100
+    assert found.status == "ok"
+    assert found.all_evaluations <= 5 * found.rhs_evaluations
 
 
 def test_a_run_that_nearly_was_enough_is_the_looser_one_of_the_next_attempt(attempts):

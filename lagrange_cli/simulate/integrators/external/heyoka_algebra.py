@@ -21,11 +21,10 @@ _ROUGH = ("abs", "fabs", "sign", "copysign", "min", "max")
 
 
 class Algebra:
-    """The functions of a package, over :class:`Traced`, and how many ``operations`` were made, of
-    ``most``."""
+    """The functions of heyoka, over :class:`Traced`, and how many ``operations`` were made."""
 
-    def __init__(self, package: Any, most: int | None = None) -> None:
-        self._package, self._most = package, most or MOST_HEYOKA_OPERATIONS
+    def __init__(self, package: Any) -> None:
+        self._package = package
         self.operations = 0
         self.functions: dict[str, Callable[..., Any]] = {
             name: self._function(getattr(package, name)) for name in _SAME
@@ -67,8 +66,8 @@ class Algebra:
             There are too many.
         """
         self.operations += 1
-        if self.operations > self._most:
-            raise UnfitError(f"it takes more than {self._most:,} operations")
+        if self.operations > MOST_HEYOKA_OPERATIONS:
+            raise UnfitError(f"it takes more than {MOST_HEYOKA_OPERATIONS:,} operations")
 
 
 class _Rough:

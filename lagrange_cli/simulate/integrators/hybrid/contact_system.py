@@ -12,9 +12,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs, UnfitError
+from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
-from lagrange_cli.simulate.integrators.expressions import Expressions
 
 #: For each contact whether it is closed.
 ContactMode: TypeAlias = tuple[bool, ...]
@@ -159,17 +158,6 @@ class HybridRhs(ABC):
         reach: tuple[float, ...] = (),
     ) -> TerminalEvents:
         """Return the event functions: multipliers of closed contacts and gaps of open ones."""
-
-    def traced(self, closed: ContactMode) -> tuple[Expressions, Expressions]:
-        """Return two functions to be run over objects: the gaps are first of what one gives, the
-        multipliers of the contacts last of what the other does.
-
-        Raises
-        ------
-        UnfitError
-            Only their values are to be had.
-        """
-        raise UnfitError("its events are not to be had as expressions")
 
     @abstractmethod
     def gaps(self, t: float, y: Array) -> Gaps:
