@@ -10,6 +10,7 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
+from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, in_mode
 from lagrange_cli.simulate.runs.problem import (
     InitialValueProblem,
     groups,
@@ -61,13 +62,14 @@ _SHRINK = 0.125
 _SMALLEST_STEP = 1e-15
 
 
-def steady_time(problem: InitialValueProblem, most: float) -> float:
-    """A time, no longer than ``most``, in which accelerations stay about what they are at the
-    start, beside the largest of their kind."""
+def steady_time(problem: InitialValueProblem, most: float, closed: ContactMode) -> float:
+    """Return a time, no longer than ``most``, in which accelerations with these contacts closed
+    stay about what they are at the start, beside the largest of their kind."""
     n, t, y = len(problem.kinds), problem.start, problem.y0
-    push, h = problem.rhs(t, y)[n:], most
+    rhs, h = in_mode(problem.rhs, closed), most
+    push = rhs(t, y)[n:]
     while h > _SMALLEST_STEP * max(problem.span, abs(t)):
-        change = np.abs(problem.rhs(t + h, _fallen(y, push, h))[n:] - push)
+        change = np.abs(rhs(t + h, _fallen(y, push, h))[n:] - push)
         if all(
             change[alike].max() <= _STEADY * np.abs(push[alike]).max()
             for alike in groups(problem.kinds)

@@ -162,7 +162,8 @@ def _followed(
     run, method = coarse_run.explicit, explicit_method(problem, tolerance)
     if coarse_run.go(run, _PROBE_AFTER) or coarse_run.too_close:
         return run, method, 0
-    least = NOISE_PART * noise_of_step(problem, run.t, run.y, coarse_run.step_at(run.t))
+    h = coarse_run.step_at(run.t)
+    least = NOISE_PART * noise_of_step(problem, run.t, run.y, h, run.closed)
     probed = stiffness_trial(problem, run.t, run.y, tolerance, coarse_run.seen(), least, watch)
     spent = probed.evaluations
     if probed.stiff:
@@ -214,11 +215,11 @@ def _noise(problem: InitialValueProblem, run: Run, step_at: Callable[[float], fl
         return np.zeros((1, len(problem.y0)))
     picked = np.linspace(0, run.filled - 1, _NOISE_SAMPLES).round().astype(int)
     most = min(run.mean_step, problem.longest_step)
-    steady, each = steady_time(problem, most), []
+    steady, each = steady_time(problem, most / _STEADY_STEPS, run.began), []
     for k in picked.tolist():
         t = float(problem.times[k])
         # At the start steps are short because motion that begins has no scale yet.
         least = _STEADY_STEPS * steady if k == 0 else 0.0
         h = min(max(step_at(t), least), most)
-        each.append(noise_of_step(problem, t, run.states[k], h))
+        each.append(noise_of_step(problem, t, run.states[k], h, run.closed_at(t)))
     return np.maximum.accumulate(np.array(each), axis=0)

@@ -6,6 +6,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, in_mode
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp
@@ -18,12 +19,19 @@ NOISE_PART = 1 / 16
 _PATTERNS = (1, 2, 3)
 
 
-def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) -> Array:
+def noise_of_step(
+    problem: InitialValueProblem, t: float, y: Array, h: float, closed: ContactMode
+) -> Array:
     """Return the change of a step of length h from (t, y) by rounding of its right-hand side.
 
     The largest change that the perturbed right-hand sides make, or the last places of the
     state, each by itself: together they may cancel, as in k*(r - l) where both move alike.
     Errors of velocities move positions within the step.
+
+    Parameters
+    ----------
+    closed
+        Contacts that are closed there; empty for a system without contacts.
 
     Returns
     -------
@@ -31,7 +39,7 @@ def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) ->
     """
     if problem.perturbed is None:
         return np.zeros(len(y))
-    rhs, *perturbed = _on_one_side(problem.rhs, *problem.perturbed, t=t, y=y)
+    rhs, *perturbed = _smooth(problem.rhs, *problem.perturbed, t=t, y=y, closed=closed)
     exact = rhs(t, y)
     moved = [off(t, y) for off in perturbed]
     moved += [rhs(t, off_by_one_ulp(y, pattern)) for pattern in _PATTERNS]
@@ -42,8 +50,10 @@ def noise_of_step(problem: InitialValueProblem, t: float, y: Array, h: float) ->
     return noise
 
 
-def _on_one_side(*sides: Rhs, t: float, y: Array) -> list[Rhs]:
-    """Take right-hand sides without the jumps that the last place of a state may cross."""
+def _smooth(*sides: Rhs, t: float, y: Array, closed: ContactMode) -> list[Rhs]:
+    """Take right-hand sides of one mode, without the jumps that a last place may cross."""
+    if closed:
+        return [in_mode(rhs, closed) for rhs in sides]
     surfaces = surfaces_of(sides[0])
     if surfaces is None:
         return list(sides)

@@ -150,6 +150,10 @@ class Run:
         """The contacts that are closed where the run stands."""
         return self._integrator.closed if isinstance(self._integrator, ContactMotion) else ()
 
+    def closed_at(self, t: float) -> ContactMode:
+        """Return the contacts that were closed at a time before the one where the run stands."""
+        return next((s.flags for s in reversed(self.switches) if s.t <= t), self.began)
+
     @property
     def _in_the_way(self) -> tuple[int, ...]:
         stuck = self._integrator.stuck if isinstance(self._integrator, ContactMotion) else None

@@ -173,3 +173,8 @@ class HybridRhs(ABC):
         none, or none of them if that is not the reason. ``bounce`` multiplies the coefficients
         of restitution.
         """
+
+
+def in_mode(rhs: Rhs, closed: ContactMode) -> Rhs:
+    """Return a right-hand side with these contacts closed; itself if there are none to close."""
+    return rhs.side(closed) if closed and isinstance(rhs, HybridRhs) else rhs
