@@ -20,7 +20,7 @@ _PATTERNS = (1, 2, 3)
 
 
 def noise_of_step(
-    problem: InitialValueProblem, t: float, y: Array, h: float, closed: ContactMode
+    problem: InitialValueProblem, t: float, y: Array, h: float, closed: ContactMode = ()
 ) -> Array:
     """Return the change of a step of length h from (t, y) by rounding of its right-hand side.
 

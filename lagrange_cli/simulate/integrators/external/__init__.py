@@ -4,4 +4,4 @@ A right-hand side goes in, as numbers or as expressions; runs come out where the
 installed. Read :mod:`.sundials` first.
 """
 
-__all__ = ["heyoka_algebra", "heyoka_method", "ida", "sundials"]
+__all__ = ["heyoka_method", "ida", "sundials"]
