@@ -6,15 +6,13 @@ import errno
 import gc
 import signal
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from importlib import import_module
-from types import FrameType
 
 import click
 
 from lagrange_cli.cli.session import INTERRUPTED, Session, report_error
-from lagrange_cli.cli.terminal.interrupts import ending_signals, handled_signals
+from lagrange_cli.cli.terminal.interrupts import Terminated, termination
 from lagrange_cli.cli.terminal.output import give_up_stdout
 from lagrange_cli.cli.terminal.streams import prepare_streams
 from lagrange_cli.errors import InputError, InternalError, LagrangeError, Problem
@@ -46,14 +44,6 @@ _SPENT = (
 _LONGEST_NUMBER = 200_000
 
 
-class _Terminated(BaseException):
-    """The signal ``number`` asked for an end; unwinds the stack, so that temporary files go."""
-
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
-
-
 class _Commands(click.Group):
     """The subcommands, each imported when it is needed."""
 
@@ -77,20 +67,6 @@ class _Commands(click.Group):
 @click.version_option(__version__, prog_name="lagrange")
 def lagrange() -> None:
     """Equations of motion from a scene file: derived, certified, emitted, simulated."""
-
-
-@contextmanager
-def _termination() -> Iterator[None]:
-    """Turn SIGTERM and SIGHUP into :class:`_Terminated` while a command runs."""
-
-    def stop(signum: int, frame: FrameType | None) -> None:
-        # The two often come together: the second would disturb the tidying up after the first.
-        for number in before:
-            signal.signal(number, signal.SIG_IGN)
-        raise _Terminated(signum)
-
-    with handled_signals(ending_signals(), stop) as before:
-        yield
 
 
 def _is_of_machine(error: Exception) -> bool:
@@ -146,12 +122,12 @@ def run(arguments: Sequence[str] | None = None) -> int:
     session = Session()
     sys.set_int_max_str_digits(_LONGEST_NUMBER)
     try:
-        with _termination():
+        with termination():
             code = lagrange.main(arguments, "lagrange", standalone_mode=False, obj=session)
     except click.Abort:
         report_error(Problem("interrupted"))
         return INTERRUPTED
-    except _Terminated as ended:
+    except Terminated as ended:
         hung_up = ended.number != signal.SIGTERM
         report_error(Problem("hung up" if hung_up else "terminated"))
         return 128 + ended.number

@@ -1,13 +1,57 @@
-"""Ctrl-C, SIGTERM and SIGHUP during work that keeps what is done."""
+"""SIGTERM and SIGHUP end a command; with Ctrl-C they end a run that keeps what is done."""
 
 from __future__ import annotations
 
+import os
 import signal
+import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
 from typing import Any
+
+#: Seconds after which a signal that had no effect is sent again.
+_PAUSE = 0.05
+
+
+class Terminated(BaseException):
+    """The signal ``number`` asked for an end; unwinds the stack, so that temporary files go.
+
+    Code that takes every exception for its own may swallow it, as extension modules do while they
+    are imported: the signal is sent again if nobody has ``heard`` of it when it goes.
+    """
+
+    def __init__(self, number: int, again: Callable[[], None]) -> None:
+        super().__init__(number)
+        self.number, self.heard, self._again = number, False, again
+
+    def __del__(self) -> None:
+        if not self.heard:
+            self._again()
+            threading.Timer(_PAUSE, os.kill, (os.getpid(), self.number)).start()
+
+
+@contextmanager
+def termination() -> Iterator[None]:
+    """Turn SIGTERM and SIGHUP into :class:`Terminated` while a command runs."""
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        # The two often come together: the second would disturb the tidying up after the first.
+        for known in before:
+            signal.signal(known, signal.SIG_IGN)
+        raise Terminated(number, listen)
+
+    def listen() -> None:
+        for known in before:
+            signal.signal(known, stop)
+
+    with handled_signals(ending_signals(), stop) as before:
+        try:
+            yield
+        except Terminated as ended:
+            ended.heard = True
+            raise
 
 
 def ending_signals() -> list[signal.Signals]:
