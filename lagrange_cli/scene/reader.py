@@ -24,13 +24,13 @@ from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reading import conditions, declarations, physics
+from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.helpers import read_plane
 from lagrange_cli.scene.reading.overrides import (
     override_initial,
     override_parameters,
     override_times,
 )
-from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, SourceNode, compose, decode
 
 

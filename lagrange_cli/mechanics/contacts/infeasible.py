@@ -25,7 +25,7 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.farkas import FalseSum, false_sum
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
+from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out, quoted, written
 from lagrange_cli.mechanics.symbols.yaml_snippets import one_sided_snippet
 from lagrange_cli.scene.model import Unilateral
 
@@ -246,9 +246,7 @@ def _refusal(
 ) -> InputError:
     """The error; ``last`` would be feasible with its bound moved by ``missing``."""
     named = [s.constraint for s in chosen]
-    what = f"constraints {quoted(named)} contradict each other"
-    if len(dict.fromkeys(named)) == 1:
-        what = f"constraint {quoted(named)} cannot hold"
+    what = contradict(named)
     hints = [leave_out(named)]
     line = _wider(reduced, last, missing) if missing else ""
     if line:

@@ -23,7 +23,7 @@ from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.proofs.sum_of_squares import contradicting_equations
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
+from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out, quoted, written
 
 #: Most equations that are reduced to an irreducible set, an elimination each. Set by hand.
 _MOST = 40
@@ -269,10 +269,8 @@ def _refusal(names: Names, stated: Sequence[StatedEquation], proof: _Proof) -> I
     named = list(dict.fromkeys(s.constraint for s in stated))
     listed = quoted(named)
     defined = any(s in names.given for s in stated[0].phi.free_symbols)
-    if len(named) > 1:
-        message = f"constraints {listed} contradict each other: {_outcome(names, proof)}"
-    elif len(stated) > 1:
-        message = f"constraint {listed} contradicts itself: {_outcome(names, proof)}"
+    if len(stated) > 1:
+        message = f"{contradict(named, 'contradicts itself')}: {_outcome(names, proof)}"
     elif defined:
         message = f"constraint {listed} contradicts the definitions: {_outcome(names, proof)}"
     elif proof.numbers and stated[0].phi.free_symbols:

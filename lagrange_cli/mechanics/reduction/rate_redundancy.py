@@ -33,7 +33,7 @@ from lagrange_cli.mechanics.numerics.rank import (
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
+from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out, quoted, written
 from lagrange_cli.scene.language.expression import Equation, names_in
 
 #: Most rows of which a combination is found in closed form; set by hand.
@@ -328,16 +328,13 @@ class _Combination:
             if row.position is not None
         ]
         alone = len(dict.fromkeys(named)) == 1
-        what = f"constraints {quoted(named)} contradict each other"
-        if alone:
-            what = f"constraint {quoted(named)} cannot hold"
         come = "no velocities satisfy them together"
         if outcome is not None:
             come = f"{'it gives' if alone else 'together they give'} {self._false(outcome)}"
         because = f"{' and '.join(rates)}, and " if rates else ""
         return InconsistentError(
             Problem(
-                f"{what}: {because}{come}",
+                f"{contradict(named)}: {because}{come}",
                 last.equation.mark(),
                 hint=leave_out(mending or named),
                 rule="inconsistent",

@@ -34,7 +34,7 @@ from lagrange_cli.mechanics.reduction.integrability import (
     integrate_form,
 )
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
+from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out
 from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet
 from lagrange_cli.scene.language.expression import Equation
 
@@ -328,11 +328,7 @@ def _require_consistent(
 
 def _inconsistent(taking_part: Sequence[ClosureEquation]) -> InputError:
     named = list(dict.fromkeys(r.name for r in taking_part))
-    what = f"constraint {quoted(named)} contradicts itself: no velocities satisfy its equations"
-    if len(named) > 1:
-        what = (
-            f"constraints {quoted(named)} contradict each other:"
-            " no velocities satisfy them together"
-        )
+    them = "them together" if len(named) > 1 else "its equations"
+    what = f"{contradict(named, 'contradicts itself')}: no velocities satisfy {them}"
     mark, hint = taking_part[-1].mark, leave_out(named)
     return InconsistentError(Problem(what, mark, hint=hint, rule="inconsistent"))

@@ -24,6 +24,13 @@ def quoted(names: Sequence[object]) -> str:
     return f"{', '.join(shown)} ({len(different)} in all)"
 
 
+def contradict(names: Sequence[object], alone: str = "cannot hold") -> str:
+    """Say that constraints contradict each other; of one by itself, that it ``alone``."""
+    several = len(set(names)) > 1
+    what = "contradict each other" if several else alone
+    return f"constraint{'s' if several else ''} {quoted(names)} {what}"
+
+
 def leave_out(names: Sequence[object]) -> str:
     """Write the hint for an irreducible inconsistent set: each name is one to leave out."""
     different = list(dict.fromkeys(names))

@@ -17,8 +17,8 @@ from lagrange_cli.scene.conditions import (
 )
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.language.problems import shown, suggestion
+from lagrange_cli.scene.reading.entries import Reading, is_indexed
 from lagrange_cli.scene.reading.overrides import initial_name
-from lagrange_cli.scene.reading.shapes import Reading, is_indexed
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 _NUMBERS = ("until", "from", "accuracy", "samples", "step", "rtol", "atol")

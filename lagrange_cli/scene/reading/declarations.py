@@ -16,10 +16,10 @@ from lagrange_cli.scene.model import (
     Point,
     Size,
 )
+from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.latex import check_latex
 from lagrange_cli.scene.reading.overrides import given_size
 from lagrange_cli.scene.reading.recordings import RECORDED, read_recorded
-from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 AXES = ("x", "y", "z")

@@ -6,7 +6,7 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.scene.language.expression import Call, Expression, Name, Number
 from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.reading.declarations import AXES, component
-from lagrange_cli.scene.reading.shapes import Reading
+from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
 

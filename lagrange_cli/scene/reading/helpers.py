@@ -17,6 +17,7 @@ from lagrange_cli.scene.language.grammar import INEQUALITIES
 from lagrange_cli.scene.language.tokens import ExpressionError
 from lagrange_cli.scene.model import Constraint, Particle
 from lagrange_cli.scene.reading.declarations import AXES, component
+from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.helper_terms import (
     as_factor,
     body_pair,
@@ -26,7 +27,6 @@ from lagrange_cli.scene.reading.helper_terms import (
     unknown_helper,
 )
 from lagrange_cli.scene.reading.interactions import coulomb, newton
-from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
 #: Terms that one particle's weight counts as if a family of potentials repeats it.

@@ -12,6 +12,7 @@ from itertools import combinations
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Force, Particle
 from lagrange_cli.scene.reading.declarations import AXES, component
+from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.helper_terms import (
     as_factor,
     body_pair,
@@ -19,7 +20,6 @@ from lagrange_cli.scene.reading.helper_terms import (
     known_body,
     place_of,
 )
-from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
 #: Names and numbers of the potential of one pair.

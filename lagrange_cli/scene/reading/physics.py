@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.language.grammar import INEQUALITIES
 from lagrange_cli.scene.model import Constraint, Force, Term, Unilateral
+from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.helpers import (
     read_constraint_helper,
     read_potential_helper,
     read_unilateral,
 )
 from lagrange_cli.scene.reading.interactions import damper, drag
-from lagrange_cli.scene.reading.shapes import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 #: An equation or inequality, with its restitution.

@@ -8,7 +8,7 @@ from typing import get_args
 
 from lagrange_cli.files import Interpolation, Recording
 from lagrange_cli.scene.language.problems import shown, suggestion
-from lagrange_cli.scene.reading.shapes import Reading
+from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
 #: The keys of such an input.

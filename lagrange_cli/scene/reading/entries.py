@@ -1,4 +1,4 @@
-"""Expected shapes: a mapping, a list, a name, a text, an expression at a node.
+"""Entries of sections: a mapping, a list, a name, a text or an expression, or a problem.
 
 Every function takes the node and a phrase that describes it (``parameter 'a'``). If the node
 differs from the expected shape, it records both and returns None.
