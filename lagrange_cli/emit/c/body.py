@@ -15,7 +15,15 @@ from textwrap import wrap
 from lagrange_cli.emit.c.loops import finite_check, loops_text, loops_workspace_size
 from lagrange_cli.emit.c.solvers import EPSILON_NAME, solver_workspace_size
 from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.program.graph.operands import Cell, Constant, Operand, Product, Variable, rebuilt
+from lagrange_cli.program.graph.operands import (
+    Cell,
+    Constant,
+    Operand,
+    Product,
+    Variable,
+    cell_named,
+    rebuilt,
+)
 from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.printing import expression_text
 from lagrange_cli.program.program import Program, ProgramKind, dependents, input_names
@@ -35,8 +43,7 @@ _WIDTH = 96
 #: Counters of nested loops, outermost first.
 _COUNTERS = "ijkl"
 
-#: Arrays by what variables of a program are named after. ``d`` and ``o`` are entries of
-#: the workspace of a solver and of the results, which copies read.
+#: Names in C of the arrays of a program.
 _ARRAYS = {"q": "y", "v": "y", "u": "u", "p": "p", "w": "w", "d": "work", "o": "out"}
 
 
@@ -263,9 +270,9 @@ class _Writer:
         return None if name == "t" else self._cell(name)
 
     def _cell(self, name: str) -> Cell:
-        kind, number = name[0], int(name[1:])
-        shift = self.program.coordinates if kind == "v" else 0
-        return Cell(_ARRAYS[kind], number + shift)
+        array, number = cell_named(name)
+        shift = self.program.coordinates if array == "v" else 0
+        return Cell(_ARRAYS[array], number + shift)
 
     def _place_values(self, items: Sequence[Statement | LoopNest]) -> None:
         """Tell how values are written: those that loops touch live in the workspace."""
@@ -275,7 +282,7 @@ class _Writer:
             self.copied = {cell.number for cell in cells if cell.array == "p"}
         texts = {f"w{k}": f"w[{k}]" for k in self.stored}
         multipliers = (d for block in self.program.blocks for d in block.multipliers)
-        texts |= {d: f"work[{d[1:]}]" for d in multipliers}
+        texts |= {d: f"work[{cell_named(d).number}]" for d in multipliers}
         if self.program.is_large:
             n = self.program.coordinates
             texts |= {f"q{k}": f"y[{k}]" for k in range(n)}
@@ -292,9 +299,7 @@ class _Writer:
             reads |= {f"v{i}" for i in range(program.coordinates)}
         state = [name for name in self._state() if name in reads]
         uses_work = self.stored or self.copied or any(isinstance(p, _Solve) for p in parts)
-        lines = []
-        if self.depth:
-            lines.append(f"    int {', '.join(_COUNTERS[: self.depth])};")
+        lines = [f"    int {', '.join(_COUNTERS[: self.depth])};"] if self.depth else []
         if not program.is_large:
             lines += [
                 f"    const {real} {self._name(s)} = y[{self._cell(s).number}];" for s in state
@@ -302,7 +307,7 @@ class _Writer:
         unused = {
             "t": "t" not in reads,
             "y": not state,
-            "u": not any(name.startswith("u") for name in reads),
+            "u": not any(cell_named(name).array == "u" for name in reads),
             **self._unread(reads),
             "work": not uses_work,
             "out": not results,
@@ -312,7 +317,7 @@ class _Writer:
 
     def _unread(self, reads: Collection[str]) -> dict[str, bool]:
         """Tell which arguments that hold parameters are not used."""
-        read = {int(name[1:]) for name in reads if name.startswith("p")}
+        read = {k for array, k in map(cell_named, reads) if array == "p"}
         if (first := self.names.contact_from) is None:
             return {"p": not read}
         return {"p": not any(k < first for k in read), "contact": not any(k >= first for k in read)}
@@ -356,7 +361,7 @@ class _Writer:
         if array == "w" and number not in self.stored:
             target = f"const {self.real.name} w{number}"
         operand = item.operand
-        if isinstance(operand, Variable) and operand.name[0] in "do":
+        if isinstance(operand, Variable) and operand.cell.array in "do":
             cell = self._cell(operand.name)
             operand = Variable(f"{cell.array}[{cell.number}]")
         self._assign(target, operand, 1)

@@ -13,22 +13,28 @@ class Constant:
     value: Fraction
 
 
+class Cell(NamedTuple):
+    """A number in an array.
+
+    ``p``, ``t``, ``u``, ``q``, ``v``, ``w`` (workspace) and ``out`` are the arrays of a program of
+    loops; ``s`` are those parameters that are flags of contacts and targets of impulses, ``d`` the
+    unknowns of a solver and ``o`` results, which copies read.
+    """
+
+    array: str
+    number: int
+
+
 @dataclass(frozen=True, slots=True)
 class Variable:
     """An input or an assigned name."""
 
     name: str
 
-
-class Cell(NamedTuple):
-    """A number in an array.
-
-    ``p``, ``t``, ``u``, ``q``, ``v``, ``w`` (workspace) and ``out`` are the arrays of a program of
-    loops; ``s`` are those parameters that are flags of contacts and targets of impulses.
-    """
-
-    array: str
-    number: int
+    @property
+    def cell(self) -> Cell:
+        """What the name stands for: ``q3`` is number 3 of the positions, ``t`` the time."""
+        return cell_named(self.name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +69,11 @@ PROGRAM_FUNCTIONS: dict[str, int] = {
 }
 
 Operand: TypeAlias = Constant | Variable | Sum | Product | FunctionCall
+
+
+def cell_named(name: str) -> Cell:
+    """Return what a variable of that name stands for; the number of ``t`` is 0."""
+    return Cell(name[0], int(name[1:] or 0))
 
 
 def variables(operand: Operand) -> Iterator[Variable]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.program.graph.operands import cell_named
 from lagrange_cli.program.printing import Dialect, expression_text, functions_in
 from lagrange_cli.program.program import Program, input_names
 
@@ -61,13 +62,9 @@ def lanes_text(function: str, program: Program, target: CTarget) -> str:
 
 
 def _unread(program: Program) -> dict[str, bool]:
-    reads = input_names(program)
-    state = program.blocks or any(name[0] in "qv" for name in reads)
-    return {
-        "t": "t" not in reads,
-        "y": not state,
-        "p": not any(name.startswith("p") for name in reads),
-    }
+    arrays = {cell_named(name).array for name in input_names(program)}
+    state = program.blocks or arrays & {"q", "v"}
+    return {"t": "t" not in arrays, "y": not state, "p": "p" not in arrays}
 
 
 def _loads(program: Program) -> list[str]:

@@ -138,23 +138,23 @@ class Recurrences:
         if isinstance(operand, Constant):
             return SeriesSum(self.number(operand.value) or "1.0")
         if isinstance(operand, Variable):
-            return self._of_variable(operand.name)
+            return self._of_variable(operand)
         if isinstance(operand, Sum):
             return self._of_sum(operand)
         if isinstance(operand, Product):
             return self._of_product(operand)
         return self._of_call(operand)
 
-    def _of_variable(self, name: str) -> SeriesSum:
-        if name in self.known:
-            return self.known[name]
-        number = int(name[1:] or 0)
-        if name[0] == "p":
+    def _of_variable(self, variable: Variable) -> SeriesSum:
+        if variable.name in self.known:
+            return self.known[variable.name]
+        array, number = variable.cell
+        if array == "p":
             return SeriesSum(f"p[{number}]")
-        if name[0] not in "qvt":
-            raise NoSeriesError(name)
+        if array not in "qvt":
+            raise NoSeriesError(variable.name)
         places = {"q": number, "v": self.coordinates + number, "t": 2 * self.coordinates}
-        return SeriesSum("", (SeriesTerm("", (places[name[0]],)),))
+        return SeriesSum("", (SeriesTerm("", (places[array],)),))
 
     def _of_sum(self, operand: Sum) -> SeriesSum:
         constants: list[str] = []
