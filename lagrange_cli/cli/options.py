@@ -75,7 +75,7 @@ def not_empty(ctx: click.Context, option: click.Parameter, value: str | None) ->
     return value
 
 
-def writable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+def _writable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
     """Refuse a file that cannot be written, before the work."""
     path = not_empty(ctx, option, value)
     if path is not None:
@@ -90,7 +90,7 @@ def writable_as(*endings: str) -> Callable[..., str | None]:
         if value is not None and Path(value).suffix.lower() not in endings:
             message = f"'{value}' does not end in {' or '.join(endings)}"
             raise click.BadParameter(message, ctx, option)
-        return writable(ctx, option, value)
+        return _writable(ctx, option, value)
 
     return checked
 
@@ -104,7 +104,7 @@ def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -
         from lagrange_cli.simulate.results.plot import require_program
 
         require_program(Path(value).suffix.lower().lstrip("."))
-    return writable(ctx, option, value)
+    return _writable(ctx, option, value)
 
 
 def number(
@@ -121,7 +121,7 @@ def file(
     names: str,
     help: str,
     *,
-    callback: Callable[..., str | None] | None = writable,
+    callback: Callable[..., str | None] | None = _writable,
     metavar: str = "FILE",
 ) -> Callable[[_Command], _Command]:
     """An option that takes a path, by default of a file to write; its names by blanks apart."""

@@ -124,7 +124,7 @@ def display(expression: sympy.Expr, words: Vocabulary) -> DisplayNode:
     return ordering.signed(_term(expression, words))
 
 
-def display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> DisplayNode:
+def _display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> DisplayNode:
     """The sum of expressions, kept in the order given."""
     return ordering.sum_of([_term(e, words) for e in expressions], ordered=True)
 

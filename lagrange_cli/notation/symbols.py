@@ -94,7 +94,7 @@ def text_name(name: str, order: int = 0) -> str:
     return unicodedata.normalize("NFC", base + _DOTS[order]) + indices
 
 
-def latex_word(word: str, *, upright: bool = False) -> str:
+def _latex_word(word: str, *, upright: bool = False) -> str:
     """A base or subscript in math mode: letter, number, Greek macro or upright word."""
     if word in GREEK:
         return "\\" + word
@@ -118,7 +118,7 @@ def latex_name(name: str, order: int = 0, override: str | None = None) -> str:
     if override is not None:
         return f"{_DOT_MACROS[order]}{{{override}}}" if order else f"{{{override}}}"
     parts = split_name(name)
-    base = latex_word(parts.base)
+    base = _latex_word(parts.base)
     if order:
         base = f"{_DOT_MACROS[order]}{{{base}}}"
     if not parts.subscripts:
@@ -131,4 +131,4 @@ def _latex_subscript(part: str) -> str:
     if re.fullmatch(r"-\d+", part):
         return part
     inner = split_name(part)
-    return latex_name(part) if inner.is_letter and not part[0].isdigit() else latex_word(part)
+    return latex_name(part) if inner.is_letter and not part[0].isdigit() else _latex_word(part)

@@ -46,7 +46,7 @@ def termination() -> Iterator[None]:
         for known in before:
             signal.signal(known, stop)
 
-    with handled_signals(ending_signals(), stop) as before:
+    with _handled_signals(_ending_signals(), stop) as before:
         try:
             yield
         except Terminated as ended:
@@ -54,7 +54,7 @@ def termination() -> Iterator[None]:
             raise
 
 
-def ending_signals() -> list[signal.Signals]:
+def _ending_signals() -> list[signal.Signals]:
     """Return the signals that ask a command to end.
 
     They are SIGTERM and, unless it is ignored (``nohup``), SIGHUP, of a terminal that is gone.
@@ -82,7 +82,7 @@ class Interrupts:
 
 
 @contextmanager
-def handled_signals(
+def _handled_signals(
     numbers: Iterable[int], handler: Callable[[int, FrameType | None], None]
 ) -> Iterator[Mapping[int, Any]]:
     """Let a function handle signals meanwhile; yield number → the handler that it stands in for."""
@@ -106,5 +106,5 @@ def noted_interrupts() -> Iterator[Interrupts]:
         for known, handler in before.items():
             signal.signal(known, handler)
 
-    with handled_signals((signal.SIGINT, *ending_signals()), note) as before:
+    with _handled_signals((signal.SIGINT, *_ending_signals()), note) as before:
         yield interrupts

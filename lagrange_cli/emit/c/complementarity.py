@@ -9,10 +9,10 @@ from lagrange_cli.emit.constants import COMPLEMENTARITY_STEPS
 _FEWEST_GUESSED = 8
 
 #: Rounds of guesses of the contacts that push; set by hand.
-ROUNDS = 12
+_ROUNDS = 12
 
 #: Pivot of a matrix with ones on the diagonal that ends the guesses; set by hand.
-SMALLEST = 1e-6
+_SMALLEST = 1e-6
 
 
 def complementarity_templates(contacts: int) -> list[str]:
@@ -25,7 +25,7 @@ def complementarity_replacements(contacts: int, real: Real) -> dict[str, str]:
     many = contacts >= _FEWEST_GUESSED
     return {
         "@STEPS@": str(COMPLEMENTARITY_STEPS),
-        "@ROUNDS@": str(ROUNDS),
-        "@SMALLEST@": real.value(max(SMALLEST, 64 * float(real.epsilon))),
+        "@ROUNDS@": str(_ROUNDS),
+        "@SMALLEST@": real.value(max(_SMALLEST, 64 * float(real.epsilon))),
         "@GUESSED@": "    @NAME@_guess(n, w, size, c);\n" if many else "",
     }

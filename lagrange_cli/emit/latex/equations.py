@@ -33,11 +33,11 @@ def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict
         An expression has no exact form in print.
     """
     form = str(options["form"])
-    write = latex_document if options["style"] == "document" else latex_snippet
+    write = latex_document if options["style"] == "document" else _latex_snippet
     return {f"{equations.name}.tex": write(equations, form)}
 
 
-def latex_snippet(equations: Equations, form: str = "lagrange") -> str:
+def _latex_snippet(equations: Equations, form: str = "lagrange") -> str:
     """The equations of motion in an ``align`` environment, for pasting (amsmath)."""
     setter = Typesetter.of(equations)
     title = equations.title or equations.name

@@ -104,10 +104,10 @@ _DOCS = {
     "impulse": "The change of v that changes the rates of what is in contact by the targets.",
 }
 
-FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
+_FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
 
-def right_hand_side_source(equations: Equations, names: Sequence[str] = FUNCTIONS_OF_STATE) -> str:
+def right_hand_side_source(equations: Equations, names: Sequence[str] = _FUNCTIONS_OF_STATE) -> str:
     """Source of a module with the named evaluators (all of them), made of dummy names alone.
 
     The module defines ``rhs(t, y, p)``, ``mass_matrix``, ``forcing``,

@@ -38,7 +38,7 @@ _WRONG = (InconsistentStartError, NotRealError, SingularError)
 _Point = dict[sp.Symbol, mpf]
 
 
-def suggested_configuration(
+def _suggested_configuration(
     reduced: Reduced, known: Mapping[sp.Symbol, mpf], around: Mapping[sp.Symbol, mpf] | None = None
 ) -> dict[str, str] | None:
     """Values of all coordinates with which closures and gaps hold, as short as may be; by name.
@@ -124,13 +124,13 @@ def possible_start(reduced: Reduced) -> dict[str, str]:
     """Values of all coordinates from which a motion can start; empty where none are found."""
     if any(p.name not in reduced.values.exact for p in reduced.scene.parameters):
         return {}
-    return suggested_configuration(reduced, {}) or {}
+    return _suggested_configuration(reduced, {}) or {}
 
 
 def other_start_hint(reduced: Reduced) -> str:
     """A hint at another configuration to start from."""
     hint = "start from another configuration"
-    values = suggested_configuration(reduced, {})
+    values = _suggested_configuration(reduced, {})
     return f"{hint}:\n{section_snippet('initial', values)}" if values else hint
 
 
@@ -150,11 +150,11 @@ def with_suggestion(
     singular, orders = isinstance(error, SingularError), tuple[int, ...]()
     values: dict[str, str] | None = {}
     if isinstance(error, MissingStartError):
-        values, orders = suggested_configuration(reduced, known), (0, 1)
+        values, orders = _suggested_configuration(reduced, known), (0, 1)
     elif isinstance(error, _WRONG) and placed and not singular:
         orders = (0,)
     elif isinstance(error, _WRONG):
-        values = suggested_configuration(reduced, {}, None if singular else known)
+        values = _suggested_configuration(reduced, {}, None if singular else known)
         # Velocities are free where only gaps hold the positions.
         orders = () if reduced.closures else (1,)
     if not values and orders in ((), (1,)):

@@ -33,7 +33,7 @@ class Variable:
 
     @property
     def cell(self) -> Cell:
-        """What the name stands for: ``q3`` is number 3 of the positions, ``t`` the time."""
+        """Return what the name stands for: ``q3`` is number 3 of the positions, ``t`` the time."""
         return cell_named(self.name)
 
 

@@ -181,7 +181,7 @@ def suits_gauss(rhs: Rhs) -> bool:
     )
 
 
-def suits_taylor(rhs: Rhs, size: int) -> bool:
+def _suits_taylor(rhs: Rhs, size: int) -> bool:
     """Tell if series that heyoka compiles stand in for a C compiler: it is installed, and the
     right-hand side can be written in expressions without kinks."""
     smooth = surfaces_of(rhs) is None
@@ -190,7 +190,7 @@ def suits_taylor(rhs: Rhs, size: int) -> bool:
 
 def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Integrator]:
     """The method for motion that is not stiff."""
-    if suits_taylor(problem.rhs, len(problem.y0)):
+    if _suits_taylor(problem.rhs, len(problem.y0)):
         return INTEGRATORS["taylor"]
     fits = tolerance <= _FINE and suits_gauss(problem.rhs)
     return INTEGRATORS["Gauss16" if fits else "DOP853"]

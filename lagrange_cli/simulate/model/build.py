@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from lagrange_cli.program.program import Program
 
 #: Evaluators of a simulation, beside the disturbed right-hand side.
-EVALUATORS = ("rhs", "energy", "positions", "velocities")
+_EVALUATORS = ("rhs", "energy", "positions", "velocities")
 
 
 def model_of(equations: Equations) -> Model:
@@ -217,7 +217,7 @@ def _surfaces(equations: Equations) -> dict[str, Any]:
 
 
 def _programs(equations: Equations) -> dict[str, Program]:
-    programs = {name: program_of(equations, name) for name in EVALUATORS}
+    programs = {name: program_of(equations, name) for name in _EVALUATORS}
     if equations.outputs:
         programs["outputs"] = program_of(equations, "outputs")
     return programs | constraint_programs(equations) | contact_programs(equations)

@@ -31,7 +31,7 @@ _NUMBER = 8
 _PART = 2**22
 
 #: Bytes of all columns that wait in memory; more wait in a file.
-IN_MEMORY = 2**26
+BYTES_IN_MEMORY = 2**26
 
 #: Bytes of a column from which on the archive needs the format of 64 bits.
 LARGE = 2**31
@@ -63,7 +63,7 @@ def as_npz(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[Ad
     """
     names: list[str] = []
     added = 0
-    with tempfile.SpooledTemporaryFile(IN_MEMORY, dir=folder) as waiting:
+    with tempfile.SpooledTemporaryFile(BYTES_IN_MEMORY, dir=folder) as waiting:
 
         def add(table: Mapping[str, Array]) -> None:
             nonlocal added

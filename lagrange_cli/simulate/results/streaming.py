@@ -28,7 +28,7 @@ from lagrange_cli.simulate.samples.buffer import (
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
 
 #: Numbers of the states of a run that memory is to hold.
-IN_MEMORY = 2**19
+_IN_MEMORY = 2**19
 
 #: Runs that are compared to measure an error.
 _COMPARED = 3
@@ -56,7 +56,7 @@ class Stream:
     output: str | None = None
     extra: tuple[str, ...] = ()
     drawn: bool = False
-    in_memory: int = IN_MEMORY
+    in_memory: int = _IN_MEMORY
 
 
 @contextmanager

@@ -23,7 +23,7 @@ WHILE_MOVING = 1.0
 ALWAYS = 2.0
 
 
-def singular_factors(model: Model) -> Callable[[float, Array], Array]:
+def _singular_factors(model: Model) -> Callable[[float, Array], Array]:
     """Make the function of t and [q, v] whose numbers vanish at singular configurations."""
     parameters = [0.0 if p.value is None else p.value for p in model.parameters]
     function = functions_of(model.code.singular)["outputs"]
@@ -51,7 +51,7 @@ def guard_signs(model: Model, t: float, y: Array) -> Array | None:
     numbers = [k for k, singularity in enumerate(model.singular) if not singularity.ends]
     if not numbers:
         return None
-    factors = singular_factors(model)(t, y)
+    factors = _singular_factors(model)(t, y)
     keeps = [ALWAYS if y[_rates(model, model.singular[k])].any() else WHILE_MOVING for k in numbers]
     return np.array([np.sign(factors[k]) * keep for k, keep in zip(numbers, keeps, strict=True)])
 
@@ -74,7 +74,7 @@ class _BesidePlaces:
 
 def guarded_rhs(model: Model, kept: Array, rhs: Rhs) -> Rhs:
     """Make an interpreted right-hand side NaN on sides that ``kept`` (:func:`guard_signs`) bars."""
-    factors = singular_factors(model)
+    factors = _singular_factors(model)
     numbers = [k for k, singularity in enumerate(model.singular) if not singularity.ends]
     rates = [_rates(model, model.singular[k]) for k in numbers]
 

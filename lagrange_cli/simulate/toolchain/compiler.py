@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from subprocess import Popen
 
 #: Commands that are looked for, in this order, where ``CC`` names none.
-COMPILER_COMMANDS = ("cc", "gcc", "clang")
+_COMPILER_COMMANDS = ("cc", "gcc", "clang")
 
 #: Variables that tell a compiler cache, which may stand for the command, its compiler.
-CACHE_VARIABLES = ("CCACHE_COMPILER", "CCACHE_CC", "CCACHE_PATH")
+_CACHE_VARIABLES = ("CCACHE_COMPILER", "CCACHE_CC", "CCACHE_PATH")
 
 #: Options of every compilation. ``-ffp-contract=off``: a product and a sum are
 #: rounded as they are in any other language.
@@ -67,7 +67,7 @@ class Compiler:
 
 
 def find_compiler(environment: Mapping[str, str] = os.environ) -> Compiler:
-    """Find the compiler that ``CC`` names, else the first of :data:`COMPILER_COMMANDS` there is.
+    """Find the compiler that ``CC`` names, else the first of :data:`_COMPILER_COMMANDS` there is.
 
     Raises
     ------
@@ -76,14 +76,14 @@ def find_compiler(environment: Mapping[str, str] = os.environ) -> Compiler:
     """
     folders = environment.get("PATH", os.defpath)
     named = _words(environment.get("CC", ""))
-    for command, *options in [named] if named else [[c] for c in COMPILER_COMMANDS]:
+    for command, *options in [named] if named else [[c] for c in _COMPILER_COMMANDS]:
         path = _executable(command, folders)
         if path is not None:
             # A word after the first can be the compiler that the first one calls.
             called = [_executable(option, folders) for option in options]
             executables = [path, *_behind(path, folders), *called]
             files = [_file(file) for file in executables if file is not None]
-            chosen = [environment.get(name, "") for name in CACHE_VARIABLES]
+            chosen = [environment.get(name, "") for name in _CACHE_VARIABLES]
             return Compiler((path, *options), " ".join([*files, str(options), *chosen]))
     if named:
         raise CompileError(f"CC names '{named[0]}', which was not found")

@@ -267,7 +267,7 @@ def test_a_spool_gives_back_what_it_took():
 
 def test_large_archives_are_read_back(monkeypatch, tmp_path):
     monkeypatch.setattr("lagrange_cli.simulate.results.formats.LARGE", 64)
-    monkeypatch.setattr("lagrange_cli.simulate.results.formats.IN_MEMORY", 64)
+    monkeypatch.setattr("lagrange_cli.simulate.results.formats.BYTES_IN_MEMORY", 64)
     found = simulate(model(PENDULUM), method="RK4", step=0.1)
     path = Path(tmp_path / "t.npz")
     found.write(path)

@@ -21,7 +21,7 @@ from lagrange_cli.files import temporary_folder
 SUFFIX = ".db"
 
 #: Name of the file that heyoka makes.
-DATABASE = "cache.db"
+_DATABASE = "cache.db"
 
 #: The folder in which heyoka keeps code is a setting of the process.
 _SETTING = threading.Lock()
@@ -55,7 +55,7 @@ def _compiled(state: Any, cache: Cache, key: str, build: Callable[[], Any]) -> A
     try:
         with temporary_folder() as folder:
             if before is not None:
-                Path(folder, DATABASE).write_bytes(before)
+                Path(folder, _DATABASE).write_bytes(before)
             built = _within(state, folder, build)
             if before is None:
                 _keep(cache, key, folder)
@@ -80,5 +80,5 @@ def _within(state: Any, folder: str, build: Callable[[], Any]) -> Any:
 
 def _keep(cache: Cache, key: str, folder: str) -> None:
     """Take what heyoka has written into the cache, if it is one file and complete."""
-    if [name for name in os.listdir(folder) if name.startswith(DATABASE)] == [DATABASE]:
-        cache.put(key, Path(folder, DATABASE).read_bytes(), SUFFIX)
+    if [name for name in os.listdir(folder) if name.startswith(_DATABASE)] == [_DATABASE]:
+        cache.put(key, Path(folder, _DATABASE).read_bytes(), SUFFIX)

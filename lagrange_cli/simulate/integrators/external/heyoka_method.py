@@ -33,13 +33,13 @@ from lagrange_cli.simulate.integrators.external.heyoka_cache import compiled_onc
 from lagrange_cli.simulate.toolchain.compiler import processor
 
 #: Largest relative tolerance with an order of its own.
-LARGEST = 1e-3
+_LARGEST = 1e-3
 
 #: Smallest one.
-SMALLEST = 2.0**-52
+_SMALLEST = 2.0**-52
 
 #: Relative tolerance that sets the order if there is none.
-USUAL = 1e-12
+_USUAL = 1e-12
 
 #: Operations of a right-hand side above which loops are compiled in place of one long text.
 _COMPACT = 150
@@ -66,8 +66,8 @@ class Taylor(Integrator):
             raise UnfitError("its equations are not to be had as expressions")
         self._projection, self._control = projection(rhs), control
         self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
-        rtol = float(np.max(control.rtol, initial=0.0)) or USUAL
-        tolerance = min(max(rtol, SMALLEST), LARGEST)
+        rtol = float(np.max(control.rtol, initial=0.0)) or _USUAL
+        tolerance = min(max(rtol, _SMALLEST), _LARGEST)
         self._series = _series(rhs_expressions, tolerance, len(self.y))
         self._longest = min(control.first_step, control.max_step)
 

@@ -39,10 +39,10 @@ _MOST_FAILURES = 30
 _KRYLOV = 5
 
 #: Distance by which difference quotients move a number, as a part of its motion.
-MOVE = 2.0**-26
+_MOVE = 2.0**-26
 
 #: The same at least, as a part of its size.
-LEAST_MOVE = 2.0**-40
+_LEAST_MOVE = 2.0**-40
 
 #: Factors of that distance that are tried until the derivative of a projection is a projector:
 #: some projections round more than others.
@@ -203,9 +203,9 @@ class IDA(Sundials):
         size = np.abs(y)
         motion = np.maximum(self._moved, np.maximum(self._unit * np.abs(rate), self._atol))
         motion = motion * self._scale
-        least = MOVE * np.maximum(motion, np.sqrt(motion * size))
-        least = np.maximum(least, LEAST_MOVE * size)
-        return np.where(least > 0, least, MOVE)
+        least = _MOVE * np.maximum(motion, np.sqrt(motion * size))
+        least = np.maximum(least, _LEAST_MOVE * size)
+        return np.where(least > 0, least, _MOVE)
 
 
 def _projects(matrix: Array) -> bool:

@@ -23,10 +23,10 @@ _SMALLEST_RTOL = 1e-14
 _SMALLEST_STEP = 10
 
 #: Factor by which a first step becomes shorter that could not be made.
-SHORTER = 1e-6
+_SHORTER = 1e-6
 
 #: Shortest first step, as a part of the time to the end.
-SHORTEST = 1e-25
+_SHORTEST = 1e-25
 
 
 class Sundials(Integrator):
@@ -81,9 +81,9 @@ class Sundials(Integrator):
 
     def _begins_shorter(self) -> bool:
         """Begin anew with a shorter step, as it gives up after few; False where there is none."""
-        step = self._options["first_step"] * SHORTER
+        step = self._options["first_step"] * _SHORTER
         rounding = _SMALLEST_STEP * np.spacing(abs(self.t))
-        if step < max(rounding, SHORTEST * (self.t_end - self.t)):
+        if step < max(rounding, _SHORTEST * (self.t_end - self.t)):
             return False
         self._options["first_step"] = step
         self._solver = self._begun(**self._options)
