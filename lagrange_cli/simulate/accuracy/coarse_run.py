@@ -69,7 +69,7 @@ def steady_time(problem: InitialValueProblem, most: float, closed: ContactMode) 
     rhs, h = in_mode(problem.rhs, closed), most
     push = rhs(t, y)[n:]
     while h > _SMALLEST_STEP * max(problem.span, abs(t)):
-        change = np.abs(rhs(t + h, _fallen(y, push, h))[n:] - push)
+        change = np.abs(rhs(t + h, _accelerated(y, push, h))[n:] - push)
         if all(
             change[alike].max() <= _STEADY * np.abs(push[alike]).max()
             for alike in groups(problem.kinds)
@@ -79,7 +79,7 @@ def steady_time(problem: InitialValueProblem, most: float, closed: ContactMode) 
     return h
 
 
-def _fallen(y: Array, push: Array, h: float) -> Array:
+def _accelerated(y: Array, push: Array, h: float) -> Array:
     """Return the state after a time h of constant accelerations, shape (2n,)."""
     n = len(push)
     return np.concatenate([y[:n] + h * y[n:] + h * h / 2 * push, y[n:] + h * push])
@@ -97,7 +97,7 @@ def _way(start: Array, end: Array, h: float) -> Array:
 
 
 def _first_step(problem: InitialValueProblem, push: Array) -> float:
-    """A part of the span in which accelerations stay what they are at the start, if they matter.
+    """Return a part of the span in which accelerations, if they matter, stay as at the start.
 
     Else what they are there, times that step, would be no scale of what follows (a comet that
     starts at its perihelion).
@@ -105,7 +105,7 @@ def _first_step(problem: InitialValueProblem, push: Array) -> float:
     n, t, y = len(problem.kinds), problem.start, problem.y0
     speeds, h = y[n:], FIRST_STEP * problem.span
     while h > _SMALLEST_STEP * max(problem.span, abs(t)):
-        change = np.abs(problem.rhs(t + h, _fallen(y, push, h))[n:] - push)
+        change = np.abs(problem.rhs(t + h, _accelerated(y, push, h))[n:] - push)
         steady = change <= _STEADY * np.abs(push)
         if (steady | (h * np.abs(push) <= np.abs(speeds))).all():
             break
@@ -146,19 +146,20 @@ class CoarseRun:
         self.explicit = Run(INTEGRATORS["DOP853"], problem, control)
 
     def seen(self) -> Array:
-        """Scales of the motion so far."""
+        """Return the scales of the motion so far, shape (2n,)."""
         n = len(self._problem.kinds)
         states = self._moved.copy()
         states[:, n:] = np.maximum(states[:, n:], np.abs(self._problem.y0[n:]))
         return np.asarray(running_scales(self._problem, states)[-1])
 
     def step_at(self, t: float) -> float:
-        """The mean length of the few steps that were made around a time."""
+        """Return the mean length of the few steps that were made around a time."""
         if t <= self._problem.start or not self._steps:
             return self.first_step
         return self._steps[min(bisect_left(self._ends, t), len(self._steps) - 1)]
 
     def implicit(self) -> Run:
+        """Begin anew by Radau, for a system that is stiff."""
         self._ends, self._steps = [], []
         self._path[:] = 0.0
         control = Control(

@@ -82,7 +82,7 @@ def integrate_to_accuracy(
             _refuse_below_floor(problem, eps, coarse.scales[-1, : len(problem.kinds)])
             if keeper is not None:
                 keeper.keep(
-                    lambda: {"pilot": coarse.state(), "attempts": [a.state() for a in attempts]}
+                    lambda: {"coarse": coarse.state(), "attempts": [a.state() for a in attempts]}
                 )
             _attempt(problem, eps, coarse, first, attempts, watch, keeper)
             _attempt_wider(problem, eps, coarse, attempts, watch, keeper)

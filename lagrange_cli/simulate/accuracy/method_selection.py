@@ -122,6 +122,7 @@ class CoarseResult:
 
     @property
     def stiff(self) -> bool:
+        """True if the method for the runs to come is implicit."""
         return self.method.implicit
 
 
@@ -133,7 +134,7 @@ def restored_or_coarse_result(
 ) -> CoarseResult:
     """Return the result of the coarse run, or that from before an interruption."""
     if keeper is not None and keeper.before is not None:
-        return CoarseResult.restored(keeper.before["pilot"])
+        return CoarseResult.restored(keeper.before["coarse"])
     return coarse_result(problem, tolerance, watch)
 
 

@@ -70,7 +70,7 @@ def _begin(run: Run, keeper: CheckpointWriter, coarse: CoarseResult | None) -> N
     if keeper.before is not None and not run.restore(keeper.before["run"]):
         raise keeper.damaged()
     coarse_state = None if coarse is None else coarse.state()
-    keeper.keep(lambda: {"pilot": coarse_state, "run": run.state()})
+    keeper.keep(lambda: {"coarse": coarse_state, "run": run.state()})
 
 
 def measured_run(run: Run, problem: InitialValueProblem) -> Measured:

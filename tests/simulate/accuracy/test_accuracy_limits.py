@@ -153,7 +153,7 @@ def test_budget_stops_a_run():
     assert len(measured.states) == 1
 
 
-def test_interrupt_in_the_pilot_keeps_the_start():
+def test_interrupt_in_the_coarse_run_keeps_the_start():
     def interrupt(fraction):
         raise KeyboardInterrupt
 
