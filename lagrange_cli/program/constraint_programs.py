@@ -34,13 +34,10 @@ _OUTPUTS: dict[str, tuple[str, ...]] = {
 #: The same where there are one-sided constraints, with those in contact among the closures.
 _OF_CONTACTS: dict[str, tuple[str, ...]] = {
     "contact_rhs": ("contact_acceleration",),
-    "contact_multipliers": ("contact_multipliers",),
-    "contact_constraints": ("contact_closures", "contact_closure_rates"),
-    "contact_position_error": ("contact_closures", "contact_closure_sizes"),
-    "contact_position_reach": ("contact_closure_gradient_squares",),
-    "contact_position_change": ("contact_position_change",),
-    "contact_velocity_error": ("contact_closure_rates", "contact_closure_rate_sizes"),
-    "contact_velocity_change": ("contact_velocity_change",),
+    **{
+        f"contact_{function}": tuple(f"contact_{name}" for name in outputs)
+        for function, outputs in _OUTPUTS.items()
+    },
     "gaps": ("gaps", "gap_sizes"),
     "gap_terms": ("gap_gradients", "gap_rates", "gap_biases", "restitutions"),
     "impulse": ("impulse",),
@@ -50,13 +47,7 @@ _OF_CONTACTS: dict[str, tuple[str, ...]] = {
 INTERNAL_FUNCTIONS = frozenset(
     f"{contact}{what}"
     for contact in ("", "contact_")
-    for what in (
-        "position_error",
-        "position_reach",
-        "position_change",
-        "velocity_error",
-        "velocity_change",
-    )
+    for what in _OUTPUTS.keys() - {"multipliers", "constraints"}
 ) | {"flight_rhs"}
 
 

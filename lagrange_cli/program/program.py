@@ -83,18 +83,10 @@ class ProgramKind(Enum):
 _KINDS = {
     "energy": ProgramKind.ENERGY,
     "mass_matrix": ProgramKind.MATRIX,
-    **dict.fromkeys(("acceleration", "contact_acceleration"), ProgramKind.RIGHT_HAND_SIDE),
-    **dict.fromkeys(("multipliers", "contact_multipliers"), ProgramKind.MULTIPLIERS),
+    "acceleration": ProgramKind.RIGHT_HAND_SIDE,
+    "multipliers": ProgramKind.MULTIPLIERS,
     **dict.fromkeys(
-        (
-            "position_change",
-            "shifted_change",
-            "velocity_change",
-            "contact_position_change",
-            "contact_velocity_change",
-            "impulse",
-        ),
-        ProgramKind.CHANGE,
+        ("position_change", "shifted_change", "velocity_change", "impulse"), ProgramKind.CHANGE
     ),
 }
 
@@ -238,7 +230,8 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
 
 def _kind(outputs: Sequence[str], solves: bool) -> ProgramKind:
     """The kind of a program with these outputs; nothing is found where nothing can move."""
-    kind = _KINDS.get(outputs[0], ProgramKind.VALUES) if len(outputs) == 1 else ProgramKind.VALUES
+    name = outputs[0].removeprefix("contact_") if len(outputs) == 1 else ""
+    kind = _KINDS.get(name, ProgramKind.VALUES)
     return ProgramKind.VALUES if kind is ProgramKind.RIGHT_HAND_SIDE and not solves else kind
 
 

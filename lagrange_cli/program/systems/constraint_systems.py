@@ -11,11 +11,11 @@ residuals vanish (Hairer, Lubich, Wanner, *Geometric Numerical Integration*,
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
-from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.program.solvers.blocks import MassMatrixSystem
 
 if TYPE_CHECKING:
@@ -23,17 +23,14 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Closure, Equations
 
+_Weighted: TypeAlias = "Sequence[tuple[Closure, Expr]]"
+"""Closures, each with its weight: 1, or the flag of a contact."""
 
-def _position_closures(e: Equations) -> list[Closure]:
-    return [c for c in e.closures if c.kind == "position"]
-
-
-def _rates(e: Equations) -> list[Expr]:
-    """Residuals of the velocities: φ̇ of position closures, ψ of velocity closures."""
-    return [rate_of(c, e) for c in e.closures]
+_Choice: TypeAlias = "Callable[[Equations], _Weighted]"
+"""Chooses closures of equations."""
 
 
-def rate_of(closure: Closure, e: Equations) -> Expr:
+def _rate_of(closure: Closure, e: Equations) -> Expr:
     """gradient·v + rate."""
     return sympy.Add(*_rate_terms(closure, e))
 
@@ -47,41 +44,77 @@ def _products(closure: Closure, by: Sequence[Expr]) -> list[Expr]:
     return [g * by[j] for j, g in entries(closure.gradient).items()]
 
 
-def _acceleration(e: Equations) -> MassMatrixSystem:
-    return MassMatrixSystem(e.forcing, [(c.gradient, c.bias) for c in e.closures])
+def times(weight: Expr, row: Sequence[Expr]) -> Sequence[Expr]:
+    """Multiply the entries of a row."""
+    if weight == 1:
+        return row
+    return ExpressionRow(len(row), {j: weight * entry for j, entry in entries(row).items()})
 
 
-def _multipliers(e: Equations) -> MassMatrixSystem:
-    closures = [(c.gradient, c.bias) for c in e.closures]
-    return MassMatrixSystem(e.forcing, closures, whole=False, multipliers=True)
+def rest(e: Equations) -> list[Expr]:
+    """The right-hand side of a change that no force brings about."""
+    return [sympy.S.Zero] * len(e.coordinates)
 
 
-def _position_change(e: Equations) -> MassMatrixSystem:
-    closures = [(c.gradient, c.expression) for c in _position_closures(e)]
-    return MassMatrixSystem([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
+def system_of(
+    weighted: _Weighted,
+    right: Sequence[Expr],
+    bias: Iterable[Expr],
+    *,
+    whole: bool = False,
+    multipliers: bool = False,
+) -> MassMatrixSystem:
+    """The system of weighted closures: rows with weight 0 leave their multipliers zero."""
+    rows = [times(weight, closure.gradient) for closure, weight in weighted]
+    biases = [weight * b for (_, weight), b in zip(weighted, bias, strict=True)]
+    return MassMatrixSystem(
+        right,
+        list(zip(rows, biases, strict=True)),
+        whole=whole,
+        multipliers=multipliers,
+        compliance=[1 - weight for _, weight in weighted],
+    )
+
+
+def systems_of(closures: _Choice) -> dict[str, Callable[[Equations], MassMatrixSystem]]:
+    """Map each output to the system with the mass matrix that it solves."""
+
+    def biases(e: Equations) -> list[Expr]:
+        return [c.bias for c, _ in closures(e)]
+
+    def position_change(e: Equations) -> MassMatrixSystem:
+        weighted = _of_positions(closures(e))
+        return system_of(weighted, rest(e), (c.expression for c, _ in weighted))
+
+    return {
+        "acceleration": lambda e: system_of(closures(e), e.forcing, biases(e), whole=True),
+        "multipliers": lambda e: system_of(closures(e), e.forcing, biases(e), multipliers=True),
+        "position_change": position_change,
+        "velocity_change": lambda e: system_of(
+            closures(e), rest(e), (_rate_of(c, e) for c, _ in closures(e))
+        ),
+    }
+
+
+def _plain(e: Equations) -> _Weighted:
+    """The closures, with weight 1."""
+    return [(closure, sympy.S.One) for closure in e.closures]
+
+
+def _of_positions(weighted: _Weighted) -> _Weighted:
+    return [(closure, weight) for closure, weight in weighted if closure.kind == "position"]
 
 
 def _shifted_change(e: Equations) -> MassMatrixSystem:
     """Like a change of positions, of those that stand in the place of velocities, along the
     gradients at the positions (RATTLE; *Geometric Numerical Integration*, VII.1.4)."""
     there = {c.q: c.v for c in e.coordinates}
-    closures = [(c.gradient, c.expression.xreplace(there)) for c in _position_closures(e)]
-    return MassMatrixSystem([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
-
-
-def _velocity_change(e: Equations) -> MassMatrixSystem:
-    closures = [(c.gradient, rate) for c, rate in zip(e.closures, _rates(e), strict=True)]
-    return MassMatrixSystem([sympy.S.Zero] * len(e.coordinates), closures, whole=False)
+    weighted = _of_positions(_plain(e))
+    return system_of(weighted, rest(e), (c.expression.xreplace(there) for c, _ in weighted))
 
 
 #: Output → the system with the mass matrix that it solves.
-CLOSURE_SYSTEMS: dict[str, Callable[[Equations], MassMatrixSystem]] = {
-    "acceleration": _acceleration,
-    "multipliers": _multipliers,
-    "position_change": _position_change,
-    "shifted_change": _shifted_change,
-    "velocity_change": _velocity_change,
-}
+CLOSURE_SYSTEMS = {**systems_of(_plain), "shifted_change": _shifted_change}
 
 
 def residual_size(closure: Closure, e: Equations) -> Expr:
@@ -91,7 +124,7 @@ def residual_size(closure: Closure, e: Equations) -> Expr:
     return _magnitude([*terms, *_products(closure, [c.q for c in e.coordinates])])
 
 
-def gradient_square(gradient: Sequence[Expr], e: Equations) -> Expr:
+def _gradient_square(gradient: Sequence[Expr], e: Equations) -> Expr:
     """Σ gradient²/M over the diagonal of the mass matrix: the square of what a change of norm 1,
     in the metric of the kinetic energy, does to a residual, but for couplings."""
     masses = {j: e.mass_matrix[j][j] for j in entries(gradient)}
@@ -99,7 +132,7 @@ def gradient_square(gradient: Sequence[Expr], e: Equations) -> Expr:
     return sympy.Add(*squares)
 
 
-def rate_size(closure: Closure, e: Equations) -> Expr:
+def _rate_size(closure: Closure, e: Equations) -> Expr:
     """Sum of the magnitudes that gradient·v + rate is the difference of."""
     return _magnitude(_rate_terms(closure, e))
 
@@ -111,13 +144,22 @@ def _magnitude(terms: Sequence[Expr]) -> Expr:
     return sympy.Add(*numbers, *others)
 
 
+def outputs_of(closures: _Choice) -> dict[str, Callable[[Equations], Iterable[Expr]]]:
+    """Map each output of closures to its expressions."""
+
+    def of_positions(e: Equations) -> _Weighted:
+        return _of_positions(closures(e))
+
+    return {
+        "closures": lambda e: [s * c.expression for c, s in of_positions(e)],
+        "closure_sizes": lambda e: [s * residual_size(c, e) for c, s in of_positions(e)],
+        "closure_gradient_squares": lambda e: [
+            _gradient_square(times(s, c.gradient), e) for c, s in of_positions(e)
+        ],
+        "closure_rates": lambda e: [s * _rate_of(c, e) for c, s in closures(e)],
+        "closure_rate_sizes": lambda e: [s * _rate_size(c, e) for c, s in closures(e)],
+    }
+
+
 #: Output of the closures → its expressions.
-CLOSURE_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
-    "closures": lambda e: [c.expression for c in _position_closures(e)],
-    "closure_sizes": lambda e: [residual_size(c, e) for c in _position_closures(e)],
-    "closure_gradient_squares": lambda e: [
-        gradient_square(c.gradient, e) for c in _position_closures(e)
-    ],
-    "closure_rates": _rates,
-    "closure_rate_sizes": lambda e: [rate_size(c, e) for c in e.closures],
-}
+CLOSURE_OUTPUTS = outputs_of(_plain)

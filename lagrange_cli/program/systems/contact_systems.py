@@ -18,13 +18,14 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.mechanics.equations import Parameter
-from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.program.solvers.blocks import MassMatrixSystem
 from lagrange_cli.program.systems.constraint_systems import (
-    gradient_square,
-    rate_of,
-    rate_size,
+    outputs_of,
     residual_size,
+    rest,
+    system_of,
+    systems_of,
+    times,
 )
 
 if TYPE_CHECKING:
@@ -56,59 +57,9 @@ def _weighted(e: Equations) -> list[tuple[Closure, Expr]]:
     return [*((closure, sympy.S.One) for closure in e.closures), *contacts]
 
 
-def _positions(e: Equations) -> list[tuple[Closure, Expr]]:
-    return [(closure, weight) for closure, weight in _weighted(e) if closure.kind == "position"]
-
-
-def _system(
-    weighted: Sequence[tuple[Closure, Expr]],
-    right: Sequence[Expr],
-    bias: Iterable[Expr],
-    *,
-    whole: bool = False,
-    multipliers: bool = False,
-) -> MassMatrixSystem:
-    """The system of weighted closures: rows with weight 0 leave their multipliers zero."""
-    rows = [_times(weight, closure.gradient) for closure, weight in weighted]
-    biases = [weight * b for (_, weight), b in zip(weighted, bias, strict=True)]
-    return MassMatrixSystem(
-        right,
-        list(zip(rows, biases, strict=True)),
-        whole=whole,
-        multipliers=multipliers,
-        compliance=[1 - weight for _, weight in weighted],
-    )
-
-
-def _times(weight: Expr, row: Sequence[Expr]) -> Sequence[Expr]:
-    if weight == 1:
-        return row
-    return ExpressionRow(len(row), {j: weight * entry for j, entry in entries(row).items()})
-
-
-def _rest(e: Equations) -> list[Expr]:
-    return [sympy.S.Zero] * len(e.coordinates)
-
-
-def _acceleration(e: Equations) -> MassMatrixSystem:
-    return _system(_weighted(e), e.forcing, (c.bias for c, _ in _weighted(e)), whole=True)
-
-
-def _multipliers(e: Equations) -> MassMatrixSystem:
-    return _system(_weighted(e), e.forcing, (c.bias for c, _ in _weighted(e)), multipliers=True)
-
-
-def _position_change(e: Equations) -> MassMatrixSystem:
-    return _system(_positions(e), _rest(e), (c.expression for c, _ in _positions(e)))
-
-
-def _velocity_change(e: Equations) -> MassMatrixSystem:
-    return _system(_weighted(e), _rest(e), (rate_of(c, e) for c, _ in _weighted(e)))
-
-
 def _impulse(e: Equations) -> MassMatrixSystem:
     changes = [*(sympy.S.Zero for _ in e.closures), *_targets(e)]
-    return _system(_weighted(e), _rest(e), changes)
+    return system_of(_weighted(e), rest(e), changes)
 
 
 def _targets(e: Equations) -> list[Expr]:
@@ -155,7 +106,7 @@ def weighted_closures(e: Equations, outputs: Sequence[str]) -> WeightedClosures:
             closure,
             # Term by term, since magnitudes of terms are added up.
             expression=sympy.Add(*(weight * x for x in sympy.Add.make_args(closure.expression))),
-            gradient=_times(weight, closure.gradient),
+            gradient=times(weight, closure.gradient),
             rate=weight * closure.rate,
             bias=weight * change,
         )
@@ -169,10 +120,7 @@ def weighted_closures(e: Equations, outputs: Sequence[str]) -> WeightedClosures:
 
 #: Output of flagged equations → the system with the mass matrix that it solves.
 CONTACT_SYSTEMS: dict[str, Callable[[Equations], MassMatrixSystem]] = {
-    "contact_acceleration": _acceleration,
-    "contact_multipliers": _multipliers,
-    "contact_position_change": _position_change,
-    "contact_velocity_change": _velocity_change,
+    **{f"contact_{name}": system for name, system in systems_of(_weighted).items()},
     "impulse": _impulse,
 }
 
@@ -183,13 +131,7 @@ def _gradients(e: Equations) -> Iterable[Expr]:
 
 #: Output of flagged equations → its expressions.
 CONTACT_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
-    "contact_closures": lambda e: [s * c.expression for c, s in _positions(e)],
-    "contact_closure_sizes": lambda e: [s * residual_size(c, e) for c, s in _positions(e)],
-    "contact_closure_gradient_squares": lambda e: [
-        gradient_square(_times(s, c.gradient), e) for c, s in _positions(e)
-    ],
-    "contact_closure_rates": lambda e: [s * rate_of(c, e) for c, s in _weighted(e)],
-    "contact_closure_rate_sizes": lambda e: [s * rate_size(c, e) for c, s in _weighted(e)],
+    **{f"contact_{name}": output for name, output in outputs_of(_weighted).items()},
     "gaps": lambda e: [contact.closure.expression for contact in e.contacts],
     "gap_sizes": lambda e: [residual_size(contact.closure, e) for contact in e.contacts],
     "gap_gradients": _gradients,
