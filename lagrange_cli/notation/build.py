@@ -15,6 +15,11 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.symbols.convert import (
+    EVEN_FUNCTIONS,
+    ODD_FUNCTIONS,
+    SYMPY_FUNCTIONS,
+)
 from lagrange_cli.notation import ordering
 from lagrange_cli.notation.symbols import multiplier_name
 from lagrange_cli.notation.tree import (
@@ -33,27 +38,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations, ShownEquation
 
 #: SymPy's functions by their names in the scene language.
-FUNCTION_NAMES: dict[type, str] = {
-    sympy.sin: "sin",
-    sympy.cos: "cos",
-    sympy.tan: "tan",
-    sympy.asin: "asin",
-    sympy.acos: "acos",
-    sympy.atan: "atan",
-    sympy.atan2: "atan2",
-    sympy.sinh: "sinh",
-    sympy.cosh: "cosh",
-    sympy.tanh: "tanh",
-    sympy.asinh: "asinh",
-    sympy.acosh: "acosh",
-    sympy.atanh: "atanh",
-    sympy.exp: "exp",
-    sympy.log: "log",
-    sympy.Abs: "abs",
-    sympy.sign: "sign",
-    sympy.Min: "min",
-    sympy.Max: "max",
-}
+FUNCTION_NAMES: dict[object, str] = {cls: name for name, cls in SYMPY_FUNCTIONS.items()}
 
 #: Functions that the scene language writes as one over another.
 _RECIPROCALS: dict[type, type] = {
@@ -65,8 +50,6 @@ _RECIPROCALS: dict[type, type] = {
     sympy.csch: sympy.sinh,
 }
 
-_ODD = frozenset(("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "sign"))
-_EVEN = frozenset(("cos", "cosh", "abs"))
 _SYMMETRIC = frozenset(("min", "max"))
 
 #: Largest denominator that is taken out of a sum in a function.
@@ -319,7 +302,7 @@ def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
     name = FUNCTION_NAMES.get(type(expression))
     if name is None:
         raise _unprintable(f"'{type(expression).__name__}'")
-    if name in _ODD or name in _EVEN:
+    if name in ODD_FUNCTIONS or name in EVEN_FUNCTIONS:
         (argument,) = expression.args
         parts = _parts(argument)
         node = display(
@@ -345,9 +328,11 @@ def _called(name: str, arguments: list[DisplayNode], parts: int = 1) -> SignedNo
     if name in _SYMMETRIC:
         arguments.sort(key=lambda node: (node.traits.level, node.traits.degree, node.traits.text))
     negative = False
-    if (name in _ODD or name in _EVEN) and ordering.pivot_is_negative(arguments[0]):
+    if (name in ODD_FUNCTIONS or name in EVEN_FUNCTIONS) and ordering.pivot_is_negative(
+        arguments[0]
+    ):
         arguments = [_negated(arguments[0])]
-        negative = name in _ODD
+        negative = name in ODD_FUNCTIONS
     if parts > 1:
         arguments = [ordering.product_of([ordering.number_of(1, parts), arguments[0]])]
     return SignedNode(negative, ordering.call_of(name, tuple(arguments)))

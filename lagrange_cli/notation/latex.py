@@ -28,25 +28,13 @@ from lagrange_cli.notation.tree import (
 
 #: Function of the scene language → its macro; ``exp`` and ``abs`` have forms of their own.
 LATEX_FUNCTIONS = {
-    "sin": r"\sin",
-    "cos": r"\cos",
-    "tan": r"\tan",
-    "asin": r"\arcsin",
-    "acos": r"\arccos",
-    "atan": r"\arctan",
-    "atan2": r"\operatorname{atan2}",
-    "sinh": r"\sinh",
-    "cosh": r"\cosh",
-    "tanh": r"\tanh",
-    "asinh": r"\operatorname{arsinh}",
-    "acosh": r"\operatorname{arcosh}",
-    "atanh": r"\operatorname{artanh}",
-    "exp": r"\exp",
-    "log": r"\ln",
-    "abs": r"\operatorname{abs}",
+    **{name: rf"\{name}" for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh")},
+    **{name: rf"\{name}" for name in ("exp", "min", "max")},
+    **{f"a{name}": rf"\arc{name}" for name in ("sin", "cos", "tan")},
+    **{f"a{name}": rf"\operatorname{{ar{name}}}" for name in ("sinh", "cosh", "tanh")},
+    **{name: rf"\operatorname{{{name}}}" for name in ("atan2", "abs")},
     "sign": r"\operatorname{sgn}",
-    "min": r"\min",
-    "max": r"\max",
+    "log": r"\ln",
 }
 
 _NAMED_POWERS = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))

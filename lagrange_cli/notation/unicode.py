@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from unicodedata import normalize
+
 from lagrange_cli.notation.layout import Piece, joined, prefixed
 from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, columns, group, solid
 from lagrange_cli.notation.symbols import split_name, text_name
@@ -15,48 +17,10 @@ from lagrange_cli.notation.tree import (
     factors_of,
 )
 
-_VULGAR = {
-    (1, 2): "½",
-    (1, 3): "⅓",
-    (2, 3): "⅔",
-    (1, 4): "¼",
-    (3, 4): "¾",
-    (1, 5): "⅕",
-    (2, 5): "⅖",
-    (3, 5): "⅗",
-    (4, 5): "⅘",
-    (1, 6): "⅙",
-    (5, 6): "⅚",
-    (1, 8): "⅛",
-    (3, 8): "⅜",
-    (5, 8): "⅝",
-    (7, 8): "⅞",
-}
+#: Characters of fractions by what else would be written: ``1/2``.
+_VULGAR = {normalize("NFKC", c).replace("⁄", "/"): c for c in "½⅓⅔¼¾⅕⅖⅗⅘⅙⅚⅛⅜⅝⅞"}
 
 _SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-#: Function of the scene language → its text.
-UNICODE_FUNCTIONS = {
-    "sin": "sin",
-    "cos": "cos",
-    "tan": "tan",
-    "asin": "asin",
-    "acos": "acos",
-    "atan": "atan",
-    "atan2": "atan2",
-    "sinh": "sinh",
-    "cosh": "cosh",
-    "tanh": "tanh",
-    "asinh": "asinh",
-    "acosh": "acosh",
-    "atanh": "atanh",
-    "exp": "exp",
-    "log": "ln",
-    "abs": "abs",
-    "sign": "sign",
-    "min": "min",
-    "max": "max",
-}
 
 #: Functions whose power stands at the name, and whose argument needs no
 #: parentheses where it is one letter.
@@ -76,7 +40,7 @@ class UnicodePrinter(OneLinePrinter):
         if node.denominator == 1:
             return str(node.numerator)
         plain = f"{node.numerator}/{node.denominator}"
-        return _VULGAR.get((node.numerator, node.denominator), plain)
+        return _VULGAR.get(plain, plain)
 
     def symbol(self, name: str, order: int = 0) -> str:
         return text_name(name, order)
@@ -96,7 +60,7 @@ class UnicodePrinter(OneLinePrinter):
         return [*self.factors(tuple(above)), *self.divided(solid(str(head.denominator)))]
 
     def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
-        name = UNICODE_FUNCTIONS[node.function] + power
+        name = ("ln" if node.function == "log" else node.function) + power
         arguments = [self.pieces(a) for a in node.arguments]
         if node.function in _NAMED_POWERS and not closed and _is_letter(node.arguments[0]):
             name += "" if power else " "

@@ -41,27 +41,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 #: Names of the standard library that functions may use.
-_MATH = (
-    "acos",
-    "acosh",
-    "asin",
-    "asinh",
-    "atan",
-    "atan2",
-    "atanh",
-    "cos",
-    "cosh",
-    "exp",
-    "inf",
-    "log",
-    "nan",
-    "pow",
-    "sin",
-    "sinh",
-    "sqrt",
-    "tan",
-    "tanh",
-)
+_MATH = sorted({*PROGRAM_FUNCTIONS, "inf", "nan"} - {"abs", "sign", "min", "max"})
 
 #: Functions that the standard library has not, by the names of their templates.
 _HELPERS = ("sign", "min", "max", *HELPERS, "solve_sparse")

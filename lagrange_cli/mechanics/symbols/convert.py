@@ -17,6 +17,8 @@ from lagrange_cli.errors import InputError, NotRealError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT, has_long_root
 from lagrange_cli.scene.language.expression import (
+    FUNCTIONS,
+    TIME_DERIVATIVES,
     Add,
     Call,
     Expression,
@@ -38,27 +40,16 @@ Rate = Callable[[sp.Expr], sp.Expr]
 #: Bits that a power of two numbers may take at most; a larger one fills memory. Set by hand.
 _POWER_BITS = 20_000
 
-_FUNCTIONS: dict[str, Callable[..., sp.Expr]] = {
-    "sin": sp.sin,
-    "cos": sp.cos,
-    "tan": sp.tan,
-    "asin": sp.asin,
-    "acos": sp.acos,
-    "atan": sp.atan,
-    "atan2": sp.atan2,
-    "sinh": sp.sinh,
-    "cosh": sp.cosh,
-    "tanh": sp.tanh,
-    "asinh": sp.asinh,
-    "acosh": sp.acosh,
-    "atanh": sp.atanh,
-    "exp": sp.exp,
-    "log": sp.log,
-    "abs": sp.Abs,
-    "sign": sp.sign,
-    "min": sp.Min,
-    "max": sp.Max,
+#: Functions of the scene language in SymPy, but those that are made of powers and derivatives.
+SYMPY_FUNCTIONS: dict[str, Callable[..., sp.Expr]] = {
+    name: getattr(sp, name.capitalize() if name in ("abs", "min", "max") else name)
+    for name in FUNCTIONS
+    if name not in ("sqrt", "norm", *TIME_DERIVATIVES)
 }
+
+#: Those that change their sign with their argument, and those that do not change with its sign.
+ODD_FUNCTIONS = frozenset(("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "sign"))
+EVEN_FUNCTIONS = frozenset(("cos", "cosh", "abs"))
 
 
 def to_sympy(expression: Expression, lookup: _Lookup, rate: Rate | None = None) -> sp.Expr:
@@ -164,7 +155,7 @@ class _Conversion:
 
     def call(self, node: Call) -> sp.Expr:
         arguments = [self.convert(a) for a in node.arguments]
-        if node.function in ("dot", "ddot"):
+        if node.function in TIME_DERIVATIVES:
             if self.rate is None:
                 raise self.refuse(node, f"'{node.function}' is not allowed here", "misplaced-rate")
             value = self.rate(arguments[0])
@@ -173,7 +164,7 @@ class _Conversion:
             return self.root(node, sp.Add(*(a**2 for a in arguments)), sp.S.Half)
         if node.function == "sqrt":
             return self.root(node, arguments[0], sp.S.Half)
-        return _FUNCTIONS[node.function](*arguments)
+        return SYMPY_FUNCTIONS[node.function](*arguments)
 
 
 def total_derivative(

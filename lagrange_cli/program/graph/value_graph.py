@@ -16,6 +16,11 @@ from typing import TYPE_CHECKING, TypeAlias
 import sympy
 
 from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.symbols.convert import (
+    EVEN_FUNCTIONS,
+    ODD_FUNCTIONS,
+    SYMPY_FUNCTIONS,
+)
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -32,21 +37,8 @@ _LARGEST_MULTIPLIED_POWER = 64
 #: Decimal digits to which irrational constants are evaluated.
 _CONSTANT_DIGITS = 50
 
-_ODD = frozenset({"sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "sign"})
-_EVEN = frozenset({"cos", "cosh", "abs"})
-
 #: SymPy functions and the name each has in a program.
-_CALLS: dict[object, str] = {
-    **{getattr(sympy, name): name for name in sorted({*_ODD, "cos", "cosh"})},
-    sympy.acos: "acos",
-    sympy.acosh: "acosh",
-    sympy.exp: "exp",
-    sympy.log: "log",
-    sympy.atan2: "atan2",
-    sympy.Abs: "abs",
-    sympy.Min: "min",
-    sympy.Max: "max",
-}
+_CALLS: dict[object, str] = {function: name for name, function in SYMPY_FUNCTIONS.items()}
 
 _RECIPROCALS: dict[object, str] = {sympy.cot: "tan", sympy.sec: "cos", sympy.csc: "sin"}
 
@@ -167,9 +159,9 @@ class ValueGraph:
     def call(self, function: str, *arguments: ScaledNode) -> ScaledNode:
         """A function of values; signs leave odd and even functions."""
         sign = Fraction(1)
-        if function in _ODD or function in _EVEN:
+        if function in ODD_FUNCTIONS or function in EVEN_FUNCTIONS:
             coefficient, number = arguments[0]
-            if coefficient < 0 and function in _ODD:
+            if coefficient < 0 and function in ODD_FUNCTIONS:
                 sign = -sign
             arguments = ((abs(coefficient), number),)
         numbers = tuple(self.node(a) for a in arguments)
