@@ -57,6 +57,7 @@ class LatexPrinter(OneLinePrinter):
     times_width = 0.4
     sign_width = 2.5
     lead = r"{}\cdot "
+    pi = r"\pi"
 
     def number(self, node: DisplayNumber) -> str:
         if node.literal is not None:
@@ -76,9 +77,6 @@ class LatexPrinter(OneLinePrinter):
     def atom(self, node: DisplaySymbol) -> list[Piece]:
         text = latex_name(node.name, node.order, node.latex)
         return [Piece(text, _symbol_width(node))]
-
-    def pi(self) -> str:
-        return r"\pi"
 
     def separator(self, before: DisplayNode, after: str) -> str:
         if after[0].isdigit() or after.startswith(r"\frac{"):

@@ -52,7 +52,8 @@ class OneLinePrinter(ABC):
 
     ``times`` and ``over`` stand between factors and at a division; ``lead``
     begins a line that continues a product. ``times_width`` and ``sign_width``
-    are the widths of signs between factors and terms; ``at_least`` is the sign of gaps.
+    are the widths of signs between factors and terms; ``at_least`` is the sign of gaps,
+    ``pi`` the number π.
     """
 
     times = "*"
@@ -60,6 +61,7 @@ class OneLinePrinter(ABC):
     sign_width = 3.0
     lead = "*"
     over = "/"
+    pi = "pi"
     at_least = "\N{GREATER-THAN OR EQUAL TO}"
 
     def __init__(self) -> None:
@@ -80,16 +82,8 @@ class OneLinePrinter(ABC):
     # -- what formats define --------------------------------------------------
 
     @abstractmethod
-    def number(self, node: DisplayNumber) -> str:
-        """A number, as a factor."""
-
-    @abstractmethod
     def symbol(self, name: str, order: int = 0) -> str:
         """A name with its dots."""
-
-    @abstractmethod
-    def pi(self) -> str:
-        """The number π."""
 
     @abstractmethod
     def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
@@ -109,6 +103,14 @@ class OneLinePrinter(ABC):
     @abstractmethod
     def exponent(self, node: DisplayNode) -> str:
         """An exponent, with its sign of exponentiation."""
+
+    def number(self, node: DisplayNumber) -> str:
+        """A number, as a factor: as the scene wrote it, or exactly."""
+        if node.literal is not None:
+            return node.literal
+        if node.denominator == 1:
+            return str(node.numerator)
+        return f"{node.numerator}/{node.denominator}"
 
     def group(self, pieces: list[Piece]) -> list[Piece]:
         """The pieces within parentheses."""
@@ -171,7 +173,7 @@ class OneLinePrinter(ABC):
             return self.root(node)
         if isinstance(node, DisplayNumber):
             return self.digits(node)
-        return solid(self.pi()) if isinstance(node, DisplayPi) else self.atom(node)
+        return solid(self.pi) if isinstance(node, DisplayPi) else self.atom(node)
 
     def digits(self, node: DisplayNumber) -> list[Piece]:
         return solid(self.number(node))

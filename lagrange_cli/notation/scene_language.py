@@ -30,18 +30,8 @@ class ScenePrinter(OneLinePrinter):
 
     at_least = ">="
 
-    def number(self, node: DisplayNumber) -> str:
-        if node.literal is not None:
-            return node.literal
-        if node.denominator == 1:
-            return str(node.numerator)
-        return f"{node.numerator}/{node.denominator}"
-
     def symbol(self, name: str, order: int = 0) -> str:
         return f"{DOT_WORDS[order]}({name})" if order else multiplier_symbol(name)
-
-    def pi(self) -> str:
-        return "pi"
 
     def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
         return _applied(node.function, [self.pieces(a) for a in node.arguments])

@@ -33,20 +33,14 @@ class UnicodePrinter(OneLinePrinter):
     times = " "
     lead = "· "
     over = " / "
+    pi = "π"
 
     def number(self, node: DisplayNumber) -> str:
-        if node.literal is not None:
-            return node.literal
-        if node.denominator == 1:
-            return str(node.numerator)
-        plain = f"{node.numerator}/{node.denominator}"
+        plain = super().number(node)
         return _VULGAR.get(plain, plain)
 
     def symbol(self, name: str, order: int = 0) -> str:
         return text_name(name, order)
-
-    def pi(self) -> str:
-        return "π"
 
     def separator(self, before: DisplayNode, after: str) -> str:
         return " · " if after[0].isdigit() else self.times
