@@ -2,7 +2,5 @@
 
 from lagrange_cli.cli.main import main
 
-__all__ = ["main"]
-
 if __name__ == "__main__":
     main()

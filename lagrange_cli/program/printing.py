@@ -12,7 +12,14 @@ from fractions import Fraction
 from typing import Protocol
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.program.program import Constant, FunctionCall, Operand, Product, Sum, Variable
+from lagrange_cli.program.graph.operands import (
+    Constant,
+    FunctionCall,
+    Operand,
+    Product,
+    Sum,
+    Variable,
+)
 
 #: Precedence of a sum.
 _SUM = 0

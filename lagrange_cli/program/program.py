@@ -18,13 +18,11 @@ from typing import TYPE_CHECKING
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import (
-    PROGRAM_FUNCTIONS,
     Constant,
     FunctionCall,
     Operand,
     Product,
     Sum,
-    Variable,
     variables,
 )
 from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, order_of, schedule
@@ -44,28 +42,6 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Equations
-
-__all__ = [
-    "OUTPUTS",
-    "PROGRAM_FUNCTIONS",
-    "Constant",
-    "FunctionCall",
-    "Operand",
-    "Operations",
-    "Product",
-    "Program",
-    "ProgramKind",
-    "Sum",
-    "Variable",
-    "build_program",
-    "count_operations",
-    "dependents",
-    "elimination_operations",
-    "input_names",
-    "operands_of",
-    "optional_outputs",
-    "result_count",
-]
 
 
 class ProgramKind(Enum):

@@ -12,7 +12,8 @@ from lagrange_cli.scene import read_text
 from lagrange_cli.scene.language.bounds import MAX_POWER
 from lagrange_cli.scene.language.expression import FUNCTIONS
 from lagrange_cli.scene.language.families import MAX_FAMILY, MAX_TERMS
-from lagrange_cli.scene.language.grammar import MAX_LENGTH, MAX_NESTING
+from lagrange_cli.scene.language.grammar import MAX_LENGTH
+from lagrange_cli.scene.language.parser import MAX_NESTING
 from lagrange_cli.scene.language.tokens import MAX_DIGITS, MAX_EXPONENT
 from lagrange_cli.scene.reader import SECTIONS
 from lagrange_cli.scene.reading.source import MAX_ALIASED, MAX_DEPTH

@@ -30,17 +30,6 @@ from lagrange_cli.program.systems.loops import (
     Zeros,
 )
 
-__all__ = [
-    "finite_check",
-    "loop_helpers",
-    "loops_text",
-    "loops_workspace_size",
-    "relative_indices",
-    "supernode_tables",
-    "table_name",
-    "tables_of",
-]
-
 #: Lines are broken before this column.
 _WIDTH = 96
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.names import CNames, Real
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.printing import Dialect
-from lagrange_cli.program.program import PROGRAM_FUNCTIONS
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations

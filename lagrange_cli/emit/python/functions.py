@@ -26,12 +26,11 @@ from lagrange_cli.emit.python.statements import (
 )
 from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.literals import double_literal
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Variable
 from lagrange_cli.program.printing import Dialect, expression_text
 from lagrange_cli.program.program import (
-    PROGRAM_FUNCTIONS,
     Program,
     ProgramKind,
-    Variable,
     build_program,
     dependents,
     input_names,

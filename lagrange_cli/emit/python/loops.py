@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from textwrap import wrap
 
 from lagrange_cli.program.graph.literals import double_literal
-from lagrange_cli.program.graph.operands import Operand, Variable, rebuilt
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Operand, Variable, rebuilt
 from lagrange_cli.program.index_tables import (
     relative_indices,
     supernode_tables,
@@ -14,7 +14,7 @@ from lagrange_cli.program.index_tables import (
     tables_of,
 )
 from lagrange_cli.program.printing import Dialect, expression_text
-from lagrange_cli.program.program import PROGRAM_FUNCTIONS, Program
+from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.sparse_factorization import BandFactors
 from lagrange_cli.program.systems.loops import (
     IndexColumn,

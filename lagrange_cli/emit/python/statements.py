@@ -6,9 +6,10 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from textwrap import wrap
 
+from lagrange_cli.program.graph.operands import Constant, Operand, Product, Variable
 from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.printing import Dialect, expression_text
-from lagrange_cli.program.program import Constant, Operand, Product, Program, Variable, dependents
+from lagrange_cli.program.program import Program, dependents
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 
 #: Longer expressions are broken into lines.

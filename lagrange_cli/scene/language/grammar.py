@@ -26,15 +26,6 @@ from lagrange_cli.scene.language.tokens import (
     tokenize,
 )
 
-__all__ = [
-    "INEQUALITIES",
-    "MAX_LENGTH",
-    "MAX_NESTING",
-    "parse_equation",
-    "parse_expression",
-    "parse_key",
-]
-
 #: Most characters of an expression as written.
 MAX_LENGTH = 20_000
 

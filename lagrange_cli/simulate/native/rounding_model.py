@@ -13,7 +13,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
 
-from lagrange_cli.program.program import FunctionCall, Operand, Product, Program, Sum, Variable
+from lagrange_cli.program.graph.operands import FunctionCall, Operand, Product, Sum, Variable
+from lagrange_cli.program.program import Program
 from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, ProgramPart
 
 

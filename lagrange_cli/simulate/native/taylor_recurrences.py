@@ -19,7 +19,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from lagrange_cli.program.program import Constant, FunctionCall, Operand, Product, Sum, Variable
+from lagrange_cli.program.graph.operands import (
+    Constant,
+    FunctionCall,
+    Operand,
+    Product,
+    Sum,
+    Variable,
+)
 
 #: Functions of constants and of the first coefficient.
 _EACH = {name: f"lagrange_each_{name}" for name in ("sin", "cos", "sqrt", "exp")}
