@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.mechanics.sparse import entries
@@ -16,19 +17,13 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
 
 
-@dataclass(frozen=True)
-class _GradientSquare:
-    """Puts Σ gradient²/M into a program."""
-
-    gradient: tuple[Expr, ...]
-    masses: tuple[Expr, ...]
-
-    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
-        pairs = zip(self.gradient, self.masses, strict=True)
-        convert = values.convert
-        return [
-            values.add([values.multiply([(convert(g), 2), (convert(m), -1)]) for g, m in pairs])
-        ]
+def _gradient_square(
+    gradient: Sequence[Expr], masses: Sequence[Expr], values: ValueGraph
+) -> list[ScaledNode]:
+    """Put Σ gradient²/M into a program."""
+    pairs = zip(gradient, masses, strict=True)
+    convert = values.convert
+    return [values.add([values.multiply([(convert(g), 2), (convert(m), -1)]) for g, m in pairs])]
 
 
 def gradient_squares(equations: Equations) -> list[Formula]:
@@ -37,9 +32,10 @@ def gradient_squares(equations: Equations) -> list[Formula]:
     for closure in equations.closures:
         if closure.kind == "position":
             row = entries(closure.gradient)
+            gradient = tuple(row.values())
             masses = tuple(equations.mass_matrix[j][j] for j in row)
-            make = _GradientSquare(tuple(row.values()), masses)
-            formulas.append(Formula("square", (*make.gradient, *masses), make))
+            make = partial(_gradient_square, gradient, masses)
+            formulas.append(Formula("square", (*gradient, *masses), make))
     return formulas
 
 

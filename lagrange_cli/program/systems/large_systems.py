@@ -13,6 +13,7 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from itertools import count
 from math import prod
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
@@ -33,11 +34,11 @@ from lagrange_cli.program.systems.closure_formulas import (
     gradient_squares,
 )
 from lagrange_cli.program.systems.loop_builder import (
-    Conversion,
     Formula,
     LoopBuilder,
     ScaledCell,
     SumOfProducts,
+    value_formula,
 )
 from lagrange_cli.program.systems.loops import ProgramPart, SparseSolve, Zeros
 from lagrange_cli.program.systems.shapes import ShapeTable
@@ -115,13 +116,13 @@ def large_system(
         if rows := _matrix_rows(equations, name):
             loops.parts.append(Zeros("out", 0, n * len(rows)))
             for i, row in enumerate(rows):
-                formulas += (_value(e).to(Cell("out", i * n + j)) for j, e in row.items())
+                formulas += (value_formula(e, Cell("out", i * n + j)) for j, e in row.items())
         elif name == "closure_gradient_squares":
             formulas += gradient_squares(equations)
         elif name in CLOSURE_FORMULAS:
             formulas += closure_formulas(equations, name)
         else:
-            formulas += map(_value, plain(name))
+            formulas += map(value_formula, plain(name))
     # Matrices are by rows, and stand first.
     targets = (Cell("out", k) for k in count(n * len(_matrix_rows(equations, outputs[0]))))
     loops.evaluate([f if f.targets else f.to(next(targets)) for f in formulas])
@@ -149,11 +150,6 @@ def _inputs(asked: WeightedClosures) -> dict[Expr, Cell]:
     places |= {u.symbol: Cell("u", i) for i, u in enumerate(equations.inputs)}
     places |= {c.q: Cell("q", i) for i, c in enumerate(equations.coordinates)}
     return places | {c.v: Cell("v", i) for i, c in enumerate(equations.coordinates)}
-
-
-def _value(expression: Expr) -> Formula:
-    """Make one value of one expression."""
-    return Formula("value", (expression,), Conversion(expression))
 
 
 @dataclass(frozen=True)
@@ -187,36 +183,23 @@ _SYSTEMS = {
 }
 
 
-@dataclass(frozen=True)
-class _OfRow:
-    """Puts a gradient, the same over the masses, and the residual into a program."""
-
-    residual: ClosureValue
-    masses: tuple[Expr, ...]
-
-    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
-        gradient = [values.convert(g) for g in entries(self.residual.closure.gradient).values()]
-        # Reciprocals are nodes of their own: one division for all that has one mass.
-        inverse = [values.multiply([(values.convert(m), -1)]) for m in self.masses]
-        over = [values.multiply([(g, 1), (i, 1)]) for g, i in zip(gradient, inverse, strict=True)]
-        return [*gradient, *over, *self.residual(values)]
+def _of_row(residual: ClosureValue, masses: Sequence[Expr], values: ValueGraph) -> list[ScaledNode]:
+    """Put a gradient, the same over the masses, and the residual into a program."""
+    gradient = [values.convert(g) for g in entries(residual.closure.gradient).values()]
+    # Reciprocals are nodes of their own: one division for all that has one mass.
+    inverse = [values.multiply([(values.convert(m), -1)]) for m in masses]
+    over = [values.multiply([(g, 1), (i, 1)]) for g, i in zip(gradient, inverse, strict=True)]
+    return [*gradient, *over, *residual(values)]
 
 
-@dataclass(frozen=True)
-class _Free:
-    """Puts f/M of a coordinate into a program."""
-
-    forcing: Expr
-    mass: Expr
-
-    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
-        coefficient, number = values.convert(self.forcing)
-        node = values.nodes[number]
-        # A weight m·g loses its mass.
-        factors = node.factors if isinstance(node, ProductNode) else ((number, 1),)
-        powers = [((Fraction(1), factor), exponent) for factor, exponent in factors]
-        mass = values.convert(self.mass)
-        return [values.multiply([((coefficient, ONE), 1), *powers, (mass, -1)])]
+def _free(forcing: Expr, mass: Expr, values: ValueGraph) -> list[ScaledNode]:
+    """Put f/M of a coordinate into a program."""
+    coefficient, number = values.convert(forcing)
+    node = values.nodes[number]
+    # A weight m·g loses its mass.
+    factors = node.factors if isinstance(node, ProductNode) else ((number, 1),)
+    powers = [((Fraction(1), factor), exponent) for factor, exponent in factors]
+    return [values.multiply([((coefficient, ONE), 1), *powers, (values.convert(mass), -1)])]
 
 
 class _System:
@@ -260,13 +243,12 @@ class _System:
             masses = tuple(mass[j] for j in closure.coordinate_numbers)
             residual = ClosureValue(self.asked.residual, closure, e)
             parts = (*entries(closure.gradient).values(), *masses, *residual.parts)
-            formulas.append(Formula(len(masses), parts, _OfRow(residual, masses)))
+            formulas.append(Formula(len(masses), parts, partial(_of_row, residual, masses)))
         forced = range(len(mass)) if self.asked.forced else ()
-        formulas += [
-            Formula("free", (e.forcing[j], mass[j]), _Free(e.forcing[j], mass[j])) for j in forced
-        ]
+        both = ((e.forcing[j], mass[j]) for j in forced)
+        formulas += [Formula("free", pair, partial(_free, *pair)) for pair in both]
         compliant = [k for k in self.closures if k in self.compliance]
-        formulas += (_value(self.compliance[k]) for k in compliant)
+        formulas += (value_formula(self.compliance[k]) for k in compliant)
         results = iter(self.loops.evaluate(formulas))
         for k in self.closures:
             *cells, residual_cell = next(results)

@@ -151,10 +151,8 @@ class LoopBuilder:
         for expression in long:
             self._add_up(expression)
         short = [e for e in expressions if not (e.is_Add and len(e.args) > LONGEST_SUM)]
-        formulas = [Formula("value", (e,), Conversion(e)) for e in short]
-        for expression, (cell,) in zip(
-            short, self._run([self._member(f) for f in formulas], whole=True), strict=True
-        ):
+        members = [self._member(value_formula(e)) for e in short]
+        for expression, (cell,) in zip(short, self._run(members, whole=True), strict=True):
             assert cell.place is not None
             self.shapes.place(expression, cell.place)
 
@@ -163,12 +161,8 @@ class LoopBuilder:
         start = self.allocate(len(expression.args))
         # Not by their names, as SymPy has them: x[10] stands before x[2] there.
         terms = sorted(expression.args, key=self.shapes.shape)
-        self._run(
-            [
-                self._member(Formula("term", (e,), Conversion(e), (Cell("w", start + k),)))
-                for k, e in enumerate(terms)
-            ]
-        )
+        cells = (Cell("w", start + k) for k in range(len(terms)))
+        self._run([self._member(value_formula(*pair)) for pair in zip(terms, cells, strict=True)])
         self.parts.append(Total(start, len(expression.args)))
         self.shapes.place(expression, Cell("w", start))
 
@@ -257,14 +251,9 @@ class LoopBuilder:
         self.parts.append(_pruned(loop))
 
 
-@dataclass(frozen=True)
-class Conversion:
-    """Puts one expression into a program."""
-
-    expression: Expr
-
-    def __call__(self, values: ValueGraph) -> list[ScaledNode]:
-        return [values.convert(self.expression)]
+def value_formula(expression: Expr, *targets: Cell) -> Formula:
+    """Make one value of one expression."""
+    return Formula("value", (expression,), lambda values: [values.convert(expression)], targets)
 
 
 def _depth(expression: Expr, depth: dict[Expr, int], chosen: set[Expr]) -> int:
