@@ -9,27 +9,22 @@ displacement works against.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeAlias
 
 import mpmath
 from mpmath import mpf
 
-from lagrange_cli.mechanics.certify.contacts import GapCheck
+from lagrange_cli.mechanics.certify.contacts import DerivedClosures, GapCheck, relative
 from lagrange_cli.mechanics.certify.routes import Observation, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.numerics.autodiff import Tape, TapeRun
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
-from lagrange_cli.mechanics.sparse import entries
 
 _ZERO = mpf(0)
 
 #: Above this number of unknowns accelerations and multipliers are not solved for.
 _LARGE = 32
-
-
-_Derived: TypeAlias = tuple[dict[int, mpf], mpf, mpf]
 
 
 class ClosureCheck:
@@ -40,52 +35,27 @@ class ClosureCheck:
         self.tapes = tapes
         self.gaps = GapCheck(derivation, tapes)
         self.manifold = derivation.reduced.manifold()
-        self._held = [entries(c.gradient) for c in self.closures]
-        parts = [
-            e
-            for c, row in zip(self.closures, self._held, strict=True)
-            for e in (*row.values(), c.rate, c.bias)
-        ]
-        self._parts = Tape(parts, tapes.moving)
-        #: The point looked at last, the bits carried, and what was found there.
-        self._latest: tuple[SymbolValues, int, list[_Derived]] | None = None
+        self.derived = DerivedClosures(self.closures, tapes.moving)
         expressions = [c.expression for c in self.closures]
         self._expressions = Tape(expressions, tapes.moving)
 
     def draw(self, point: SamplePoint, sampler: Sampler) -> SamplePoint:
         """The point with velocities that satisfy the closures, and random multipliers."""
         moved = self.manifold.tangent(point) if self.closures else dict(point)
-        for closure in (*self.closures, *self.gaps.closures):
+        for closure in (*self.closures, *self.gaps.derived.closures):
             moved[closure.multiplier] = sampler.noise(mpf(1))
         return moved
 
     def gradients(self, point: SymbolValues) -> list[SparseRow]:
         """The derived gradients."""
-        return [gradient for gradient, _, _ in self._derived(point)] if self.closures else []
-
-    def _derived(self, point: SymbolValues) -> list[_Derived]:
-        """Gradient (the entries that are not zero), rate and bias of each closure, as derived."""
-        bits = mpmath.mp.prec
-        if self._latest is None or self._latest[0] is not point or self._latest[1] != bits:
-            inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
-            pending = iter(self._parts.run(inputs, 0).values)
-            derived = [
-                ({j: next(pending) for j in row}, next(pending), next(pending))
-                for row in self._held
-            ]
-            self._latest = point, bits, derived
-        return self._latest[2]
+        return [gradient for _, gradient, _, _ in self.derived.at(point)]
 
     def forces(self, point: SymbolValues) -> list[list[mpf]]:
         """For each coordinate λ·gradient of each closure and gap that holds it."""
         forces: list[list[mpf]] = [[] for _ in self.tapes.q]
-        for closure, (gradient, _, _) in zip(
-            self.closures, self._derived(point) if self.closures else (), strict=True
-        ):
-            for j, x in gradient.items():
-                forces[j].append(point[closure.multiplier] * x)
-        for j, force in self.gaps.forces(point):
-            forces[j].append(force)
+        for derived in (self.derived, self.gaps.derived):
+            for j, force in derived.forces(point):
+                forces[j].append(force)
         return forces
 
     def mismatch(self, point: SymbolValues, least: mpf = _ZERO) -> mpf:
@@ -101,7 +71,7 @@ class ClosureCheck:
         levels, rates, gradients = self.manifold.motion(point, a)
         inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
         run = self._expressions.run(inputs, 0)
-        for k, (gradient, rate, bias) in enumerate(self._derived(point)):
+        for k, (_, gradient, rate, bias) in enumerate(self.derived.at(point)):
             stated = gradients[k]
             size = max(map(abs, stated.values()), default=_ZERO)
             pairs = []
@@ -111,7 +81,7 @@ class ClosureCheck:
             for terms, extra, expected in ((v, rate, levels[k]), (a, bias, rates[k])):
                 products = [g * terms[j] for j, g in gradient.items()]
                 pairs.append((sum(products, extra), expected, sum(map(abs, products), abs(extra))))
-            worst = max([worst, *(_relative(x - y, scale, least) for x, y, scale in pairs)])
+            worst = max([worst, *(relative(x - y, scale, least) for x, y, scale in pairs)])
         return worst
 
     def _of_expression(self, run: TapeRun, number: int) -> dict[int, mpf]:
@@ -148,16 +118,16 @@ class ClosureCheck:
             size = sum(
                 abs(g) * (abs(a[j]) + abs(drawn[self.tapes.a[j]])) for j, g in gradient.items()
             )
-            worst = max(worst, _relative(rate, size))
+            worst = max(worst, relative(rate, size))
         newton = self.tapes.newton(self.tapes.series(point), seen.forces)
         pushes: list[list[mpf]] = [[] for _ in newton]
-        for j, force in self.gaps.forces(point):
+        for j, force in self.gaps.derived.forces(point):
             pushes[j].append(force)
         for j, (lacking, size) in enumerate(newton):
             forces = [x * g[j] for x, g in zip(multipliers, gradients, strict=True) if j in g]
             forces += pushes[j]
             difference = lacking - sum(forces, _ZERO)
-            worst = max(worst, _relative(difference, sum(map(abs, forces), size + sizes[j])))
+            worst = max(worst, relative(difference, sum(map(abs, forces), size + sizes[j])))
         return worst
 
     def solved(
@@ -169,25 +139,19 @@ class ClosureCheck:
         """
         if len(forcing) + len(self.closures) > _LARGE:
             return None
-        derived = self._derived(point)
+        derived = self.derived.at(point)
         n, m = self.tapes.n, len(derived)
         matrix = mpmath.zeros(n + m)
-        right = mpmath.matrix([*forcing, *(-bias for _, _, bias in derived)])
-        for j, force in self.gaps.forces(point):
+        right = mpmath.matrix([*forcing, *(-bias for _, _, _, bias in derived)])
+        for j, force in self.gaps.derived.forces(point):
             right[j] += force
         for i in range(n):
             for j, x in mass[i].items():
                 matrix[i, j] = x
-        for k, (gradient, _, _) in enumerate(derived):
+        for k, (_, gradient, _, _) in enumerate(derived):
             for i, x in gradient.items():
                 matrix[i, n + k], matrix[n + k, i] = -x, x
         try:
             return list(mpmath.lu_solve(matrix, right))
         except ZeroDivisionError:
             return None
-
-
-def _relative(difference: mpf, size: mpf, least: mpf = _ZERO) -> mpf:
-    if abs(difference) <= least:
-        return _ZERO
-    return abs(difference) / size if size else abs(difference)

@@ -9,10 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import mpmath
 from mpmath import mpf
+from sympy import Symbol
 
 from lagrange_cli.mechanics.certify.routes import Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
+from lagrange_cli.mechanics.equations import Closure
 from lagrange_cli.mechanics.numerics.autodiff import Tape, TapeRun
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
@@ -24,46 +27,62 @@ _ZERO = mpf(0)
 #: Reported, expected, and the size of the parts.
 _Triple = tuple[mpf, mpf, mpf]
 
+#: Value, gradient, rate and bias of a closure.
+_Derived = tuple[mpf, SparseRow, mpf, mpf]
 
-class GapCheck:
-    """Check of the gaps of one derivation, kept in ``closures``."""
 
-    def __init__(self, derivation: Uncertified, tapes: Tapes) -> None:
-        reduced = derivation.reduced
-        self.closures = tuple(c.closure for c in derivation.contacts)
-        self.tapes = tapes
-        stated = [gap_over_names(reduced.names, u) for u in reduced.scene.unilateral]
-        self._stated = Tape(stated, [*tapes.raw, tapes.t, *tapes.parameters])
-        self._held = [entries(c.gradient) for c in self.closures]
-        self._derived = Tape(
-            [
-                e
-                for c, row in zip(self.closures, self._held, strict=True)
-                for e in (c.expression, *row.values(), c.rate, c.bias)
-            ],
-            tapes.moving,
-        )
+class DerivedClosures:
+    """Closures, or gaps, as derived: their numbers at states."""
+
+    def __init__(self, closures: Sequence[Closure], moving: Sequence[Symbol]) -> None:
+        self.closures = closures
+        self._moving = moving
+        self._held = [entries(c.gradient) for c in closures]
+        parts = [
+            e
+            for c, row in zip(closures, self._held, strict=True)
+            for e in (c.expression, *row.values(), c.rate, c.bias)
+        ]
+        self._tape = Tape(parts, moving)
+        #: The point looked at last, the bits carried, and what was found there.
+        self._latest: tuple[SymbolValues, int, list[_Derived]] | None = None
+
+    def at(self, point: SymbolValues) -> list[_Derived]:
+        """Value, gradient (the entries that are not zero), rate and bias of each."""
+        if not self.closures:
+            return []
+        bits = mpmath.mp.prec
+        if self._latest is None or self._latest[0] is not point or self._latest[1] != bits:
+            pending = iter(
+                self._tape.run([(point[s], _ZERO, _ZERO) for s in self._moving], 0).values
+            )
+            derived: list[_Derived] = [
+                (next(pending), {j: next(pending) for j in row}, next(pending), next(pending))
+                for row in self._held
+            ]
+            self._latest = point, bits, derived
+        return self._latest[2]
 
     def forces(self, point: SymbolValues) -> Iterator[tuple[int, mpf]]:
-        """Number of a coordinate and λ times its entry of the gradient, for each gap."""
-        if not self.closures:
-            return
-        for closure, (_, gradient, _, _) in zip(self.closures, self._parts(point), strict=True):
+        """Number of a coordinate and λ times its entry of the gradient, for each."""
+        for closure, (_, gradient, _, _) in zip(self.closures, self.at(point), strict=True):
             for j, x in gradient.items():
                 yield j, point[closure.multiplier] * x
 
-    def _parts(self, point: SymbolValues) -> list[tuple[mpf, SparseRow, mpf, mpf]]:
-        """Value, gradient, rate and bias of each gap, as derived."""
-        inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
-        pending = iter(self._derived.run(inputs, 0).values)
-        return [
-            (next(pending), {j: next(pending) for j in row}, next(pending), next(pending))
-            for row in self._held
-        ]
+
+class GapCheck:
+    """Check of the gaps of one derivation."""
+
+    def __init__(self, derivation: Uncertified, tapes: Tapes) -> None:
+        reduced = derivation.reduced
+        self.derived = DerivedClosures([c.closure for c in derivation.contacts], tapes.moving)
+        self.tapes = tapes
+        stated = [gap_over_names(reduced.names, u) for u in reduced.scene.unilateral]
+        self._stated = Tape(stated, [*tapes.raw, tapes.t, *tapes.parameters])
 
     def mismatch(self, point: SymbolValues) -> mpf:
         """Largest relative difference between gaps as derived and as stated."""
-        if not self.closures:
+        if not self.derived.closures:
             return _ZERO
         tapes = self.tapes
         series = tapes.series(point)
@@ -71,17 +90,10 @@ class GapCheck:
         run = self._stated.run(tapes.raw_inputs(series, places.outputs), 2)
         moving = ([point[s] for s in tapes.v], [point[s] for s in tapes.a])
         expected, worst = run.outputs, _ZERO
-        for k, derived in enumerate(self._parts(point)):
+        for k, derived in enumerate(self.derived.at(point)):
             slopes = {j: x for j, x in run.partials(k).items() if j < len(tapes.raw)}
-            worst = max(
-                worst,
-                *(
-                    abs(x - y) / size if size else abs(x - y)
-                    for x, y, size in _triples(
-                        derived, expected[k], self._work(places, slopes), moving
-                    )
-                ),
-            )
+            triples = _triples(derived, expected[k], self._work(places, slopes), moving)
+            worst = max(worst, *(relative(x - y, size) for x, y, size in triples))
         return worst
 
     def _work(self, places: TapeRun, slopes: SparseRow) -> SparseRow:
@@ -98,7 +110,7 @@ class GapCheck:
 
 
 def _triples(
-    derived: tuple[mpf, SparseRow, mpf, mpf],
+    derived: _Derived,
     expected: Sequence[mpf],
     work: SparseRow,
     moving: tuple[Sequence[mpf], Sequence[mpf]],
@@ -112,3 +124,10 @@ def _triples(
         yield sum(products, extra), total, sum(map(abs, products), abs(extra))
     for j in {*gradient, *work}:
         yield gradient.get(j, _ZERO), work.get(j, _ZERO), steepest
+
+
+def relative(difference: mpf, size: mpf, least: mpf = _ZERO) -> mpf:
+    """Compare a difference with a size; differences up to ``least`` are none."""
+    if abs(difference) <= least:
+        return _ZERO
+    return abs(difference) / size if size else abs(difference)
