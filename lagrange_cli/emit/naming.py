@@ -11,6 +11,10 @@ import keyword
 import re
 import sys
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Coordinate, Parameter
 
 _C_WORDS = """
 alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor
@@ -117,3 +121,13 @@ def comment_text(text: str) -> str:
         while unsafe in printable:
             printable = printable.replace(unsafe, written)
     return " ".join(printable.split())
+
+
+def described(quantity: Coordinate | Parameter) -> str:
+    """Name, unit and description, as far as there are any, as text of a comment."""
+    text = comment_text(quantity.name)
+    if quantity.unit:
+        text += f" [{comment_text(quantity.unit)}]"
+    if quantity.description:
+        text += f": {comment_text(quantity.description)}"
+    return text

@@ -19,10 +19,15 @@ def tables_of(program: Program) -> Iterator[tuple[int, ...]]:
     """The tables that a program looks into, in the order of first need."""
     for part in program.parts:
         if isinstance(part, IndexedLoop):
-            columns = [*part.inputs, *(column for column, _ in part.results)]
-            yield from (relative_indices(column) for column in columns if column.step is None)
+            yield from (relative_indices(column) for column in part.columns if column.step is None)
         elif isinstance(part, SparseSolve) and isinstance(part.factors, SupernodalFactors):
             yield from supernode_tables(part.factors)
+
+
+def columns_of(program: Program) -> list[IndexColumn]:
+    """The columns of all loops of a program."""
+    loops = (part for part in program.parts if isinstance(part, IndexedLoop))
+    return [column for loop in loops for column in loop.columns]
 
 
 def relative_indices(column: IndexColumn) -> tuple[int, ...]:

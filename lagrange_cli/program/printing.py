@@ -19,6 +19,7 @@ from lagrange_cli.program.graph.operands import (
     Product,
     Sum,
     Variable,
+    rebuilt,
 )
 
 #: Precedence of a sum.
@@ -132,3 +133,13 @@ def _format_term(magnitude: Fraction, term: Operand, dialect: Dialect) -> str:
         return _at_least(_PRODUCT, term, dialect)
     # The first factor of a product may join the coefficient without parentheses.
     return f"{dialect.number(magnitude)}*{_at_least(_PRODUCT, term, dialect)}"
+
+
+def local_name(name: str) -> str:
+    """Rename what a loop assigns, to tell it from the array of the workspace."""
+    return name.replace("w", "s")
+
+
+def local_text(operand: Operand, dialect: Dialect) -> str:
+    """Write an operand of a loop (see :func:`expression_text`)."""
+    return expression_text(rebuilt(operand, lambda v: Variable(local_name(v.name))), dialect)

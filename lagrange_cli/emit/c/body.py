@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from textwrap import wrap
 
-from lagrange_cli.emit.c.loops import finite_check, loops_text, loops_workspace_size
+from lagrange_cli.emit.c.loops import finite_check, loops_text, loops_workspace_size, wrapped
 from lagrange_cli.emit.c.solvers import EPSILON_NAME, solver_workspace_size
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.program.graph.operands import (
@@ -36,9 +35,6 @@ from lagrange_cli.program.systems.loop_rolling import (
     Statement,
     roll_loops,
 )
-
-#: Lines of arithmetic are broken before this column.
-_WIDTH = 96
 
 #: Counters of nested loops, outermost first.
 _COUNTERS = "ijkl"
@@ -367,15 +363,8 @@ class _Writer:
         self._assign(target, operand, 1)
 
     def _assign(self, target: str, operand: Operand, depth: int) -> None:
-        indent = " " * (4 * depth)
-        self.lines += wrap(
-            f"{target} = {expression_text(operand, self.dialect)};",
-            _WIDTH,
-            initial_indent=indent,
-            subsequent_indent=indent + " " * 4,
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
+        text = expression_text(operand, self.dialect)
+        self.lines += wrapped(f"{target} = {text};", depth, 1)
 
     def _write_loop(self, loop: LoopNest) -> None:
         depth = len(loop.counts)

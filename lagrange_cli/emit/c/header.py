@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.c.contacts import _reset_arguments, mode_target
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.initial_state import rates_note
-from lagrange_cli.emit.naming import comment_text
+from lagrange_cli.emit.naming import comment_text, described
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.program import optional_outputs
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Equations, Input, Parameter
+    from lagrange_cli.mechanics.equations import Equations, Input
 
 _INPUTS = """
 /* out[0..@NAME@_INPUTS-1]: the inputs as the scene has them at time t. */
@@ -111,7 +111,7 @@ def _comment(equations: Equations, target: CTarget) -> list[str]:
     ]
     n = len(equations.coordinates)
     for k, coordinate in enumerate(equations.coordinates):
-        lines.append(f"  y[{k}], y[{n + k}]  {_described(coordinate, coordinate.name)}")
+        lines.append(f"  y[{k}], y[{n + k}]  {described(coordinate)}")
     positions = _listed("Positions", "out", [c.name for c in equations.cartesian_names])
     lines += positions or ["", "Positions: none, the scene names no Cartesian component."]
     lines += _listed("Inputs", "u", list(map(_input_text, equations.inputs)))
@@ -247,16 +247,6 @@ def _titled(name: str, title: str | None) -> str:
     return f"{name}: {comment_text(title)}" if title else name
 
 
-def _described(quantity: Coordinate | Parameter, name: str) -> str:
-    """Name, unit and description, as far as there are any."""
-    text = comment_text(name)
-    if quantity.unit:
-        text += f" [{comment_text(quantity.unit)}]"
-    if quantity.description:
-        text += f": {comment_text(quantity.description)}"
-    return text
-
-
 def _structure(equations: Equations, target: CTarget) -> list[str]:
     """The structure of the parameters."""
     names, real = target.names, target.real
@@ -265,8 +255,7 @@ def _structure(equations: Equations, target: CTarget) -> list[str]:
         default = "must be given"
         if parameter.value is not None:
             default = f"default {parameter.value!r}"
-        described = _described(parameter, parameter.name)
-        lines.append(f"    {real.name} {field}; /* {described}; {default} */")
+        lines.append(f"    {real.name} {field}; /* {described(parameter)}; {default} */")
     if not equations.parameters:
         lines.append(f"    {real.name} {names.empty_field}; /* there are no parameters */")
     return [*lines, f"}} {target.prefix}_params;"]

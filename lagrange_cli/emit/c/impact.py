@@ -14,15 +14,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.emit.c.body import program_workspace_size
-from lagrange_cli.emit.c.complementarity import (
-    complementarity_replacements,
-    complementarity_templates,
-)
 from lagrange_cli.emit.c.names import CNames
 from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.emit.constants import IMPACT_TOLERANCES, RATE_TOLERANCE
+from lagrange_cli.emit.constants import COMPLEMENTARITY_STEPS, IMPACT_TOLERANCES, RATE_TOLERANCE
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.program import Program, result_count
+
+#: Number of contacts from which on those that push are guessed first; set by hand.
+_FEWEST_GUESSED = 8
+
+#: Rounds of guesses of the contacts that push; set by hand.
+_ROUNDS = 12
+
+#: Pivot of a matrix with ones on the diagonal that ends the guesses; set by hand.
+_SMALLEST = 1e-6
 
 
 def impact_text(programs: Mapping[str, Program], target: CTarget) -> str:
@@ -30,6 +35,7 @@ def impact_text(programs: Mapping[str, Program], target: CTarget) -> str:
     if "gaps" not in programs:
         return ""
     names, real, contacts = target.names, target.real, _contacts(programs)
+    guessed = contacts >= _FEWEST_GUESSED
     replacements = _arguments(names, programs["gaps"].parameters - 2 * contacts) | {
         "@PASSED@": names.passed,
         "@ARGUMENTS@": target.arguments("out"),
@@ -38,14 +44,18 @@ def impact_text(programs: Mapping[str, Program], target: CTarget) -> str:
         "@N@": str(programs["gaps"].coordinates),
         "@START@": str(_inner(programs)),
         "@RESULTS@": str(_results(programs)),
-        **complementarity_replacements(contacts, real),
+        "@STEPS@": str(COMPLEMENTARITY_STEPS),
+        "@ROUNDS@": str(_ROUNDS),
+        "@SMALLEST@": real.value(max(_SMALLEST, 64 * float(real.epsilon))),
+        "@GUESSED@": "    @NAME@_guess(n, w, size, c);\n" if guessed else "",
         "@MIN@": f"fmin{real.suffix}",
         "@MAX@": f"fmax{real.suffix}",
         "@TOLERANCE@": real.value(max(RATE_TOLERANCE, 64 * float(real.epsilon))),
         "@LOOSER@": real.value(IMPACT_TOLERANCES),
         "@ULPS@": real.value(128 * float(real.epsilon)),
     }
-    templates = ("events", "closing", *complementarity_templates(contacts), "impact", "reset")
+    guess = ["guess"] if guessed else []
+    templates = ("events", "closing", "among_active", *guess, "push", "impact", "reset")
     return "\n".join(target.fill(target.fill(c_template(name), replacements)) for name in templates)
 
 

@@ -6,19 +6,19 @@ the source file, which functions share.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from textwrap import wrap
 
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.graph.operands import Operand, Variable, rebuilt
 from lagrange_cli.program.index_tables import (
+    columns_of,
     relative_indices,
     supernode_tables,
     table_name,
     tables_of,
 )
-from lagrange_cli.program.printing import expression_text
+from lagrange_cli.program.printing import local_name, local_text
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.sparse_factorization import BandFactors, SupernodalFactors
 from lagrange_cli.program.systems.loops import (
@@ -35,7 +35,7 @@ _WIDTH = 96
 
 
 def _table_text(prefix: str, table: tuple[int, ...]) -> str:
-    rows = _wrapped(", ".join(map(str, table)), 1, 0)
+    rows = wrapped(", ".join(map(str, table)), 1, 0)
     name = table_name(prefix, table)
     return "\n".join([f"static const int {name}[] = {{", *rows, "};", ""])
 
@@ -61,15 +61,8 @@ def loops_workspace_size(program: Program) -> int:
     return program.work + (program.parameters if _indexes_parameters(program) else 0)
 
 
-def _columns(program: Program) -> Iterator[IndexColumn]:
-    for part in program.parts:
-        if isinstance(part, IndexedLoop):
-            yield from part.inputs
-            yield from (column for column, _ in part.results)
-
-
 def _indexes_parameters(program: Program) -> bool:
-    return any(c.array == "p" and not c.is_fixed for c in _columns(program))
+    return any(c.array == "p" and not c.is_fixed for c in columns_of(program))
 
 
 def loops_text(program: Program, target: CTarget, result: str) -> list[str]:
@@ -119,7 +112,7 @@ class _Writer:
 
     def opening(self) -> list[str]:
         """The arguments that are not used, and parameters that loops index."""
-        arrays = {column.array for column in _columns(self.program)}
+        arrays = {column.array for column in columns_of(self.program)}
         uses_work = "w" in arrays or self.copies
         unused = {
             "t": "t" not in arrays,
@@ -167,7 +160,7 @@ class _Writer:
             tables = ", ".join(table_name(self.names.prefix, t) for t in supernode_tables(factors))
             sizes = f"{len(factors.order)}, {len(factors.nodes)}"
             call = f"{prefix}_sparse({sizes}, {tables}, {matrix}, {vector})"
-        self.lines += [*_wrapped(f"if ({call} != 0) {{", 1, 2), "        return 1;", "    }"]
+        self.lines += [*wrapped(f"if ({call} != 0) {{", 1, 2), "        return 1;", "    }"]
 
     def _loop(self, loop: IndexedLoop) -> None:
         """Write what is the same for all members, then a loop over them."""
@@ -179,19 +172,16 @@ class _Writer:
             line = f"const {self.real} l{k} = {self._place(column, repeats)};"
             (outside if f"l{k}" in fixed else inside).append(line)
         for name, operand in loop.assignments:
-            line = f"const {self.real} {_local(name)} = {self._text(operand)};"
+            line = f"const {self.real} {local_name(name)} = {local_text(operand, self.dialect)};"
             (outside if name in fixed else inside).append(line)
         for column, operand in loop.results:
-            inside.append(f"{self._place(column, repeats)} = {self._text(operand)};")
+            inside.append(f"{self._place(column, repeats)} = {local_text(operand, self.dialect)};")
         self.lines.append("    {")
-        self.lines += [line for text in outside for line in _wrapped(text, 2, 1)]
+        self.lines += [line for text in outside for line in wrapped(text, 2, 1)]
         if repeats:
             self.lines.append(f"        for (i = 0; i < {loop.members}; ++i) {{")
-        self.lines += [line for text in inside for line in _wrapped(text, 2 + repeats, 1)]
+        self.lines += [line for text in inside for line in wrapped(text, 2 + repeats, 1)]
         self.lines += ["        }", "    }"] if repeats else ["    }"]
-
-    def _text(self, operand: Operand) -> str:
-        return expression_text(rebuilt(operand, lambda v: Variable(_local(v.name))), self.dialect)
 
     def _place(self, column: IndexColumn, repeats: bool) -> str:
         """Write the cell of a name of a loop, for one member."""
@@ -217,11 +207,6 @@ class _Writer:
         return named.get(array, array)
 
 
-def _local(name: str) -> str:
-    """A name of a loop in C: assigned names are told from arrays."""
-    return name.replace("w", "s")
-
-
 def _pointer(start: int) -> str:
     return f"work + {start}" if start else "work"
 
@@ -233,7 +218,7 @@ def _sum(start: int, term: str) -> str:
     return f"{start}+{term}" if start else term
 
 
-def _wrapped(text: str, depth: int, deeper: int) -> list[str]:
+def wrapped(text: str, depth: int, deeper: int) -> list[str]:
     """Lines of a statement at a depth; further ones stand deeper."""
     return wrap(
         text,

@@ -10,7 +10,7 @@ from lagrange_cli.emit.c.names import c_string
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.recorded_inputs import described_input, polynomial_rows, recorded_inputs
-from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.emit.template_files import c_template, filled
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -50,20 +50,17 @@ def c_recorded(equations: Equations, target: CTarget) -> CRecorded:
     for number, pieces in recorded_inputs(equations):
         name = comment_text(described_input(equations, number))
         rows = [", ".join(map(real.value, row)) for row in polynomial_rows(pieces)]
-        text = c_template("recorded").replace(
-            "@NUMBERS@", ",\n".join(f"        {{{row}}}" for row in rows)
-        )
-        for token, value in (
-            ("@TEXT@", name),
-            ("@REAL@", real.name),
-            ("@NAME@", prefix),
-            ("@K@", str(number)),
-            ("@ROWS@", str(len(rows))),
-            ("@WIDTH@", str(pieces.coefficients.shape[1] + 1)),
-            ("@ZERO@", real.value(0.0)),
-        ):
-            text = text.replace(token, value)
-        functions += f"\n{text}"
+        replacements = {
+            "@NUMBERS@": ",\n".join(f"        {{{row}}}" for row in rows),
+            "@TEXT@": name,
+            "@REAL@": real.name,
+            "@NAME@": prefix,
+            "@K@": str(number),
+            "@ROWS@": str(len(rows)),
+            "@WIDTH@": str(pieces.coefficients.shape[1] + 1),
+            "@ZERO@": real.value(0.0),
+        }
+        functions += "\n" + filled(c_template("recorded"), replacements)
         call = f"{prefix}_recorded_{number}(t + at[stage]*h, t + at[1]*h)"
         setting += f"        u[{number}] = {call};\n"
         ends = "" if math.isinf(pieces.end) else f" && until <= {real.value(pieces.end)}"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.names import CNames, Real
+from lagrange_cli.emit.template_files import filled
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.printing import Dialect
 
@@ -86,6 +87,4 @@ class CTarget:
             "@ZERO@": real.value(0.0),
             "@ONE@": real.value(1.0),
         }
-        for token, text in replacements.items():
-            template = template.replace(token, text)
-        return template
+        return filled(template, replacements)

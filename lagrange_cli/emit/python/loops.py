@@ -6,14 +6,15 @@ from collections.abc import Iterable
 from textwrap import wrap
 
 from lagrange_cli.program.graph.literals import double_literal
-from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Operand, Variable, rebuilt
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.index_tables import (
+    columns_of,
     relative_indices,
     supernode_tables,
     table_name,
     tables_of,
 )
-from lagrange_cli.program.printing import Dialect, expression_text
+from lagrange_cli.program.printing import Dialect, local_name, local_text
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.sparse_factorization import BandFactors
 from lagrange_cli.program.systems.loops import (
@@ -63,9 +64,9 @@ def loops_source(program: Program, apart: int | None = None) -> list[str]:
         Where flags and targets of contacts begin, if they stand in ``contact`` and not in ``p``.
     """
     writer = _Writer(program, apart)
-    arrays = {column.array for column in _columns(program)}
+    arrays = {column.array for column in columns_of(program)}
     lines = ["y = np.asarray(y, dtype=float)"] if arrays & {"q", "v"} else []
-    indexed = {writer.array(c) for c in _columns(program) if c.array in "ps" and not c.is_fixed}
+    indexed = {writer.array(c) for c in columns_of(program) if c.array in "ps" and not c.is_fixed}
     lines += [f"{array} = np.asarray({array}, dtype=float)" for array in sorted(indexed)]
     if "u" in arrays:
         lines.append("u = np.asarray(u(t, y, p), dtype=float)")
@@ -74,12 +75,6 @@ def loops_source(program: Program, apart: int | None = None) -> list[str]:
     lines += [f"out = np.empty({program.results})", 'with np.errstate(all="ignore"):']
     body = [line for part in program.parts for line in writer.lines(part)]
     return [*lines, *(_TAB + line for line in body or ["pass"])]
-
-
-def _columns(program: Program) -> list[IndexColumn]:
-    loops = [part for part in program.parts if isinstance(part, IndexedLoop)]
-    results = [column for loop in loops for column, _ in loop.results]
-    return [column for loop in loops for column in loop.inputs] + results
 
 
 class _Writer:
@@ -103,8 +98,10 @@ class _Writer:
         lines = [
             f"l{k} = {self._place(column, loop.members)}" for k, column in enumerate(loop.inputs)
         ]
-        lines += [f"{_local(name)} = {_text(o)}" for name, o in loop.assignments]
-        lines += [f"{self._place(c, loop.members)} = {_text(o)}" for c, o in loop.results]
+        lines += [f"{local_name(name)} = {local_text(o, _DIALECT)}" for name, o in loop.assignments]
+        lines += [
+            f"{self._place(c, loop.members)} = {local_text(o, _DIALECT)}" for c, o in loop.results
+        ]
         return [piece for line in lines for piece in _wrapped(line, 0)]
 
     def _place(self, column: IndexColumn, members: int) -> str:
@@ -146,14 +143,6 @@ def _elimination(part: SparseSolve) -> list[str]:
 
 def _name(table: tuple[int, ...]) -> str:
     return table_name("_", table)[1:]
-
-
-def _local(name: str) -> str:
-    return name.replace("w", "s")
-
-
-def _text(operand: Operand) -> str:
-    return expression_text(rebuilt(operand, lambda v: Variable(_local(v.name))), _DIALECT)
 
 
 def _wrapped(text: str, depth: int) -> list[str]:

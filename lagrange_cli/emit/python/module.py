@@ -20,6 +20,7 @@ from lagrange_cli.emit.naming import (
     PYTHON_MODULES,
     PYTHON_RESERVED,
     comment_text,
+    described,
     file_stem,
     unique_identifiers,
 )
@@ -45,7 +46,7 @@ from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
+    from lagrange_cli.mechanics.equations import Equations
 
 _FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
@@ -238,7 +239,7 @@ def _constants(equations: Equations) -> str:
     state = None if initial is None else [*initial.positions, *initial.velocities]
     return "\n".join(
         [
-            *(f"# {line}" for line in _described_coordinates(equations.coordinates)),
+            *(f"# {described(c)}" for c in equations.coordinates if c.unit or c.description),
             f"COORDINATES = {_strings([c.name for c in equations.coordinates])}",
             f"CARTESIAN = {_strings([c.name for c in equations.cartesian_names])}",
             f"PARAMETERS = {_strings([p.name for p in equations.parameters])}",
@@ -272,10 +273,6 @@ def _closures(equations: Equations) -> list[str]:
     ]
 
 
-def _described_coordinates(coordinates: Sequence[Coordinate]) -> list[str]:
-    return [_described(c) for c in coordinates if c.unit or c.description]
-
-
 def _parameters(equations: Equations, fields: Sequence[str]) -> str:
     lines = [
         "class Parameters(NamedTuple):",
@@ -285,19 +282,9 @@ def _parameters(equations: Equations, fields: Sequence[str]) -> str:
         value = "nan" if parameter.value is None else repr(float(parameter.value))
         line = f"    {field}: float = {value}"
         if parameter.unit or parameter.description or parameter.name != field:
-            line += f"  # {_described(parameter)}"
+            line += f"  # {described(parameter)}"
         lines.append(line)
     return "\n".join([*lines, "", "", "DEFAULTS = Parameters()", ""])
-
-
-def _described(quantity: Coordinate | Parameter) -> str:
-    """Name, unit and description, as far as there are any."""
-    text = comment_text(quantity.name)
-    if quantity.unit:
-        text += f" [{comment_text(quantity.unit)}]"
-    if quantity.description:
-        text += f": {comment_text(quantity.description)}"
-    return text
 
 
 def _strings(texts: Sequence[str]) -> str:

@@ -60,6 +60,11 @@ class IndexedLoop:
     results: tuple[tuple[IndexColumn, Operand], ...]
 
     @property
+    def columns(self) -> list[IndexColumn]:
+        """What its inputs and then its results are read from and stored in."""
+        return [*self.inputs, *(column for column, _ in self.results)]
+
+    @property
     def read(self) -> frozenset[str]:
         """The names that statements read."""
         statements = (*self.assignments, *self.results)
