@@ -289,7 +289,6 @@ def _trajectory(
     compile_seconds: float,
 ) -> Trajectory:
     times, states, functions = problem.times, measured.states, seen.functions
-    names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
     promised = request.accuracy is not None
     last_time = float(times[len(states) - 1])
     part = sampled(model, seen, *shown_samples(times, states))
@@ -303,7 +302,7 @@ def _trajectory(
         coordinates=model.coordinates,
         requested=request.accuracy,
         estimated=measured.estimate if promised else None,
-        scales=dict(zip(names, measured.scales.tolist(), strict=True)),
+        scales=dict(zip(model.state_names, measured.scales.tolist(), strict=True)),
         holds_until=last_time if promised else None,
         energy_drift=energy_drift(model, seen, times, states),
         constraint_drift=seen.drift(times, states, measured.scales),

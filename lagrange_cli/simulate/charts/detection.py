@@ -11,7 +11,7 @@ from lagrange_cli.simulate.model.model import ChartSingularity, Model
 from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
-from lagrange_cli.simulate.system.tracing import functions_of
+from lagrange_cli.simulate.system.singular_guard import lost_rates, singular_factors
 
 #: A factor this small beside its largest value has vanished at the start.
 _VANISHED = 1e-12
@@ -42,23 +42,18 @@ class SingularPassage:
     passed: bool
 
 
-def parameters_of(model: Model) -> list[float]:
-    return [0.0 if p.value is None else p.value for p in model.parameters]
-
-
 def _factors(model: Model, t: Array, states: Array) -> Array:
     """Evaluate numbers that vanish at singular configurations, shape (m, configurations)."""
-    parameters, function = parameters_of(model), functions_of(model.code.singular)["outputs"]
-    rows = [function(s, y, parameters) for s, y in zip(t.tolist(), states, strict=True)]
-    return np.array(rows, dtype=float).reshape(len(t), -1)
+    factors = singular_factors(model)
+    rows = [factors(s, y) for s, y in zip(t.tolist(), states, strict=True)]
+    return np.array(rows).reshape(len(t), -1)
 
 
 def singular_start(model: Model) -> ChartSingularity | None:
     """Return the singular configuration at which the motion begins; None if it does at none."""
     if model.initial is None:
         return None
-    start = np.array([model.initial])
-    values = _factors(model, np.array([model.defaults.start]), start)[0]
+    values = singular_factors(model)(model.defaults.start, np.array(model.initial))
     for singularity, value in zip(model.singular, values, strict=True):
         if not abs(value) > _VANISHED:
             return singularity
@@ -67,8 +62,7 @@ def singular_start(model: Model) -> ChartSingularity | None:
 
 def passage_of_run(model: Model, run: Trajectory) -> SingularPassage | None:
     """Find the first singular configuration that a run passed or ended at; None without any."""
-    names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
-    states = np.column_stack([run.columns[name] for name in names])
+    states = np.column_stack([run.columns[name] for name in model.state_names])
     return first_passage(model, run.t, states, run.status, run.requested)
 
 
@@ -96,8 +90,8 @@ class _Near:
     """Distances of samples from each singular configuration, added in parts, in order."""
 
     def __init__(self, model: Model) -> None:
-        n, places = len(model.coordinates), len(model.singular)
-        self._rates = [[n + model.coordinates.index(c) for c in p.lost] for p in model.singular]
+        places = len(model.singular)
+        self._rates = [lost_rates(model, place) for place in model.singular]
         self._seen = 0
         self._least, self._largest = np.full(places, np.inf), np.zeros(places)
         self._last = np.zeros((0, places))
@@ -163,9 +157,9 @@ def _is_barred(
     rate is steady, the momentum goes to zero as the inertia does.
     """
     around = slice(max(before - 2, 0), min(before + 4, len(states)))
-    near, n = states[around], len(model.coordinates)
+    near = states[around]
     inertia = _factors(model, times[around], near)[:, number] ** 2
-    lost = [n + model.coordinates.index(name) for name in model.singular[number].lost]
+    lost = lost_rates(model, model.singular[number])
     rates = (rate for rate in near[:, lost].T if rate.any())
     return any(_spread(rate * inertia) < _spread(rate) for rate in rates)
 

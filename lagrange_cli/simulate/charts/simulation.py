@@ -30,7 +30,6 @@ from lagrange_cli.simulate.charts.detection import (
     NEAR_SINGULAR,
     SingularPassage,
     first_passage,
-    parameters_of,
     passage_of_run,
     singular_start,
 )
@@ -363,7 +362,7 @@ def _follow(
     model: Model, chart: FormerChart, run: Trajectory, deadline: float
 ) -> ContinuedCoordinates:
     """Continue former coordinates along a run."""
-    functions, parameters = functions_of(chart.python), parameters_of(model)
+    functions, parameters = functions_of(chart.python), model.numbers
     names = model.coordinates
     relative = (run.estimated or 0.0) + float(np.finfo(float).eps)
     samples = KnownMotion(

@@ -62,13 +62,9 @@ def identity(model: Model, request: Request, functions: RightHandSide) -> dict[s
         "scene": digest(json.dumps(equations, sort_keys=True)),
         "inputs": pieces and digest(pieces.starts.tobytes(), pieces.rows.tobytes()),
         "parameters": {p["name"]: p["value"] for p in numbers["parameters"]},
-        "initial": dict(zip(_names(model), numbers["initial"], strict=True)),
+        "initial": dict(zip(model.state_names, numbers["initial"], strict=True)),
         "options": _options(request),
     }
-
-
-def _names(model: Model) -> list[str]:
-    return [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
 
 
 def _options(request: Request) -> dict[str, Any]:

@@ -147,7 +147,9 @@ class BatchedResults:
         figures = self._figures(runs, energy_drifts(energy, kinetic) if conserved else None)
         formulation = self.model.formulation
         words = {"status": "ok", "reason": "", "method": METHOD, "formulation": formulation}
-        scales = {} if eps is None else dict(zip(self._moving, runs.scales.T, strict=True))
+        scales = (
+            {} if eps is None else dict(zip(self.model.state_names, runs.scales.T, strict=True))
+        )
         yield MemberResults(runs.numbers, columns, scales, figures, words).only(sure)
 
     def _energies(self, states: Array, parameters: Array) -> tuple[Array, Array]:
@@ -178,23 +180,17 @@ class BatchedResults:
         return contradicted(change, at_start, others.reshape(moved.shape[:3]))
 
     @property
-    def _moving(self) -> list[str]:
-        """The numbers of a state."""
-        return [form.format(c) for form in ("{}", "dot({})") for c in self.model.coordinates]
-
-    @property
     def names(self) -> list[str]:
         """Names of the columns."""
         model = self.model
         places = [form.format(name) for form in ("{}", "dot({})") for name in model.cartesian]
         energy = ["energy"] if "energy" in self.extra else []
-        return list(dict.fromkeys([*self._moving, *places, *model.outputs, *energy]))
+        return list(dict.fromkeys([*model.state_names, *places, *model.outputs, *energy]))
 
     def _columns(self, states: Array, parameters: Array) -> dict[str, Array]:
         """Evaluate columns of :class:`.results.trajectory.Trajectory`, each (members, samples)."""
-        model, n = self.model, len(self.model.coordinates)
-        columns = {name: states[..., i] for i, name in enumerate(model.coordinates)}
-        columns |= {f"dot({c})": states[..., n + i] for i, c in enumerate(model.coordinates)}
+        model = self.model
+        columns = {name: states[..., i] for i, name in enumerate(model.state_names)}
         for table, form in (("positions", "{}"), ("velocities", "dot({})")):
             values = self.members.table(table, states, parameters, len(model.cartesian))
             for i, name in enumerate(model.cartesian):

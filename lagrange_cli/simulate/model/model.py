@@ -210,6 +210,16 @@ class Model:
     continuous: int = 0
     landmarks: int = 0
 
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the numbers of a state: coordinates, then their ``dot``."""
+        return (*self.coordinates, *(f"dot({name})" for name in self.coordinates))
+
+    @property
+    def numbers(self) -> list[float]:
+        """Values of the parameters; 0 for those that none is known of."""
+        return [0.0 if p.value is None else p.value for p in self.parameters]
+
     def to_json(self) -> dict[str, Any]:
         """Return the model as values that JSON holds; doubles keep all their digits."""
         return asdict(self)

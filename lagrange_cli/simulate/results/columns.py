@@ -55,9 +55,7 @@ def state_columns(
     model: Model, functions: RightHandSide, t: Array, states: Array
 ) -> dict[str, Array]:
     """Coordinates, their ``dot``, Cartesian names, their ``dot``, outputs; each name once."""
-    n = len(model.coordinates)
-    columns = {name: states[:, i].copy() for i, name in enumerate(model.coordinates)}
-    columns |= {f"dot({c})": states[:, n + i].copy() for i, c in enumerate(model.coordinates)}
+    columns = {name: states[:, i].copy() for i, name in enumerate(model.state_names)}
     for table, form in ((functions.positions, "{}"), (functions.velocities, "dot({})")):
         values = table(t, states)
         for i, name in enumerate(model.cartesian):

@@ -31,10 +31,9 @@ def constraint_force_columns(
 
 def _known(model: Model, functions: RightHandSide, t: Array, states: Array) -> Array:
     """Evaluate what forces read besides the state: parameters, accelerations, multipliers."""
-    parameters = [0.0 if p.value is None else p.value for p in model.parameters]
     n = len(model.coordinates)
     slopes = [functions.rhs(*state)[n:] for state in zip(t.tolist(), states, strict=True)]
-    rows = np.tile(parameters, (len(t), 1)).reshape(len(t), len(parameters))
+    rows = np.tile(model.numbers, (len(t), 1)).reshape(len(t), len(model.parameters))
     return np.hstack([rows, np.reshape(slopes, (len(t), n)), functions.multipliers(t, states)])
 
 

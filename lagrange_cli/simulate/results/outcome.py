@@ -129,9 +129,7 @@ def _limiting_component(model: Model, component: LimitingComponent | None) -> st
     """Say what is in the way of the accuracy, and what is not; empty where that is not known."""
     if component is None:
         return ""
-    n = len(model.coordinates)
-    name = model.coordinates[component.component % n]
-    name = name if component.component < n else f"dot({name})"
+    name = model.state_names[component.component]
     power = 10.0 ** math.floor(math.log10(2 * component.error))
     possible = math.ceil(2 * component.error / power) * power
     return (

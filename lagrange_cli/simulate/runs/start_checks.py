@@ -61,5 +61,6 @@ def _refused(message: str, hint: str) -> InputError:
 
 
 def _state(model: Model, problem: InitialValueProblem) -> str:
-    names = [*model.coordinates, *(f"dot({name})" for name in model.coordinates)]
-    return ", ".join(f"{q} = {x:.9g}" for q, x in zip(names, problem.y0.tolist(), strict=True))
+    return ", ".join(
+        f"{q} = {x:.9g}" for q, x in zip(model.state_names, problem.y0.tolist(), strict=True)
+    )

@@ -26,12 +26,11 @@ def parameter_values(model: Model, pattern: int = 0, real: NativeReal = DOUBLE) 
     In a ``pattern`` other than 0 the parameters are off by their rounding error, and the
     rounding factors of the pattern, of the type ``real``, follow.
     """
-    values = [0.0 if p.value is None else p.value for p in model.parameters]
     surfaces, contacts = (
         SURFACE_NUMBERS * len(model.surfaces),
         _CONTACT_NUMBERS * len(model.contacts),
     )
-    numbers = np.array([*values, *[0.0] * (surfaces + contacts)])
+    numbers = np.array([*model.numbers, *[0.0] * (surfaces + contacts)])
     if not pattern:
         return numbers
     factors = rounding_factors(model.code.factors, pattern, real)

@@ -23,14 +23,13 @@ WHILE_MOVING = 1.0
 ALWAYS = 2.0
 
 
-def _singular_factors(model: Model) -> Callable[[float, Array], Array]:
+def singular_factors(model: Model) -> Callable[[float, Array], Array]:
     """Make the function of t and [q, v] whose numbers vanish at singular configurations."""
-    parameters = [0.0 if p.value is None else p.value for p in model.parameters]
-    function = functions_of(model.code.singular)["outputs"]
+    parameters, function = model.numbers, functions_of(model.code.singular)["outputs"]
     return lambda t, y: np.asarray(function(t, y, parameters), dtype=float)
 
 
-def _rates(model: Model, singularity: ChartSingularity) -> list[int]:
+def lost_rates(model: Model, singularity: ChartSingularity) -> list[int]:
     """Return the numbers, in a state, of the rates that move nothing at a singularity."""
     return [len(model.coordinates) + model.coordinates.index(name) for name in singularity.lost]
 
@@ -51,8 +50,10 @@ def guard_signs(model: Model, t: float, y: Array) -> Array | None:
     numbers = [k for k, singularity in enumerate(model.singular) if not singularity.ends]
     if not numbers:
         return None
-    factors = _singular_factors(model)(t, y)
-    keeps = [ALWAYS if y[_rates(model, model.singular[k])].any() else WHILE_MOVING for k in numbers]
+    factors = singular_factors(model)(t, y)
+    keeps = [
+        ALWAYS if y[lost_rates(model, model.singular[k])].any() else WHILE_MOVING for k in numbers
+    ]
     return np.array([np.sign(factors[k]) * keep for k, keep in zip(numbers, keeps, strict=True)])
 
 
@@ -74,9 +75,9 @@ class _BesidePlaces:
 
 def guarded_rhs(model: Model, kept: Array, rhs: Rhs) -> Rhs:
     """Make an interpreted right-hand side NaN on sides that ``kept`` (:func:`guard_signs`) bars."""
-    factors = _singular_factors(model)
+    factors = singular_factors(model)
     numbers = [k for k, singularity in enumerate(model.singular) if not singularity.ends]
-    rates = [_rates(model, model.singular[k]) for k in numbers]
+    rates = [lost_rates(model, model.singular[k]) for k in numbers]
 
     def barred(t: float, y: Array) -> bool:
         beyond = kept * factors(t, y)[numbers] < 0

@@ -20,6 +20,7 @@ import numpy as np
 
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.system.singular_guard import singular_factors
 from lagrange_cli.simulate.system.tracing import functions_of
 
 if TYPE_CHECKING:
@@ -143,7 +144,7 @@ class Ground:
         if start is None or model.recordings:
             return start is not None
         function, k = functions_of(model.code.python)["rhs"], model.coordinates.index(name)
-        numbers, t = _numbers(model), model.defaults.start
+        numbers, t = parameter_values(model).tolist(), model.defaults.start
         moved = [*start[:k], start[k] + 1.0, *start[k + 1 :]]
         here, there = (function(t, state, numbers) for state in (list(start), moved))
         return not np.array_equal(here, there, equal_nan=True)
@@ -157,11 +158,6 @@ class Ground:
     def at_rest(self) -> dict[str, str]:
         """Initial values that set all velocities of the start to 0."""
         return dict.fromkeys(self.speeds, "0")
-
-
-def _numbers(model: Model) -> list[float]:
-    """Return the numbers that compiled functions take: parameters, and open contacts."""
-    return list(map(float, parameter_values(model)))
 
 
 def points_of(ground: Ground, axes: Sequence[str] | None = None) -> list[StressPoint]:
@@ -261,13 +257,12 @@ def _vanishing(ground: Ground) -> Iterator[tuple[str, float]]:
     model, start = ground.model, ground.model.initial
     if start is None:
         return
-    function = functions_of(model.code.singular)["outputs"]
-    numbers = _numbers(model)
+    factors = singular_factors(model)
     for k, (name, kind) in enumerate(zip(model.coordinates, model.kinds, strict=True)):
         for number in (0.0, math.pi / 2, math.pi) if kind == "angle" else (0.0,):
             state = [*start[:k], number, *start[k + 1 :]]
-            factors = function(model.defaults.start, state, numbers)
-            if name in ground.initial and any(abs(x) < _VANISHES for x in factors):
+            values = factors(model.defaults.start, np.array(state))
+            if name in ground.initial and any(abs(x) < _VANISHES for x in values):
                 yield name, number
 
 

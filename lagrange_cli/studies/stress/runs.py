@@ -246,13 +246,13 @@ def _by_reference(model: Model, trajectory: Trajectory, times: Array, budget: fl
 
 def _motion(model: Model, trajectory: Trajectory, times: Array) -> Motion:
     """Return the first samples of a trajectory in a model's coordinates, with its events."""
-    names = (*model.coordinates, *(f"dot({name})" for name in model.coordinates))
-    states = np.column_stack([trajectory.columns[name][: len(times)] for name in names])
-    switches = tuple(_switch(model, names, e) for e in trajectory.events if e.t <= times[-1])
+    states = np.column_stack([trajectory.columns[name][: len(times)] for name in model.state_names])
+    switches = tuple(_switch(model, e) for e in trajectory.events if e.t <= times[-1])
     return Motion(states, switches, float(times[-1]))
 
 
-def _switch(model: Model, names: tuple[str, ...], event: Event) -> ModeChange:
+def _switch(model: Model, event: Event) -> ModeChange:
+    names = model.state_names
     kind, _, contact = event.name.partition(":")
     after = np.array([event.state[name] for name in names])
     before = after if event.before is None else np.array([event.before[name] for name in names])
