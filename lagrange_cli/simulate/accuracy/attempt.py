@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -28,7 +29,7 @@ from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, RunningScales
 from lagrange_cli.simulate.runs.run import Failure, Run
-from lagrange_cli.simulate.samples.rows import first_from, window_rows
+from lagrange_cli.simulate.samples.rows import window_rows
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp
 
 _TUNING = AttemptTuning()
@@ -389,7 +390,7 @@ class Attempt:
     def settled(self) -> bool:
         """True if a smaller tolerance has nothing to add."""
         reached = self.error_estimate().samples
-        possible = first_from(self._problem.times, first_zeno_time(self.run.switches))
+        possible = bisect_left(self._problem.times, first_zeno_time(self.run.switches))
         if reached == possible or self.lost:
             return True
         return self.failure is not None and reached == self._common

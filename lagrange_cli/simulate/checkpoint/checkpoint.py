@@ -70,8 +70,8 @@ def identity(model: Model, request: Request, functions: RightHandSide) -> dict[s
 def _options(request: Request) -> dict[str, Any]:
     times = request.times
     return {
-        "--from": times[0],
-        "--until": times[len(times) - 1],
+        "--from": float(times[0]),
+        "--until": float(times[len(times) - 1]),
         "--samples": len(times),
         "--accuracy": request.accuracy,
         "--method": None if request.method is None else request.method.name,

@@ -7,7 +7,7 @@ import shutil
 import tempfile
 import zlib
 from dataclasses import dataclass
-from typing import IO, Protocol
+from typing import IO, TypeAlias
 
 import numpy as np
 
@@ -21,26 +21,6 @@ from lagrange_cli.simulate.samples.rows import LazyRows, RowSequence, window_row
 _DOUBLE_SIZE = 8
 
 
-class SampleBuffer(Protocol):
-    """Memory or a file into which a run writes its samples."""
-
-    def unfilled(self, first: int, last: int) -> Array:
-        """Return rows to fill, from the number ``first`` to ``last`` at most."""
-        ...
-
-    def rows(self, count: int) -> RowSequence:
-        """Return the first ``count`` rows, which have been filled."""
-        ...
-
-    def state(self, count: int) -> SavedState:
-        """Return what a checkpoint has to hold of the first ``count`` samples."""
-        ...
-
-    def restore(self, state: SavedState) -> bool:
-        """Fill the samples of a checkpoint again; False where that is not possible."""
-        ...
-
-
 class MemoryBuffer:
     """All samples in one array, shape (count, width)."""
 
@@ -48,15 +28,19 @@ class MemoryBuffer:
         self._array = np.empty((count, width))
 
     def unfilled(self, first: int, last: int) -> Array:
+        """Return rows to fill, from the number ``first`` to ``last`` at most."""
         return self._array[first:last]
 
     def rows(self, count: int) -> Array:
+        """Return the first ``count`` rows, which have been filled."""
         return self._array[:count]
 
     def state(self, count: int) -> SavedState:
+        """Return what a checkpoint has to hold of the first ``count`` samples."""
         return {"states": self._array[:count]}
 
     def restore(self, state: SavedState) -> bool:
+        """Fill the samples of a checkpoint again; False where that is not possible."""
         self._array[: len(state["states"])] = state["states"]
         return True
 
@@ -141,8 +125,12 @@ class _FileRows(LazyRows):
     def __len__(self) -> int:
         return self.count
 
-    def _between(self, start: int, stop: int) -> Array:
-        return self.buffer.read(start, stop)
+    def _at(self, numbers: range) -> Array:
+        return self.buffer.read(numbers.start, numbers.stop)[:: numbers.step]
+
+
+SampleBuffer: TypeAlias = MemoryBuffer | FileBuffer
+"""Memory or a file into which a run writes its samples."""
 
 
 def unnamed_file(folder: str) -> IO[bytes]:

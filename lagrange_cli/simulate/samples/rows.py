@@ -28,8 +28,31 @@ class RowSequence(Protocol):
     def __getitem__(self, key: slice, /) -> Array: ...
 
 
+class LazyRows(ABC):
+    """Rows of which a part is read when it is asked for."""
+
+    @abstractmethod
+    def __len__(self) -> int: ...
+
+    @abstractmethod
+    def _at(self, numbers: range) -> Array:
+        """Read the rows with some numbers, in ascending order."""
+
+    @overload
+    def __getitem__(self, key: int, /) -> Any: ...
+
+    @overload
+    def __getitem__(self, key: slice, /) -> Array: ...
+
+    def __getitem__(self, key: int | slice, /) -> Any:
+        if isinstance(key, slice):
+            return self._at(range(len(self))[key])
+        number = range(len(self))[key]
+        return self._at(range(number, number + 1))[0]
+
+
 @dataclass(frozen=True)
-class Grid:
+class Grid(LazyRows):
     """Times ``start + k·step``, of which the last is ``until`` exactly.
 
     The same numbers as those of numpy.linspace if ``step`` is (until − start)/(count − 1).
@@ -54,48 +77,12 @@ class Grid:
     def __len__(self) -> int:
         return self.count
 
-    @overload
-    def __getitem__(self, key: int, /) -> float: ...
-
-    @overload
-    def __getitem__(self, key: slice, /) -> Array: ...
-
-    def __getitem__(self, key: int | slice, /) -> float | Array:
-        if isinstance(key, slice):
-            return self._at(range(self.count)[key])
-        number = range(self.count)[key]
-        return float(self._at(range(number, number + 1))[0])
-
     def _at(self, numbers: range) -> Array:
         times = np.arange(numbers.start, numbers.stop, numbers.step, dtype=float)
         times = times * self.step + self.start
         if len(numbers) and numbers[-1] == self.count - 1:
             times[-1] = self.until
         return times
-
-
-class LazyRows(ABC):
-    """Rows of which a part is read when it is asked for."""
-
-    @abstractmethod
-    def __len__(self) -> int: ...
-
-    @abstractmethod
-    def _between(self, start: int, stop: int) -> Array:
-        """Read the rows from the number ``start`` to before ``stop``."""
-
-    @overload
-    def __getitem__(self, key: int, /) -> Any: ...
-
-    @overload
-    def __getitem__(self, key: slice, /) -> Array: ...
-
-    def __getitem__(self, key: int | slice, /) -> Any:
-        if isinstance(key, slice):
-            numbers = range(len(self))[key]
-            return self._between(numbers.start, numbers.stop)[:: numbers.step]
-        number = range(len(self))[key]
-        return self._between(number, number + 1)[0]
 
 
 @dataclass(frozen=True)
@@ -108,16 +95,16 @@ class RowRanges(LazyRows):
     def __len__(self) -> int:
         return sum(last - first for first, last in self.ranges)
 
-    def _between(self, start: int, stop: int) -> Array:
+    def _at(self, numbers: range) -> Array:
         ends = accumulate(last - first for first, last in self.ranges)
         parts = []
         for (first, last), end in zip(self.ranges, ends, strict=True):
             # The number, of all rows, of the one that would be the first of this range.
             offset = first - (end - (last - first))
-            a, b = max(first, start + offset), min(last, stop + offset)
+            a, b = max(first, numbers.start + offset), min(last, numbers.stop + offset)
             if a < b:
                 parts.append(self.rows[a:b])
-        return np.concatenate([self.rows[:0], *parts])
+        return np.concatenate([self.rows[:0], *parts])[:: numbers.step]
 
 
 def first_rows(rows: RowSequence, count: int) -> RowSequence:
@@ -138,27 +125,10 @@ def window_rows(width: int) -> int:
     return max(1, WINDOW // max(width, 1))
 
 
-def windows(
-    times: RowSequence, states: RowSequence, size: int | None = None
-) -> Iterator[tuple[Array, Array]]:
+def windows(times: RowSequence, states: RowSequence) -> Iterator[tuple[Array, Array]]:
     """Yield times and states in parts; all at once where they are in memory."""
     count = len(states)
-    if isinstance(states, np.ndarray):
-        size = count
-    elif size is None:
-        size = window_rows(len(states[0]))
+    size = count if isinstance(states, np.ndarray) else window_rows(len(states[0]))
     for first in range(0, count, max(size, 1)):
         last = min(first + size, count)
         yield times[first:last], states[first:last]
-
-
-def first_from(times: RowSequence, t: float) -> int:
-    """Return the number of the first time that is not before t."""
-    low, high = 0, len(times)
-    while low < high:
-        middle = (low + high) // 2
-        if times[middle] < t:
-            low = middle + 1
-        else:
-            high = middle
-    return low

@@ -9,6 +9,7 @@ nothing is promised behind the place.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -19,7 +20,7 @@ from lagrange_cli.simulate.accuracy.measured import Disproof, Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
-from lagrange_cli.simulate.samples.rows import first_from, first_rows
+from lagrange_cli.simulate.samples.rows import first_rows
 from lagrange_cli.simulate.verification.uniqueness import UnboundedSlopes
 
 #: An argument this small beside those on the way may reach zero, as steps of samples are coarse
@@ -87,7 +88,7 @@ def without_branches(
         if not at_the_end and not _branches(fine, seen, before, eps, watch):
             continue
         time = float(fine.times[before])
-        kept = min(count, max(first_from(problem.times, time), 1))
+        kept = min(count, max(bisect_left(problem.times, time), 1))
         disproof = Disproof(time, "uniqueness", where=places.where[place])
         return replace(measured, states=first_rows(measured.states, kept), disproved=disproof)
     return measured

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,7 +16,7 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     ModeChange,
 )
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.samples.rows import RowRanges, RowSequence, first_from, windows
+from lagrange_cli.simulate.samples.rows import RowRanges, RowSequence, windows
 from lagrange_cli.simulate.system.contacts import ContactRhs
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.tables import Table
@@ -112,7 +113,7 @@ class _History:
 
     def ranges(self, t: RowSequence, count: int) -> list[tuple[ContactMode, list[tuple[int, int]]]]:
         """Return the ranges, of ``count`` times, in which each set of contacts is closed."""
-        ends = [min(first_from(t, time), count) for time in self._times]
+        ends = [min(bisect_left(t, time), count) for time in self._times]
         by_mode: dict[ContactMode, list[tuple[int, int]]] = {}
         for closed, first, last in zip(self._closed, [0, *ends], [*ends, count], strict=True):
             if first < last:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -12,7 +13,7 @@ from lagrange_cli.simulate.accuracy.measured import Disproof, Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.samples.rows import RowSequence, first_from, first_rows, windows
+from lagrange_cli.simulate.samples.rows import RowSequence, first_rows, windows
 from lagrange_cli.simulate.system.parameters import parameter_values
 from lagrange_cli.simulate.system.tracing import in_mpmath
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions, first_penetration
@@ -62,7 +63,7 @@ def _disproofs(
             yield met[0], Disproof(float(t[met[0]]), "gap", met[1])
     if seen.gained is not None:
         time, contacts = seen.gained
-        first = max(first_from(t, time), 1)
+        first = max(bisect_left(t, time), 1)
         if first < len(measured.states):
             yield first, Disproof(time, "impact", contacts)
 

@@ -7,6 +7,7 @@ import io
 import math
 import os
 import re
+from bisect import bisect_left
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.results.streaming import Stream
 from lagrange_cli.simulate.samples import buffer as spool
 from lagrange_cli.simulate.samples import rows
-from lagrange_cli.simulate.samples.rows import Grid, RowRanges, first_from
+from lagrange_cli.simulate.samples.rows import Grid, RowRanges
 from lagrange_cli.simulate.simulation import RunContext
 
 PENDULUM = """
@@ -234,7 +235,7 @@ def test_times_by_windows_are_those_of_linspace(count):
 @pytest.mark.parametrize("t", [-1.0, 0.0, 0.31, 0.5, 1.0, 1.1, math.inf])
 def test_the_first_time_from_one_on_is_found(t):
     grid = Grid(0.0, 1.0, 0.01, 101)
-    assert first_from(grid, t) == np.searchsorted(grid[:], t)
+    assert bisect_left(grid, t) == np.searchsorted(grid[:], t)
 
 
 def test_ranges_are_read_like_one_array():
