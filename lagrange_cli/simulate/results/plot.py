@@ -5,16 +5,18 @@ from __future__ import annotations
 import io
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.simulate.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from lagrange_cli.simulate.results.columns import Sampled
+    from lagrange_cli.simulate.results.trajectory import Trajectory
 
 #: More lines than this in one panel have no legend.
 _LONGEST_LEGEND = 12
@@ -23,29 +25,7 @@ _LONGEST_LEGEND = 12
 _SALT = "lagrange"
 
 
-class Curves(Protocol):
-    """Times, and values at them: shape (samples,) each."""
-
-    @property
-    def t(self) -> Array: ...
-    @property
-    def columns(self) -> Mapping[str, Array]: ...
-    @property
-    def energy(self) -> Array: ...
-
-
-class DrawnTrajectory(Curves, Protocol):
-    """A trajectory as a picture shows it, of ``decimated`` samples if it has too many."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def coordinates(self) -> tuple[str, ...]: ...
-    @property
-    def decimated(self) -> Curves | None: ...
-
-
-def draw(trajectory: DrawnTrajectory, ending: str) -> bytes:
+def draw(trajectory: Trajectory, ending: str) -> bytes:
     """Draw coordinates, velocities and energy over time; return the picture's bytes.
 
     Raises
@@ -56,9 +36,9 @@ def draw(trajectory: DrawnTrajectory, ending: str) -> bytes:
     figure = new_figure((8, 8), ending)
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
     dots = [f"dot({name})" for name in trajectory.coordinates]
-    _lines(top, trajectory, list(trajectory.coordinates), "coordinates")
-    _lines(middle, trajectory, dots, "velocities")
-    shown: Curves = trajectory.decimated or trajectory
+    shown = trajectory.decimated or trajectory
+    _lines(top, shown, trajectory.coordinates, "coordinates")
+    _lines(middle, shown, dots, "velocities")
     bottom.plot(shown.t, shown.energy, color="black")
     bottom.set_ylabel("energy")
     bottom.set_xlabel("t")
@@ -146,8 +126,7 @@ def picture(figure: Figure, ending: str) -> bytes:
     return file.getvalue()
 
 
-def _lines(axes: Axes, trajectory: DrawnTrajectory, names: list[str], label: str) -> None:
-    shown: Curves = trajectory.decimated or trajectory
+def _lines(axes: Axes, shown: Sampled | Trajectory, names: Sequence[str], label: str) -> None:
     for name in names:
         axes.plot(shown.t, shown.columns[name], label=name)
     axes.set_ylabel(label)
