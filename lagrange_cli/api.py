@@ -214,10 +214,7 @@ class Derivation:
         >>> trajectory.status, round(trajectory.state["theta"], 6)
         ('ok', -1.491035)
         """
-        from lagrange_cli.simulate.charts.simulation import (
-            multiplier_form,
-            simulate_past_singularities,
-        )
+        from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
         from lagrange_cli.simulate.request import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext
 
@@ -226,9 +223,8 @@ class Derivation:
         wanted = "auto" if self.scene is None else self.scene.simulate.formulation or "auto"
         if wanted == "multiplier":
             return simulate_past_singularities(self._with_multipliers(), asked, None, context)
-        model = self.model()
-        maker = None if self.scene is None else multiplier_form(model, None, self._with_multipliers)
-        return simulate_past_singularities(model, asked, maker, context)
+        maker = None if self.scene is None else self._with_multipliers
+        return simulate_past_singularities(self.model(), asked, maker, context)
 
     def tradeoff(self, **options: Any) -> Trade:
         """Measure speed against accuracy; see

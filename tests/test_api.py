@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import doctest
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,7 +13,6 @@ import lagrange_cli
 from lagrange_cli import InputError, api, load, loads
 from lagrange_cli.cli.main import lagrange
 from lagrange_cli.cli.session import Session
-from lagrange_cli.simulate.charts.simulation import multiplier_form
 
 ROOT = Path(__file__).resolve().parents[1]
 HOLE = ROOT / "systems" / "lecture" / "masses_through_hole.yaml"
@@ -86,25 +84,6 @@ def test_errors_are_those_of_the_command():
 
 def test_every_exported_name_is_there():
     assert all(hasattr(lagrange_cli, name) for name in lagrange_cli.__all__)
-
-
-def test_coordinates_are_left_only_where_the_formulation_is_free():
-    """One rule for commands, ensembles, stress runs and Python."""
-    model = load(HOLE).derive().model()
-
-    def maker():
-        return model
-
-    for asked, scenes, free in (
-        (None, None, True),
-        ("auto", "minimal", True),
-        (None, "auto", True),
-        (None, "minimal", False),
-        ("minimal", None, False),
-        ("multiplier", "auto", False),
-    ):
-        given = replace(model, defaults=replace(model.defaults, formulation=scenes))
-        assert multiplier_form(given, asked, maker) is (maker if free else None)
 
 
 def test_formulation_of_the_scene():

@@ -227,10 +227,7 @@ def _integrated(
     checkpoint: Checkpoint | None,
 ) -> tuple[Trajectory, Interrupts]:
     """Integrate within a budget in seconds; return also the signal that may have ended it."""
-    from lagrange_cli.simulate.charts.simulation import (
-        multiplier_form,
-        simulate_past_singularities,
-    )
+    from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.results.trajectory import require_forces
     from lagrange_cli.simulate.simulation import RunContext
@@ -238,9 +235,8 @@ def _integrated(
     if asked.scene.forces:
         require_forces(model.name, [*model.multipliers, *model.forces])
     cartesian = replace(asked.scene, formulation="multiplier")
-    make_other_model = multiplier_form(
-        model, asked.scene.formulation, partial(model_of_scene, session, cartesian)
-    )
+    make_other_model = partial(model_of_scene, session, cartesian)
+    formulation = asked.scene.formulation
     options = replace(asked.options, budget=budget)
     stream = Stream(asked.output, asked.columns, asked.plot is not None)
     with session.progress("integrating") as progress, noted_interrupts() as interrupt:
@@ -252,7 +248,9 @@ def _integrated(
             None, session.cache, stream, checkpoint, progress, progress.reached, stop
         )
         with heard_by(Listener(ends=stop)):
-            trajectory = simulate_past_singularities(model, options, make_other_model, context)
+            trajectory = simulate_past_singularities(
+                model, options, make_other_model, context, formulation=formulation
+            )
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     return trajectory, interrupt

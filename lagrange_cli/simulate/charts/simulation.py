@@ -63,6 +63,8 @@ def simulate_past_singularities(
     options: SimulationOptions,
     with_multipliers: Callable[[], Model] | None = None,
     context: RunContext | None = None,
+    *,
+    formulation: str | None = None,
 ) -> Trajectory:
     """Simulate a model, in other coordinates where its own are singular on the way.
 
@@ -72,18 +74,23 @@ def simulate_past_singularities(
         What is to be simulated.
     options
         What the user asks for.
-    other
+    with_multipliers
         Makes the model of the same scene with multipliers, or refuses; None if
         the scene's coordinates are to be kept.
     context
         Means and listeners of the run; by default as :class:`.simulate.simulation.RunContext` has
         them.
+    formulation
+        The one asked for, None for the scene's: the coordinates are kept unless it is the
+        program's choice.
 
     Raises
     ------
     InputError
         As :func:`.simulate.simulation.simulate`.
     """
+    if (formulation or model.defaults.formulation or "auto") != "auto":
+        with_multipliers = None
     context = context or RunContext()
     if model.chart is not None:
         return _with_chart(model, model.chart, options, _alone(context))
@@ -412,27 +419,3 @@ def _own_columns(
         values[name] = np.where(known, q, np.nan)
         rates[f"dot({name})"] = np.where(steady, v, np.nan)
     return values | rates
-
-
-def multiplier_form(
-    model: Model, formulation: str | None, with_multipliers: Callable[[], Model]
-) -> Callable[[], Model] | None:
-    """Return the maker of the model in coordinates that may replace a model's own.
-
-    Parameters
-    ----------
-    model
-        That of the formulation that was asked for.
-    formulation
-        The one asked for; None for the scene's.
-    with_multipliers
-        Makes the model in Cartesian coordinates with multipliers.
-
-    Returns
-    -------
-    Callable or None
-        ``with_multipliers`` where the formulation is the program's choice; None if the
-        coordinates are to be kept.
-    """
-    wanted = formulation or model.defaults.formulation or "auto"
-    return with_multipliers if wanted == "auto" else None

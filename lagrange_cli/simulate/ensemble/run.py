@@ -21,7 +21,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.files.rows import DECIMAL_NUMBER
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.charts.simulation import multiplier_form, simulate_past_singularities
+from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.ensemble.batched_results import BatchedResults, Missed, batched_results
 from lagrange_cli.simulate.ensemble.blocks import (
     MEMBER_FIGURES,
@@ -242,8 +242,9 @@ class _Runner:
         return simulate_past_singularities(
             model,
             self.plan.options,
-            multiplier_form(model, recipe.formulation, lambda: recipe.model(member, "multiplier")),
+            lambda: recipe.model(member, "multiplier"),
             RunContext(functions),
+            formulation=recipe.formulation,
         )
 
 

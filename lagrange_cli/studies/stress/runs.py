@@ -13,7 +13,7 @@ from lagrange_cli.errors import AccuracyError, InputError, StoppedError
 from lagrange_cli.scene.dimensions import dimensions
 from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.charts.simulation import multiplier_form, simulate_past_singularities
+from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactEventKind, ModeChange
@@ -145,8 +145,10 @@ class _Forms:
     def simulated(self, options: SimulationOptions) -> Trajectory:
         """Simulate the point; compiling does not count to the budget."""
         context = RunContext(right_hand_side(self.first))
-        other_form = multiplier_form(self.first, self._recipe.formulation, self._with_multipliers)
-        return simulate_past_singularities(self.first, options, other_form, context)
+        formulation = self._recipe.formulation
+        return simulate_past_singularities(
+            self.first, options, self._with_multipliers, context, formulation=formulation
+        )
 
     def of(self, formulation: str) -> Model:
         """Return the model of a formulation."""

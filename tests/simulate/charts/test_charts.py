@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
 from lagrange_cli import load, loads
-from lagrange_cli.errors import InputError
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate.charts.continuation import KnownMotion, continue_coordinates
@@ -184,6 +185,30 @@ def test_start_at_the_pole_in_minimal_form_is_refused():
 
 
 @pytest.mark.slow
+def test_coordinates_are_left_only_where_the_formulation_is_free():
+    """One rule for commands, ensembles, stress runs and Python."""
+    model = model_of(derive(read_text(spherical(theta=0.0, dtheta=1.0, dphi=2.0))))
+    asked_for = []
+
+    def other():
+        asked_for.append("multiplier")
+        raise InputError(Problem("there is none"))
+
+    for asked, scenes, free in (
+        (None, None, True),
+        ("auto", "minimal", True),
+        (None, "auto", True),
+        (None, "minimal", False),
+        ("minimal", None, False),
+        ("multiplier", "auto", False),
+    ):
+        given = replace(model, defaults=replace(model.defaults, formulation=scenes))
+        asked_for.clear()
+        with pytest.raises(InputError, match="singular"):
+            simulate_past_singularities(given, SimulationOptions(), other, formulation=asked)
+        assert bool(asked_for) is free
+
+
 def test_start_at_the_pole_in_cartesian_names():
     text = SPHERICAL + "initial: {x: 0, y: 0, z: -1, dot(x): 1, dot(y): 2}\n"
     run = ran(text, accuracy=1e-9)
