@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,12 @@ from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.batched import METHOD, BatchedMembers, batched_members
 from lagrange_cli.simulate.ensemble.batched_runs import BatchedRuns
+from lagrange_cli.simulate.ensemble.blocks import BlockPart
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.verification.disproof import energy_is_conserved
 from lagrange_cli.simulate.verification.energy_drift import contradicted, energy_drifts, suspects
-
-_Integers: TypeAlias = NDArray[np.int64]
 
 #: Numbers in all samples of members that are held at a time.
 _MOST_NUMBERS = 2_000_000
@@ -30,41 +29,6 @@ _AT_A_TIME = 32
 
 #: Columns that can be asked for besides.
 _EXTRA = {"energy", "positions"}
-
-
-@dataclass(frozen=True)
-class MemberResults:
-    """Results of some members.
-
-    Attributes
-    ----------
-    numbers
-        Numbers of the members, shape (m,).
-    columns
-        Name → values, shape (m, samples).
-    scales
-        Component of the state → scales, shape (m,); empty if no accuracy is promised.
-    figures
-        Name in ``MEMBER_FIGURES`` → values, shape (m,).
-    words
-        Name in ``MEMBER_WORDS`` → text that all of them share.
-    """
-
-    numbers: _Integers
-    columns: Mapping[str, Array]
-    scales: Mapping[str, Array]
-    figures: Mapping[str, Array]
-    words: Mapping[str, str]
-
-    def only(self, which: NDArray[np.bool_]) -> MemberResults:
-        """Return the flagged ones."""
-        if which.all():
-            return self
-        columns, scales, figures = (
-            {name: values[which] for name, values in arrays.items()}
-            for arrays in (self.columns, self.scales, self.figures)
-        )
-        return MemberResults(self.numbers[which], columns, scales, figures, self.words)
 
 
 @dataclass(frozen=True)
@@ -98,8 +62,10 @@ class BatchedResults:
 
     def run(
         self, starts: Array, parameters: Array, between: Callable[[], None] = lambda: None
-    ) -> Iterator[MemberResults | Missed]:
+    ) -> Iterator[BlockPart | Missed]:
         """Yield the members whose results batched runs decide; others are left to single runs.
+
+        Their numbers are those of the rows of ``starts``; what is varied is left out.
 
         Parameters
         ----------
@@ -113,8 +79,8 @@ class BatchedResults:
             part = slice(first, first + most)
             for all_runs in self._runs(starts[part], parameters[part], between):
                 for runs in all_runs.in_turn(_AT_A_TIME):
-                    for result in self._results(runs, parameters[part][runs.numbers]):
-                        yield _renumbered(result, first)
+                    numbered = replace(runs, numbers=runs.numbers + first)
+                    yield from self._results(numbered, parameters[numbered.numbers])
 
     def _runs(
         self, starts: Array, parameters: Array, between: Callable[[], None]
@@ -125,7 +91,7 @@ class BatchedResults:
         assert rtol is not None
         return iter([self.members.unpromised(rtol, starts, parameters, between)])
 
-    def _results(self, runs: BatchedRuns, parameters: Array) -> Iterator[MemberResults | Missed]:
+    def _results(self, runs: BatchedRuns, parameters: Array) -> Iterator[BlockPart | Missed]:
         """Yield the results of members about which the energy leaves no doubt."""
         eps = self.request.accuracy
         if len(runs.numbers) == 0:
@@ -150,7 +116,7 @@ class BatchedResults:
         scales = (
             {} if eps is None else dict(zip(self.model.state_names, runs.scales.T, strict=True))
         )
-        yield MemberResults(runs.numbers, columns, scales, figures, words).only(sure)
+        yield _only(BlockPart(runs.numbers.tolist(), columns, {}, scales, figures, words), sure)
 
     def _energies(self, states: Array, parameters: Array) -> tuple[Array, Array]:
         """Evaluate :func:`.verification.disproof.energies` of each member, (members, samples)."""
@@ -221,11 +187,16 @@ def _moved_by(states: Array, errors: Array) -> Array:
     return np.concatenate([unmoved, unmoved + moves, unmoved - moves], axis=2)
 
 
-def _renumbered(result: MemberResults | Missed, by: int) -> MemberResults | Missed:
-    """Number members from another one on."""
-    if isinstance(result, Missed):
-        return replace(result, number=result.number + by)
-    return replace(result, numbers=result.numbers + by)
+def _only(part: BlockPart, which: NDArray[np.bool_]) -> BlockPart:
+    """Keep the flagged members."""
+    if which.all():
+        return part
+    columns, scales, figures = (
+        {name: values[which] for name, values in arrays.items()}
+        for arrays in (part.columns, part.scales, part.figures)
+    )
+    numbers = list(compress(part.numbers, which))
+    return replace(part, numbers=numbers, columns=columns, scales=scales, figures=figures)
 
 
 def batched_results(

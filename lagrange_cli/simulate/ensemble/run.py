@@ -160,10 +160,7 @@ class _Runner:
             at_start = {name: values[part.numbers] for name, values in known.items()}
             at_start |= {name: column[:, 0] for name, column in part.columns.items()}
             varied = {name: at_start[name] for name in self.plan.names}
-            part_numbers = numbers[part.numbers].tolist()
-            yield BlockPart(
-                part_numbers, part.columns, varied, part.scales, part.figures, part.words
-            )
+            yield replace(part, numbers=numbers[part.numbers].tolist(), varied=varied)
 
     def _values(
         self, texts: Sequence[str]
@@ -347,7 +344,9 @@ def run_members(
     return len(store.finished) == len(tasks)
 
 
-def run_blocks(tasks: Sequence[Task], jobs: int | None) -> Iterator[MemberBlock | None]:
+def run_blocks(
+    tasks: Sequence[Task], jobs: int | None
+) -> Generator[MemberBlock | None, None, None]:
     """Yield the blocks of tasks as they are finished, None for one that an interrupt reached.
 
     Members that are stepped side by side are run by threads of this process, others by
@@ -356,21 +355,16 @@ def run_blocks(tasks: Sequence[Task], jobs: int | None) -> Iterator[MemberBlock 
     if tasks and jobs not in (None, 1) and _runner(tasks[0].plan).batched is not None:
         # Memory is taken here: what one thread takes and another leaves is not used again.
         both = ((task, _runner(task.plan).gathering(task)) for task in tasks)
-        return in_threads(_run_in_thread, both, jobs)
-    return in_any_order(run_block, tasks, jobs)
+        yield from in_threads(_run_in_thread, both, jobs)
+    else:
+        yield from in_any_order(run_block, tasks, jobs)
 
 
 def _kept(tasks: Sequence[Task], store: Store, jobs: int | None) -> Iterator[int]:
     """Yield the number of each block as soon as it is kept."""
-    blocks = run_blocks(tasks, jobs)
-    with closing(_iterated(blocks)) as finished:
+    with closing(run_blocks(tasks, jobs)) as finished:
         for block in finished:
             if block is None:
                 raise KeyboardInterrupt
             store.keep(block)
             yield block.number
-
-
-def _iterated(blocks: Iterator[MemberBlock | None]) -> Generator[MemberBlock | None, None, None]:
-    """Yield from an iterator, as a generator that can be closed."""
-    yield from blocks

@@ -13,7 +13,7 @@ import re
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -57,7 +57,7 @@ class Store:
         """
         if self.folder is not None:
             write_file(self._path(block.number), _serialized(block))
-        self.finished[block.number] = _without_columns(block)
+        self.finished[block.number] = replace(block, columns={})
 
     def _path(self, number: int) -> Path:
         assert self.folder is not None
@@ -160,10 +160,6 @@ def _put(
 
 
 # Blocks as bytes.
-
-
-def _without_columns(block: MemberBlock) -> MemberBlock:
-    return MemberBlock(block.number, {}, block.varied, block.scales, block.figures, block.words)
 
 
 def _serialized(block: MemberBlock) -> bytes:

@@ -10,7 +10,8 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from lagrange_cli.simulate.ensemble.batched_results import MemberResults, batched_results
+from lagrange_cli.simulate.ensemble.batched_results import batched_results
+from lagrange_cli.simulate.ensemble.blocks import BlockPart
 from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from tests.simulate.compiling import skip_without_compiler
@@ -43,7 +44,7 @@ def judged(calibration, path, accuracy):
         return None
     given = np.array([[p.value or 0.0 for p in model.parameters]])
     found = next(iter(batched.run(np.array([model.initial]), given)), None)
-    if not isinstance(found, MemberResults):
+    if not isinstance(found, BlockPart):
         return None
     columns = {name: column[0] for name, column in found.columns.items()}
     run = SimpleNamespace(t=batched.request.times[:], columns=columns, exempt=(), events=())
