@@ -19,7 +19,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
-from lagrange_cli.simulate.integrators.scipy_explicit import two_sum
+from lagrange_cli.simulate.integrators.fixed_step import two_sum
 
 _STAGES = 8
 _MOST_ITERATIONS = 16

@@ -14,7 +14,7 @@ from lagrange_cli.simulate.integrators.base import (
     UnfitError,
     projection,
 )
-from lagrange_cli.simulate.integrators.symplectic import CALM, DIVERGES, MOST_ITERATIONS, FixedStep
+from lagrange_cli.simulate.integrators.symplectic import CALM, DIVERGES, MOST_ITERATIONS, Verlet
 
 
 def require_shift(rhs: Rhs) -> Shift | None:
@@ -31,7 +31,7 @@ def require_shift(rhs: Rhs) -> Shift | None:
     return shift
 
 
-class Rattle(FixedStep):
+class Rattle(Verlet):
     """Andersen, *J. Comput. Phys.* 52 (1983) 24; *Geometric Numerical Integration*, VII.1.4.
 
     Positions are led back along the gradients where the step began, and velocities along those
@@ -41,26 +41,17 @@ class Rattle(FixedStep):
 
     name = "RATTLE"
     title = "Störmer–Verlet on constraints, fixed step, symplectic"
-    order = 2
     needs = ("separable_on_closures",)
-    kept = (*FixedStep.kept, "_slope")
-
-    _slope: Array | None = None
+    projects = True
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         super().__init__(rhs, t0, y0, t_end, control)
         self._shift = require_shift(rhs)
 
-    def _change(self, t: float, h: float) -> Array:
-        n = len(self.y) // 2
-        start = self._slope if self._slope is not None else self._acceleration(t, self.y)
-        faster = h / 2 * start
-        moved = h * (self.y[n:] + self._low[n:] + faster)
+    def _drift(self, t: float, h: float, moved: Array, faster: Array) -> tuple[Array, Array, Array]:
         if self._shift is not None:
             moved, faster = self._led_back(self._shift, t, h, moved, faster)
-        point = self.y + (self._low + np.concatenate([moved, faster]))
-        self._slope = self._acceleration(t + h, point)
-        return np.concatenate([moved, faster + h / 2 * self._slope])
+        return moved, faster, self.y + (self._low + np.concatenate([moved, faster]))
 
     def _led_back(
         self, shift: Shift, t: float, h: float, moved: Array, faster: Array
@@ -79,6 +70,3 @@ class Rattle(FixedStep):
                 return moved, faster
             before = np.where(size > 0, np.minimum(before, size), before)
         raise StepError(DIVERGES)
-
-    def _acceleration(self, t: float, y: Array) -> Array:
-        return self._rhs(t, y)[len(y) // 2 :]

@@ -15,18 +15,12 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators.base import Control, Rhs, StepError
+from lagrange_cli.simulate.integrators.fixed_step import FixedStep, two_sum
 from lagrange_cli.simulate.integrators.scipy_state import ScipyIntegrator
 
 if TYPE_CHECKING:
     from scipy.integrate import DenseOutput
-
-
-def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """a + b as a rounded sum and its exact rounding error (Knuth)."""
-    s = a + b
-    part = s - a
-    return s, (a - (s - part)) + (b - part)
 
 
 class _ScipyPair(ScipyIntegrator):
@@ -97,33 +91,17 @@ class DOP853(_ScipyPair):
     pair = "DOP853"
 
 
-class RK4(Integrator):
+class RK4(FixedStep):
     """Kutta's classical method of order 4 with a fixed step."""
 
     name = "RK4"
     title = "classical Runge–Kutta, explicit, fixed step"
     order = 4
-    adaptive = False
-    interpolates = False
-    kept = ("_low",)
 
-    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
-        if control.step is None:
-            raise ValueError("RK4 needs control.step")
-        self._rhs, self._h = self._counted(rhs), control.step
-        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
-        self._low = np.zeros_like(self.y)
-
-    def step(self, limit: float) -> None:
-        t, y, rhs = self.t, self.y, self._rhs
-        # A remainder of rounding size joins the step rather than becoming one.
-        t_new = t + self._h if limit - t > self._h * (1 + 1e-9) else limit
-        h = t_new - t  # what t really moves by, rounding included
+    def _change(self, t: float, h: float) -> Array:
+        y, rhs = self.y, self._rhs
         k1 = rhs(t, y)
         k2 = rhs(t + h / 2, y + h / 2 * k1)
         k3 = rhs(t + h / 2, y + h / 2 * k2)
         k4 = rhs(t + h, y + h * k3)
-        y, low = two_sum(y, self._low + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
-        if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
-        self.t, self.y, self._low = t_new, self._projected(t_new, y), low
+        return h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)

@@ -9,15 +9,14 @@ as well in reversible systems (chapter XI).
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
-from lagrange_cli.simulate.integrators.scipy_explicit import two_sum
+from lagrange_cli.simulate.integrators.base import Control, Rhs, StepError
+from lagrange_cli.simulate.integrators.fixed_step import FixedStep
 
 #: Iterations of the equations of a step after which it is given up (rattle.c and collocation.c do
 #: the same).
@@ -30,41 +29,6 @@ CALM = 2
 _CONVERGED = 2.0**-20
 
 
-class FixedStep(Integrator):
-    """Steps of ``control.step``, shorter ones at the end of what is asked for."""
-
-    adaptive = False
-    interpolates = False
-    symplectic = True
-    kept: ClassVar[tuple[str, ...]] = ("_low",)
-
-    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
-        if control.step is None:
-            raise ValueError(f"{self.name} needs control.step")
-        self._rhs, self._h = self._counted(rhs), control.step
-        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
-        self._low = np.zeros_like(self.y)
-
-    def step(self, limit: float) -> None:
-        t = self.t
-        # A remainder of rounding size joins the step rather than becoming one.
-        t_new = t + self._h if limit - t > self._h * (1 + 1e-9) else limit
-        y, low = two_sum(self.y, self._low + self._change(t, t_new - t))
-        if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
-        projected = self._projected(t_new, y)
-        if projected is not y:
-            self._moved()
-        self.t, self.y, self._low = t_new, projected, low
-
-    @abstractmethod
-    def _change(self, t: float, h: float) -> Array:
-        """Return the change of the state over a step, without the rounding of the sum."""
-
-    def _moved(self) -> None:
-        """Forget what belongs to a state that was then projected."""
-
-
 class Verlet(FixedStep):
     """Störmer's and Verlet's method in the form of velocities.
 
@@ -75,6 +39,7 @@ class Verlet(FixedStep):
     name = "Verlet"
     title = "Störmer–Verlet, explicit, fixed step, symplectic"
     order = 2
+    symplectic = True
     needs = ("separable",)
     projects = False
     kept = ("_low", "_slope")
@@ -84,11 +49,22 @@ class Verlet(FixedStep):
     def _change(self, t: float, h: float) -> Array:
         n = len(self.y) // 2
         start = self._slope if self._slope is not None else self._acceleration(t, self.y)
-        half = h / 2 * start
-        moved = h * (self.y[n:] + self._low[n:] + half)
-        point = np.concatenate([self.y[:n] + (self._low[:n] + moved), self.y[n:]])
+        faster = h / 2 * start
+        moved = h * (self.y[n:] + self._low[n:] + faster)
+        moved, faster, point = self._drift(t, h, moved, faster)
         self._slope = self._acceleration(t + h, point)
-        return np.concatenate([moved, half + h / 2 * self._slope])
+        return np.concatenate([moved, faster + h / 2 * self._slope])
+
+    def _drift(self, t: float, h: float, moved: Array, faster: Array) -> tuple[Array, Array, Array]:
+        """Return changes of positions, those of velocities in half a step, and the state then.
+
+        Parameters
+        ----------
+        moved, faster
+            These changes without constraints.
+        """
+        n = len(moved)
+        return moved, faster, np.concatenate([self.y[:n] + (self._low[:n] + moved), self.y[n:]])
 
     def _acceleration(self, t: float, y: Array) -> Array:
         return self._rhs(t, y)[len(y) // 2 :]
@@ -137,7 +113,7 @@ class _Collocation(FixedStep):
     in a row, since half of the components of a mechanical system change in turn.
     """
 
-    implicit = False
+    symplectic = True
     kept = ("_low", "_slopes", "_last")
     tableau: ClassVar[_Tableau]
 
