@@ -28,11 +28,11 @@ from lagrange_cli.simulate.model.charts import (
     guard_program,
     singular_source,
 )
+from lagrange_cli.simulate.model.expressions import outputs_program, with_accelerations
 from lagrange_cli.simulate.model.model import Code, Model, ModelParameter
 from lagrange_cli.simulate.model.peak_exponents import peak_exponents
 from lagrange_cli.simulate.model.switching_surfaces import (
     OneSided,
-    continuous_quantities,
     one_sided,
     surface_events,
     surface_rates,
@@ -235,14 +235,10 @@ def _sided_programs(equations: Equations) -> dict[str, Program]:
         programs["sided_contact_rhs"] = build_program(sided.equations, ("contact_acceleration",))
     return programs | {
         "sided_rhs": build_program(sided.equations, ("acceleration",)),
-        "continuous": program_of(
-            replace(sided.equations, outputs=continuous_quantities(sided)), "outputs"
-        ),
-        "surfaces": program_of(replace(sided.equations, outputs=surface_events(sided)), "outputs"),
-        "surface_values": program_of(
-            replace(sided.equations, outputs=surface_values(sided)), "outputs"
-        ),
-        "surface_rates": program_of(surface_rates(sided).equations, "outputs"),
+        "continuous": outputs_program(sided.equations, sided.continuous),
+        "surfaces": outputs_program(sided.equations, surface_events(sided)),
+        "surface_values": outputs_program(sided.equations, surface_values(sided)),
+        "surface_rates": outputs_program(with_accelerations(sided.equations), surface_rates(sided)),
     }
 
 
@@ -281,8 +277,7 @@ def _watched(equations: Equations) -> dict[str, Program]:
     exponents = peak_exponents(equations)
     if not exponents:
         return {}
-    outputs = tuple((f"landmark({k})", e) for k, e in enumerate(exponents))
-    return {"landmarks": program_of(replace(equations, outputs=outputs), "outputs")}
+    return {"landmarks": outputs_program(equations, exponents)}
 
 
 def _forces(equations: Equations) -> Program | None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.json_report import in_scene_language
 from lagrange_cli.emit.python.functions import module_source, program_of
+from lagrange_cli.simulate.model.expressions import outputs_program
 from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart
 
 if TYPE_CHECKING:
@@ -34,8 +35,8 @@ def singular_source(equations: Equations) -> str:
     """Write a function whose numbers vanish at singular configurations; empty if there are none."""
     if not equations.singular:
         return ""
-    asked = tuple((f"place{k}", place.where) for k, place in enumerate(equations.singular))
-    return module_source({"outputs": program_of(replace(equations, outputs=asked), "outputs")})
+    places = (place.where for place in equations.singular)
+    return module_source({"outputs": outputs_program(equations, places)})
 
 
 def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | None:
@@ -46,9 +47,8 @@ def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | Non
     if not places:
         return None
     names = [c.name for c in equations.coordinates]
-    asked = tuple((f"place{k}", place.where) for k, place in enumerate(places))
     rates = [[len(names) + names.index(name) for name in place.coordinates] for place in places]
-    return program_of(replace(equations, outputs=asked), "outputs"), rates
+    return outputs_program(equations, (place.where for place in places)), rates
 
 
 def former_chart(equations: Equations) -> FormerChart | None:

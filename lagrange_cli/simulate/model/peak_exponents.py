@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.simulate.model.expressions import forces_and_inertias
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -37,18 +37,12 @@ def peak_exponents(equations: Equations) -> tuple[Expr, ...]:
     """
     moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}
     every: dict[Expr, None] = {}
-    for expression in _expressions(equations):
+    for expression in forces_and_inertias(equations):
         for part in sympy.preorder_traversal(expression):
             for exponent in _exponents(part):
                 if not moving.isdisjoint(exponent.free_symbols):
                     every[exponent] = None
     return tuple(every) if len(every) <= _MOST_EXPONENTS else ()
-
-
-def _expressions(equations: Equations) -> Iterator[Expr]:
-    yield from equations.forcing
-    for row in equations.mass_matrix:
-        yield from entries(row).values()
 
 
 def _exponents(e: Expr) -> Iterator[Expr]:

@@ -17,8 +17,10 @@ from typing import TYPE_CHECKING
 
 import sympy
 
+from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
+from lagrange_cli.simulate.model.expressions import rates
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -93,7 +95,7 @@ def _momenta(equations: Equations, smooth: Callable[[Expr], Expr]) -> Iterator[E
     kinked = {s for kink in kinks for s in kink.free_symbols}
     velocities = [c.v for c in equations.coordinates if c.v in kinked]
     lagrangian = smooth(equations.lagrangian) if velocities else equations.lagrangian
-    return (_slope(lagrangian, v) for v in velocities)
+    return (derivative(lagrangian, v) for v in velocities)
 
 
 def _row(row: Sequence[Expr], smooth: Callable[[Expr], Expr]) -> Sequence[Expr]:
@@ -220,58 +222,24 @@ def _kinks(e: Expr) -> Iterator[Expr]:
         yield e
 
 
-def surface_events(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
-    """Name the event function of each surface, which is positive on the present side."""
-    return _named([sign * s for sign, s in zip(sided.signs, sided.surfaces, strict=True)])
+def surface_events(sided: OneSided) -> list[Expr]:
+    """List the event function of each surface, which is positive on the present side."""
+    return [sign * s for sign, s in zip(sided.signs, sided.surfaces, strict=True)]
 
 
-def surface_values(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
-    """Name the function of each surface, then the magnitudes that each is the sum of."""
-    return _named([*sided.surfaces, *map(_magnitude, sided.surfaces)])
+def surface_values(sided: OneSided) -> list[Expr]:
+    """List the function of each surface, then the magnitudes that each is the sum of."""
+    return [*sided.surfaces, *map(_magnitude, sided.surfaces)]
 
 
-def continuous_quantities(sided: OneSided) -> tuple[tuple[str, Expr], ...]:
-    """Name the quantities that do not jump at a surface where no impulse acts."""
-    return _named(sided.continuous)
+def surface_rates(sided: OneSided) -> list[Expr]:
+    """List how what :func:`surface_values` gives changes, with accelerations.
 
-
-def surface_rates(sided: OneSided) -> OneSided:
-    """Equations with the accelerations as further parameters, whose outputs tell how what
-    :func:`surface_values` gives changes: the first rate of each surface, then the second, 0 where
-    the surface hangs on velocities, then the magnitudes behind the first.
+    The first rate of each surface, then the second, 0 where the surface hangs on velocities, then
+    the magnitudes behind the first.
     """
-    e = sided.equations
-    velocities = {c.v for c in e.coordinates}
-    first = [_rate(s, e) for s in sided.surfaces]
-    second = [
-        sympy.Integer(0) if s.free_symbols & velocities else _rate(r, e)
-        for s, r in zip(sided.surfaces, first, strict=True)
-    ]
-    accelerations = (Parameter(c.a.name, c.a) for c in e.coordinates)
-    outputs = _named([*first, *second, *map(_magnitude, first)])
-    known = replace(e, parameters=(*e.parameters, *accelerations), outputs=outputs)
-    return replace(sided, equations=known)
-
-
-def _named(expressions: Sequence[Expr]) -> tuple[tuple[str, Expr], ...]:
-    return tuple((f"surface({k})", e) for k, e in enumerate(expressions))
-
-
-def _rate(s: Expr, e: Equations) -> Expr:
-    """Differentiate with respect to time, on one side."""
-    terms = [sympy.diff(s, e.t)]
-    for c in e.coordinates:
-        if c.q in s.free_symbols:
-            terms.append(_slope(s, c.q) * c.v)
-        if c.v in s.free_symbols:
-            terms.append(_slope(s, c.v) * c.a)
-    return sympy.Add(*terms)
-
-
-def _slope(s: Expr, symbol: Symbol) -> Expr:
-    from lagrange_cli.mechanics.algebra.derivatives import derivative
-
-    return derivative(s, symbol)
+    first, second = rates(sided.surfaces, sided.equations, sympy.diff)
+    return [*first, *second, *map(_magnitude, first)]
 
 
 def _magnitude(e: Expr) -> Expr:

@@ -7,17 +7,20 @@ evaluates them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import sympy
 
 from lagrange_cli.emit.json_report import in_scene_language
-from lagrange_cli.emit.python.functions import module_source, program_of
+from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.equations import Parameter
-from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.simulate.model.expressions import (
+    forces_and_inertias,
+    outputs_program,
+    rates,
+    with_accelerations,
+)
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -41,18 +44,12 @@ def _steep_arguments(equations: Equations) -> tuple[Expr, ...]:
     moving = {s for c in equations.coordinates for s in (c.q, c.v)}
     numbers = {p.symbol: sympy.Float(p.value) for p in equations.parameters if p.value is not None}
     arguments: dict[Expr, None] = {}
-    for expression in _forces(equations):
+    for expression in forces_and_inertias(equations):
         for argument in _steep(expression, numbers):
             short = argument.count_ops() <= _LARGEST_ARGUMENT
             if short and not argument.free_symbols.isdisjoint(moving):
                 arguments[argument] = None
     return tuple(arguments)[:_MOST_ARGUMENTS]
-
-
-def _forces(equations: Equations) -> Iterator[Expr]:
-    yield from equations.forcing
-    for row in equations.mass_matrix:
-        yield from entries(row).values()
 
 
 def _steep(expression: Expr, numbers: Mapping[Expr, Expr]) -> Iterator[Expr]:
@@ -82,30 +79,6 @@ def steep_source(equations: Equations) -> str:
     arguments = _steep_arguments(equations)
     if not arguments:
         return ""
-    velocities = {c.v for c in equations.coordinates}
-    first = [_rate(g, equations) for g in arguments]
-    second = [
-        sympy.Integer(0) if g.free_symbols & velocities else _rate(rate, equations)
-        for g, rate in zip(arguments, first, strict=True)
-    ]
-    accelerations = (Parameter(c.a.name, c.a) for c in equations.coordinates)
-    asked = replace(
-        equations,
-        parameters=(*equations.parameters, *accelerations),
-        outputs=tuple(_named([*arguments, *first, *second])),
-    )
-    return module_source({"outputs": program_of(asked, "outputs")})
-
-
-def _named(expressions: Iterable[Expr]) -> Iterator[tuple[str, Expr]]:
-    return ((f"steep{k}", e) for k, e in enumerate(expressions))
-
-
-def _rate(expression: Expr, equations: Equations) -> Expr:
-    """Differentiate with respect to time."""
-    terms = [derivative(expression, equations.t)]
-    for c in equations.coordinates:
-        terms.append(derivative(expression, c.q) * c.v)
-        if c.v in expression.free_symbols:
-            terms.append(derivative(expression, c.v) * c.a)
-    return sympy.Add(*terms)
+    first, second = rates(arguments, equations, derivative)
+    every = [*arguments, *first, *second]
+    return module_source({"outputs": outputs_program(with_accelerations(equations), every)})

@@ -1,0 +1,65 @@
+"""Expressions over a state: what moves it, rates along a motion, and programs for some of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.emit.python.functions import program_of
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.equations import Parameter
+from lagrange_cli.mechanics.sparse import entries
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.program.program import Program
+
+
+def forces_and_inertias(equations: Equations) -> Iterator[Expr]:
+    """Yield the forces, then the entries of the mass matrix that are not zero."""
+    yield from equations.forcing
+    for row in equations.mass_matrix:
+        yield from entries(row).values()
+
+
+def outputs_program(equations: Equations, expressions: Iterable[Expr]) -> Program:
+    """Make the program that evaluates some expressions, in place of the scene's outputs."""
+    outputs = tuple((f"output({k})", e) for k, e in enumerate(expressions))
+    return program_of(replace(equations, outputs=outputs), "outputs")
+
+
+def with_accelerations(equations: Equations) -> Equations:
+    """Add the accelerations as further parameters."""
+    accelerations = (Parameter(c.a.name, c.a) for c in equations.coordinates)
+    return replace(equations, parameters=(*equations.parameters, *accelerations))
+
+
+def rates(
+    expressions: Sequence[Expr], equations: Equations, in_time: Callable[[Expr, Symbol], Expr]
+) -> tuple[list[Expr], list[Expr]]:
+    """Differentiate expressions with respect to time, once and twice.
+
+    A second rate is 0 where the expression depends on velocities. ``in_time`` is the partial
+    derivative with respect to the time.
+    """
+    velocities = {c.v for c in equations.coordinates}
+    first = [_rate(e, equations, in_time) for e in expressions]
+    second = [
+        sympy.Integer(0) if e.free_symbols & velocities else _rate(rate, equations, in_time)
+        for e, rate in zip(expressions, first, strict=True)
+    ]
+    return first, second
+
+
+def _rate(expression: Expr, equations: Equations, in_time: Callable[[Expr, Symbol], Expr]) -> Expr:
+    terms = [in_time(expression, equations.t)]
+    for c in equations.coordinates:
+        terms.append(derivative(expression, c.q) * c.v)
+        if c.v in expression.free_symbols:
+            terms.append(derivative(expression, c.v) * c.a)
+    return sympy.Add(*terms)
