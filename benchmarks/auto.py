@@ -15,6 +15,7 @@ import json
 import statistics
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -97,6 +98,18 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
+def fronts(reports: Sequence[dict[str, Any]]) -> str:
+    """Markdown: on the fronts of how many scenes, by seconds, each method is."""
+    methods = Counter(
+        method
+        for report in reports
+        for method in {run["method"] for run in report["runs"] if run["pareto"]}
+    )
+    lines = ["| method | on the fronts of scenes |", "|---|---|"]
+    lines += [f"| {method} | {count} |" for method, count in methods.most_common()]
+    return "\n".join(lines)
+
+
 def summary(rows: Sequence[dict[str, Any]], left_out: int) -> str:
     """How many runs are within the bar."""
     kept = [row for row in rows if row["error"] is not None]
@@ -118,15 +131,17 @@ def main() -> int:
     options = parser.parse_args()
     rows: list[dict[str, Any]] = []
     left_out: dict[str, str] = {}
+    reports: list[dict[str, Any]] = []
     for scene in scenes(options.paths):
         report = measured(scene, options.budget, options.repeat)
         if isinstance(report, str):
             left_out[scene.stem] = report
         else:
             rows += rows_of(scene, report)
+            reports.append(report)
         print(f"{scene.stem}: {left_out.get(scene.stem, 'done')}", file=sys.stderr, flush=True)
     print(table([row for row in rows if row["error"] is not None]))
-    print(f"\n{summary(rows, len(left_out))}")
+    print(f"\n{summary(rows, len(left_out))}\n\n{fronts(reports)}")
     if options.json:
         Path(options.json).write_text(
             json.dumps({"rows": rows, "left_out": left_out}, indent=1), encoding="utf-8"

@@ -8,7 +8,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError, projection
 from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
 from lagrange_cli.simulate.integrators.external.ida import IDA
-from lagrange_cli.simulate.integrators.external.sundials import CVODE, CVODEAdams
+from lagrange_cli.simulate.integrators.external.sundials import CVODE
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import ContactMotion
 from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
@@ -29,7 +29,7 @@ INTEGRATORS: dict[str, type[Integrator]] = {
     method.name: method
     for method in (
         *(DOP853, Gauss16, RK45, RK4, Verlet, Rattle, Gauss4, Gauss6),
-        *(Radau, BDF, LSODA, Taylor, CVODE, CVODEAdams, IDA),
+        *(Radau, BDF, LSODA, Taylor, CVODE, IDA),
     )
 }
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from contextlib import redirect_stdout
 from io import StringIO
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -116,7 +116,6 @@ class CVODE(Sundials):
     order = 5
     implicit = True
     projects = False
-    formulas: ClassVar[str] = "BDF"
 
     def _begun(self, **options: Any) -> Any:
         from sksundae import cvode
@@ -124,16 +123,6 @@ class CVODE(Sundials):
         def slope(t: float, z: Array, out: Array) -> None:
             out[:] = self._rhs(t, self._state(z))
 
-        solver = cvode.CVODE(slope, method=self.formulas, **options)
+        solver = cvode.CVODE(slope, method="BDF", **options)
         solver.init_step(self.t, np.zeros_like(self._origin))
         return solver
-
-
-class CVODEAdams(CVODE):
-    """Adams' formulas of variable coefficients, orders 1 to 12, solved by Newton's method: those
-    of orders 1 and 2 pass over stiffness."""
-
-    name = "CVODE-Adams"
-    title = "Adams' formulas of SUNDIALS, for smooth motion"
-    order = 12
-    formulas = "Adams"
