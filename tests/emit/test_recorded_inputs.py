@@ -96,6 +96,17 @@ def test_the_c_program_ends_with_the_recording(tmp_path, until, code):
 
 
 @pytest.mark.compiler
+def test_columns_may_be_named_like_places_in_templates(tmp_path, monkeypatch):
+    column = "@REAL@ @RECORDED@ @NAME@"
+    monkeypatch.setattr(f"{__name__}.SCENE", SCENE.replace("a [m/s^2] */", column))
+    program = executable(made(tmp_path, "linear", TABLE.replace("a [m/s^2] */", column)), tmp_path)
+    code, _, stderr = printed(program, "until=4.01")
+    assert code == 2
+    assert f"column {column} of" in stderr
+    assert column in (tmp_path / "cart.c").read_text()
+
+
+@pytest.mark.compiler
 def test_what_is_held_goes_on(tmp_path):
     program = executable(made(tmp_path, "previous"), tmp_path, "float")
     assert printed(program, "until=9")[0] == 0

@@ -71,7 +71,6 @@ def main_text(equations: Equations, target: CTarget) -> str:
     needed = [_named(_NEEDED, p.name, field) for p, field in fields if p.value is None]
     recorded = c_recorded(equations, target)
     replacements = {
-        "@RECORDED@": f"{recorded.functions}\n".lstrip("\n"),
         "@WITHIN@": recorded.checks,
         "@PARAMETERS@": "".join(parameters),
         "@NEEDED@": "".join(needed),
@@ -96,6 +95,7 @@ def main_text(equations: Equations, target: CTarget) -> str:
     }
     constants = {"ZERO": 0.0, "HALF": 0.5, "ONE": 1.0, "TWO": 2.0, "SIX": 6.0}
     replacements |= {f"@{name}@": real.value(number) for name, number in constants.items()}
+    replacements["@RECORDED@"] = f"{recorded.functions}\n".lstrip("\n")
     text = "\n" + c_template("main")
     return filled(text, replacements)
 

@@ -52,13 +52,14 @@ def c_recorded(equations: Equations, target: CTarget) -> CRecorded:
         rows = [", ".join(map(real.value, row)) for row in polynomial_rows(pieces)]
         replacements = {
             "@NUMBERS@": ",\n".join(f"        {{{row}}}" for row in rows),
-            "@TEXT@": name,
             "@REAL@": real.name,
             "@NAME@": prefix,
             "@K@": str(number),
             "@ROWS@": str(len(rows)),
             "@WIDTH@": str(pieces.coefficients.shape[1] + 1),
             "@ZERO@": real.value(0.0),
+            # The last: names of files and columns may look like tokens.
+            "@TEXT@": name,
         }
         functions += "\n" + filled(c_template("recorded"), replacements)
         call = f"{prefix}_recorded_{number}(t + at[stage]*h, t + at[1]*h)"
@@ -67,5 +68,5 @@ def c_recorded(equations: Equations, target: CTarget) -> CRecorded:
         says = "goes on" if math.isinf(pieces.end) else f"ends at t = {pieces.end!r}"
         message = c_string(f"{name}: begins at t = {float(pieces.starts[0])!r}, {says}")
         bounds = _C_BOUNDS.replace("@FIRST@", real.value(float(pieces.starts[0])))
-        checks += bounds.replace("@UNTIL@", ends).replace("@TEXT@", message)
+        checks += bounds.replace("@UNTIL@", ends).replace("@TEXT@", message.replace("@", r"\100"))
     return CRecorded(functions, setting, checks)
