@@ -48,6 +48,7 @@ def command(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_what_rests_at_the_start_is_no_fact() -> None:
     # L does not hold x, but a force acts on it.
     assert {c.name for c in derived("stop_spring").equations.conserved} == {"p_y"}
@@ -110,6 +111,7 @@ def test_constraint_forces_of_kinked_terms(name: str) -> None:
     assert load(DEFECTS / f"{name}.yaml").derive(forces=True).equations.constraint_forces
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -130,6 +132,7 @@ def test_hostile_numbers_are_derived_or_refused_at_their_place(name: str) -> Non
     assert time.process_time() - started < 20
 
 
+@pytest.mark.slow
 def test_too_many_samples_are_a_located_problem() -> None:
     checked = command("check", str(DEFECTS / "samples_1e150.yaml"), "--format", "json")
     assert checked.returncode == 1
@@ -138,6 +141,7 @@ def test_too_many_samples_are_a_located_problem() -> None:
     assert all(p["line"] for p in scene["problems"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["slot_many", "bounce_1000"])
 def test_samples_that_alias_with_the_motion(name: str) -> None:
     found = moved(name)
@@ -145,6 +149,7 @@ def test_samples_that_alias_with_the_motion(name: str) -> None:
     assert len(found.events) > 900
 
 
+@pytest.mark.slow
 def test_annotations_hold_no_control_characters() -> None:
     checked = command("check", str(DEFECTS / "github_controls.yaml"), "--format", "github")
     assert checked.returncode == 1
@@ -152,6 +157,7 @@ def test_annotations_hold_no_control_characters() -> None:
     assert all(line.startswith("::") for line in checked.stdout.splitlines() if "foo" in line)
 
 
+@pytest.mark.slow
 def test_floors_at_zero() -> None:
     assert moved("floor_at_zero_beside_a_rod").status == "ok"
     trebuchet = moved("trebuchet_taut")

@@ -105,6 +105,7 @@ def test_the_two_commands():
     assert all(block.body.count("\n") == 1 for block in found)
 
 
+@pytest.mark.slow
 def test_first_command_ends_with_equations_and_a_simulated_result(folder):
     """The part after the installation, which CI runs as a whole."""
     _, _, *words = blocks("sh")[0].body.strip().split(" && ")
@@ -114,6 +115,7 @@ def test_first_command_ends_with_equations_and_a_simulated_result(folder):
     assert "t = 10" in simulated
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize("block", blocks("console"), ids=lambda block: f"line {block.line}")
 def test_console(block, folder):

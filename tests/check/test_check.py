@@ -119,6 +119,7 @@ def test_what_holds_passes(expect, tmp_path):
     assert (report.outcome, report.problems) == ("pass", ())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("expect", FAILS)
 def test_what_does_not_hold_is_located(expect, tmp_path):
     report = outcome(tmp_path, expect)
@@ -149,6 +150,7 @@ def test_state_is_compared_within_its_bound(state, found, tmp_path):
     assert outcome(tmp_path, f"  state: {state}\n", FALL).outcome == found
 
 
+@pytest.mark.slow
 def test_drift_of_what_is_not_conserved_fails(tmp_path):
     damped = FALL + "dissipation: {air: m*dot(z)^2/2}\nsimulate: {until: 1}\n"
     (problem,) = outcome(tmp_path, "  drift: {energy: 1}\n", damped).problems

@@ -82,6 +82,7 @@ class TestDerive:
         assert (done.returncode, done.stderr) == (0, b"")
         assert b"DOF = 2" in done.stdout
 
+    @pytest.mark.slow
     def test_json_is_json_in_poor_locales(self):
         done = subprocess.run(
             [sys.executable, "-m", "lagrange_cli", "check", "-", "--json"],
@@ -135,6 +136,7 @@ class TestWarnings:
         assert "warning: " in done.stderr
         assert "DOF = 6" in done.stdout
 
+    @pytest.mark.slow
     def test_quiet_says_nothing(self):
         assert lagrange("derive", self.SCENE, "-q").stderr == ""
 

@@ -115,6 +115,7 @@ def test_simulate_goes_on_past_an_elbow():
     assert "singular where" in kept.stderr
 
 
+@pytest.mark.slow
 def test_euler_angles_at_gimbal_lock_are_refused():
     done = lagrange("simulate", TOP, "-i", "theta=0")
     assert done.returncode == 2

@@ -180,6 +180,7 @@ def test_a_checkpoint_stays_where_the_result_cannot_be_written(folder, monkeypat
     assert not (folder / "c").exists()
 
 
+@pytest.mark.slow
 def test_a_folder_of_parts_without_any_is_no_obstacle(folder):
     """A run can be killed just after it has made the folder of its blocks."""
     (folder / "a.npz.parts").mkdir()

@@ -151,6 +151,7 @@ def c_code(name: str, real: Real) -> str:
     return "\n".join([target.fill(PRELUDE) + own, *codes])
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize("real", ["float", "double", "long-double"])
 def test_compilers_read_every_template_of_c(real: str, tmp_path: Path) -> None:

@@ -172,6 +172,7 @@ def test_one_row_is_enough_to_hold(tmp_path, rows):
         read(tmp_path, content, interpolation="previous")
 
 
+@pytest.mark.slow
 def test_a_large_file_is_read(tmp_path):
     lines = [f"{k},{k % 7}" for k in range(300_000)]
     content = "\n".join(["t,a", *lines])

@@ -54,6 +54,7 @@ def test_terms_and_factors_are_ordered_by_form_and_number():
     assert in_canonical_order(minus).terms[0] == (Fraction(1), b)  # a positive term leads
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [8, 13])
 def test_large_programs_keep_their_values(n):
     equations = systems.collected_chain(n)

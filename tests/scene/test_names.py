@@ -74,6 +74,7 @@ def test_refused(text: str, expected: list[str]) -> None:
     assert rules(text) == expected
 
 
+@pytest.mark.slow
 def test_a_long_chain_of_definitions_is_no_circle() -> None:
     lines = [f"  q{i}a: q{i - 1}a + 1\n" for i in range(5000, 0, -1)]
     scene = read_text(BOB + "definitions:\n" + "".join(lines) + "  q0a: x\n")

@@ -283,6 +283,7 @@ def test_plot_draws_a_picture(trajectory, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.png", "a.svg"]
 
 
+@pytest.mark.slow
 def test_plot_without_matplotlib_says_how_to_get_it(trajectory, tmp_path, monkeypatch):
     import sys
 

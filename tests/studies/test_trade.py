@@ -69,6 +69,7 @@ def test_errors_are_those_from_the_closed_form(oscillator, traded):
         assert point.drift == pytest.approx(run.energy_drift, rel=1e-3, abs=1e-16)
 
 
+@pytest.mark.slow
 def test_errors_of_methods_span_the_same_range(traded):
     for name in ("DOP853", "RK4", "Gauss4", "Gauss6"):
         known = [p.error for p in traded.points if p.setting.method == name and p.error]

@@ -49,6 +49,7 @@ def test_summary_is_the_contract(traded):
     assert {(run["rtol"] is None) ^ (run["step"] is None) for run in found["runs"]} == {True}
 
 
+@pytest.mark.slow
 def test_recommended_options_run_the_same(oscillator, traded):
     for found in traded.recommended:
         words = options_of(found.point.setting).split()

@@ -120,10 +120,12 @@ def test_every_scene_has_a_lagrangian_from_a_book() -> None:
     assert len(SCENES) >= 60
 
 
+@pytest.mark.slow
 def test_names_are_the_files() -> None:
     assert [derived(name).name for name in SCENES] == list(SCENES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [n for n, p in SCENES.items() if p.parent.name != "lecture" and n != "trammel"]
 )
@@ -416,6 +418,7 @@ ACCOUNTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(ACCOUNTS))
 def test_account_of_the_lecture(name: str) -> None:
     account = derived(name).account

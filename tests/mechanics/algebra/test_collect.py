@@ -66,6 +66,7 @@ TERMS = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(TERMS, min_size=1, max_size=12), st.integers(1, 1000))
 @generated
 def test_a_collected_sum_is_the_sum_and_no_longer(terms: list[sp.Expr], seed: int) -> None:
@@ -75,6 +76,7 @@ def test_a_collected_sum_is_the_sum_and_no_longer(terms: list[sp.Expr], seed: in
     assert len(found) <= len(terms)
 
 
+@pytest.mark.slow
 @given(
     st.lists(
         st.tuples(
@@ -212,6 +214,7 @@ def test_a_factored_sum_is_the_sum(terms: list[sp.Expr], seed: int) -> None:
     assert difference(factored(terms), sp.Add(*terms), size, seed) < mpf(10) ** -30
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.sampled_from([a, b, x, l, sp.Integer(1), sp.Integer(2)]), min_size=2, max_size=4),
     st.integers(1, 3),

@@ -27,6 +27,7 @@ def refused(constraints):
     return problem
 
 
+@pytest.mark.slow
 def test_triangle_of_sides_1_1_3():
     problem = refused("""
   ab: {distance: [A, B], equals: l}
@@ -41,6 +42,7 @@ def test_triangle_of_sides_1_1_3():
     assert "'ca'" in problem.hint
 
 
+@pytest.mark.slow
 def test_the_shortest_path_is_named_and_nothing_else():
     problem = refused("""
   far: {distance: [D, O], equals: 3.5}
@@ -53,6 +55,7 @@ def test_the_shortest_path_is_named_and_nothing_else():
     assert "around" not in problem.message
 
 
+@pytest.mark.slow
 def test_two_lengths_of_one_rod():
     problem = refused("""
   first: {distance: [A, B], equals: 1}

@@ -382,6 +382,7 @@ def test_a_gradient_beyond_doubles_is_refused_where_it_comes_from():
     assert caught.value.problems[0].mark is not None
 
 
+@pytest.mark.slow
 def test_velocities_that_only_rates_of_1e150_would_give_are_refused():
     scene = (
         "coordinates: [h, p]\nparticles: {b: {mass: 1, position: [x, y, z]}}\n"

@@ -106,6 +106,7 @@ def test_a_wrong_row_among_many_is_caught(row: int) -> None:
             certify(wrong, 30, 8)
 
 
+@pytest.mark.slow
 def test_a_wrong_energy_of_many_is_caught() -> None:
     right = derivation()
     first = right.reduced.coordinates[50]
@@ -115,6 +116,7 @@ def test_a_wrong_energy_of_many_is_caught() -> None:
             certify(replace(right, **{part: wrong}), 30, 8)
 
 
+@pytest.mark.slow
 def test_one_state_is_enough_for_many() -> None:
     found = equations().certificate
     assert (found.points, found.digits) == (1, 30)
@@ -231,6 +233,7 @@ def test_what_doubles_do_not_reach_is_an_error(value: float) -> None:
         DoubleTape(Tape([form], [x]), 1).run([value])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", ["0.25", "1e200", "1e-200"])
 def test_points_of_many_links_have_all_digits(length: str) -> None:
     """Squares of the longest and shortest are beyond the range of doubles."""
@@ -283,6 +286,7 @@ def test_a_redundant_rod_among_many_is_named() -> None:
 # The initial state.
 
 
+@pytest.mark.slow
 def test_missing_velocities_of_many_have_least_energy() -> None:
     """One given velocity; the others against the dense formula, masses equal."""
     e = derive(read_text(chain(extra="  dot(z[40]): 2\n  dot(x[7]): 0\n")))
@@ -302,6 +306,7 @@ def test_missing_velocities_of_many_have_least_energy() -> None:
     assert np.abs(np.array(e.initial.velocities) - expected).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_an_initial_state_off_one_of_many_rods_is_refused() -> None:
     with pytest.raises(InputError) as refused:
         derive(read_text(chain().replace("z[i=1..n]: 0", "z[i=1..n]: l*max(0, i - 69)")))

@@ -126,6 +126,7 @@ EXPRESSIONS = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(EXPRESSIONS, st.integers(1, 10**6))
 @generated
 def test_forward_and_backward_agree_with_symbolic_derivatives(expr: sp.Expr, seed: int) -> None:

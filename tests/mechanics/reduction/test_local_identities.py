@@ -62,6 +62,7 @@ def test_the_cycloid_goes_on_beyond_the_branch(start: float) -> None:
     assert abs(wire(place(warning.message))) > 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", ["theta: 4", "theta: 6", "theta: 0", "theta: -1", ""])
 def test_a_start_elsewhere_is_told_one_that_holds(start: str) -> None:
     text = CYCLOID.format(constraints=WIRE, start=start)
@@ -140,6 +141,7 @@ def test_a_gap_that_keeps_the_motion_on_the_part() -> None:
     assert not [w for w in e.warnings if w.rule == "on-a-part"]
 
 
+@pytest.mark.slow
 @few
 @given(st.floats(-3, 3), st.floats(-9, 9))
 def test_an_angle_within_half_a_turn(shift: float, start: float) -> None:

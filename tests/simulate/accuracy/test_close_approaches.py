@@ -94,6 +94,7 @@ def test_a_comet_of_eccentricity_close_to_1_is_followed_past_the_sun():
     assert max(errors) <= found.estimated < 1e-8
 
 
+@pytest.mark.slow
 def test_a_coarse_run_that_comes_close_is_made_finer():
     """Else it passes the sun on the wrong side, and winds about it without end."""
     of = model(COMET % (*APHELION, 62.8, 101))

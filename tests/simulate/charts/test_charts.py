@@ -209,6 +209,7 @@ def test_coordinates_are_left_only_where_the_formulation_is_free():
         assert bool(asked_for) is free
 
 
+@pytest.mark.slow
 def test_start_at_the_pole_in_cartesian_names():
     text = SPHERICAL + "initial: {x: 0, y: 0, z: -1, dot(x): 1, dot(y): 2}\n"
     run = ran(text, accuracy=1e-9)

@@ -137,6 +137,7 @@ def test_members_are_single_runs_within_both_estimates(name):
         assert math.isnan(block.figures["energy_drift"][k]) == (drift is None)
 
 
+@pytest.mark.slow
 def test_a_throw_is_exact():
     plan, rows = plan_of("thrown"), rows_of("thrown", 9)
     block = run_block(Task(plan, 0, tuple(rows)))

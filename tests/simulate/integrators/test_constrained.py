@@ -138,6 +138,7 @@ def test_against_angles():
     assert np.abs(states[:, :4] - exact).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_drift_after_many_steps():
     """A hundred thousand steps of the double pendulum: rods keep their length to the last digit."""
     how = control(8, 1e-6, first_step=1e-3, max_step=1e-3)

@@ -104,6 +104,7 @@ def test_a_compiled_method_goes_on(method):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [n for n, m in COMPILED.items() if m.projects and not m.needs])
 @pytest.mark.parametrize("real", [DOUBLE, EXTENDED], ids=["double", "extended"])
 def test_a_compiled_method_goes_on_with_constraints(method, real):

@@ -39,6 +39,7 @@ def period(amplitude):
     return float(4 * mpmath.ellipk(mpmath.sin(mpmath.mpf(amplitude) / 2) ** 2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS, **names)
 def test_passages_through_the_bottom_are_half_periods_apart(method):
     run = watched(method, native("pendulum"), [2.0, 0.0], 60.0, native_events("bottom"))

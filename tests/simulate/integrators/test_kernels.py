@@ -57,6 +57,7 @@ def test_harmonic_oscillator(method, lanes):
     assert np.abs(found - exact).max() < (1e-8 if method.order > 2 else 1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ADAPTIVE, **names)
 def test_kepler_returns_after_ten_periods(method):
     """Eccentricity 0.6: position and velocity at the perihelion."""
@@ -88,6 +89,7 @@ def test_the_twin_in_python_makes_the_same_steps(method, name, tolerance):
         assert np.abs(mine - theirs).max() < 1e-12 + 1e-2 * tolerance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS, **names)
 def test_loops_of_a_length_known_only_at_run_time_do_the_same(method):
     times = np.linspace(0.0, 6.0, 41)

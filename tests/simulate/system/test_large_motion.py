@@ -81,6 +81,7 @@ def test_a_net_moves_as_newton_has_it(run):
             assert found == pytest.approx(end[3 * k + axis], abs=1e-8)
 
 
+@pytest.mark.slow
 def test_threads_keep_their_length_and_the_net_its_energy(run):
     assert run.constraint_drift < 1e-11
     assert run.energy_drift < 1e-11

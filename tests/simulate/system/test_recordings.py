@@ -183,6 +183,7 @@ def test_fixed_steps_keep_their_order(tmp_path, kind, method):
     assert errors[1] / errors[2] == pytest.approx(factor, rel=0.35)
 
 
+@pytest.mark.slow
 def test_ten_thousand_rows_cost_in_proportion(tmp_path):
     model = model_of(equations(tmp_path, "linear"))
     compiled_or_skip(model)
