@@ -67,6 +67,7 @@ def test_a_right_run_is_not_disproved() -> None:
     assert found.state["x"] == pytest.approx(5.9 + math.sinh(rest), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("units", [0, 1, -1, 17, -300, 8192, -8192])
 def test_a_graze_is_right_or_ends_the_promise(units: int) -> None:
     scene = (DEFECTS / "graze_exact.yaml").read_text(encoding="utf-8")
@@ -84,6 +85,7 @@ def test_a_graze_is_right_or_ends_the_promise(units: int) -> None:
     assert found.status == "ok" or found.holds_until <= top + 1e-2
 
 
+@pytest.mark.slow
 def test_narrow_forces_are_met() -> None:
     box = moved("missed_box")
     assert box.status == "ok"
@@ -100,6 +102,7 @@ def test_a_polar_needle_is_right_or_ends_there() -> None:
     assert (found.columns["r"] > 0).all()
 
 
+@pytest.mark.slow
 def test_dry_friction_runs() -> None:
     found = moved("rough_typeerror")
     assert found.status == "ok"
@@ -166,18 +169,21 @@ def test_floors_at_zero() -> None:
     assert release.t == pytest.approx(0.170127044, abs=2e-6)
 
 
+@pytest.mark.slow
 def test_bounces_without_end_close_the_contact_and_the_run_goes_on() -> None:
     found = moved("trebuchet", method="DOP853", rtol=1e-9)
     assert found.status == "ok"
     assert found.t[-1] == 1.2
 
 
+@pytest.mark.slow
 def test_an_impact_at_the_first_instant_is_no_drift() -> None:
     found = moved("impact_at_the_first_instant")
     assert found.status == "ok"
     assert found.constraint_drift is None or found.constraint_drift < 1e-12
 
 
+@pytest.mark.slow
 def test_unit_quaternions_from_the_identity() -> None:
     found = moved("quaternion_body_explicit")
     assert found.status == "ok"

@@ -30,6 +30,7 @@ def after_command(*words: str) -> set[str]:
     return modules_after(f"from lagrange_cli.cli.main import run\nassert run({list(words)}) == 0")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [

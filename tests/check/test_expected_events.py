@@ -111,6 +111,7 @@ def outcome(folder: Path, events: str):
     return check_scene(str(path))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "events", ["[]", f"[{FIRST}]", f"[{FIRST}, {SECOND}]", "[{name: contact:floor}]"]
 )

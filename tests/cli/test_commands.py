@@ -69,6 +69,7 @@ class TestDerive:
     def test_ascii_where_the_terminal_has_no_more(self):
         assert succeed("derive", HOLE, encoding="ascii") == succeed("derive", HOLE, "--ascii")
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("setting", [{"LC_ALL": "C"}, {"PYTHONIOENCODING": "ascii"}])
     def test_poor_locales_do_not_crash(self, setting):
         environment = {k: v for k, v in os.environ.items() if not k.startswith(("LC_", "LANG"))}
@@ -253,6 +254,7 @@ class TestSimulate:
         assert done.returncode == 2
         assert "DOP853" in done.stderr
 
+    @pytest.mark.slow
     def test_a_chosen_method_says_that_the_scenes_accuracy_is_not_promised(self):
         for how in (("--method", "RK4", "--step", "0.01"), ("--rtol", "1e-6")):
             done = lagrange("simulate", HOLE, *how)
@@ -359,6 +361,7 @@ class TestInternalErrors:
         assert "Traceback (most recent call last)" in self.run("--traceback").stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", ["-o", "--plot"])
 def test_a_file_that_cannot_be_written_is_refused_before_the_scene_is_read(option, tmp_path):
     if option == "--plot":
@@ -373,6 +376,7 @@ def test_a_file_that_cannot_be_written_is_refused_before_the_scene_is_read(optio
         assert "no-scene" not in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "label"),
     [("beads/bead_on_rotating_hoop", "Jacobi"), ("pendulums/pendulum", "Energy")],

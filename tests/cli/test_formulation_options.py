@@ -37,6 +37,7 @@ def test_derive_with_multipliers():
     assert r"\lambda" in succeed("derive", SPHERICAL, "--form", "multiplier", "--format", "latex")
 
 
+@pytest.mark.slow
 def test_json_has_both_predictions_and_singular_places():
     found = json.loads(succeed("derive", SPHERICAL, "--json"))
     assert found["formulation"] == "minimal"
@@ -101,6 +102,7 @@ def test_simulate_in_both_forms_gives_the_same_names_and_numbers():
     assert theirs == pytest.approx(ours, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_simulate_goes_on_past_an_elbow():
     done = lagrange("simulate", TRAMMEL, "--until", "20", "--json")
     found = json.loads(done.stdout)

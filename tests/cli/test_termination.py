@@ -26,6 +26,7 @@ sys.exit(run([]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_swallowed_signal_is_sent_again(number: signal.Signals) -> None:
     program = SWALLOWING.format(number=int(number))

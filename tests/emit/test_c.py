@@ -345,6 +345,7 @@ def test_hostile_names_and_texts(language, tmp_path):
     assert all(len(line.split(",")) == 15 for line in lines)
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 def test_hostile_names_mean_the_right_parameter(tmp_path):
     equations = hostile()

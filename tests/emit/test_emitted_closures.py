@@ -225,6 +225,7 @@ def test_functions_stay_within_their_arrays(name, tmp_path):
     assert len(run(tmp_path / "a.out", "until=0.01", "steps=1").splitlines()) == 502
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 def test_main_stays_on_the_closures_and_conserves_energy(tmp_path):
     source = write(closures.pendulum(), tmp_path, main=True)

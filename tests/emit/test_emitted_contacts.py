@@ -334,6 +334,7 @@ def driven_block():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 def test_inputs_lift_off(program_of):
     rows, events = program_of(driven_block())("m=1", "until=3", "steps=1")
@@ -365,6 +366,7 @@ def test_starts_that_are_refused(program_of):
     assert (rows[1:, [2, 4]] == 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 def test_a_start_on_a_rod_is_checked_too(program_of):
     program = program_of(contacts.pendulum_at_wall())

@@ -170,6 +170,7 @@ def script(equations, tmp_path, *arguments):
     return done.returncode, done.stdout, done.stderr.strip()
 
 
+@pytest.mark.slow
 def test_as_a_script(tmp_path):
     status, out, _ = script(systems.bead_on_parabola(), tmp_path, "until=1", "x=0.5", "g=0")
     assert status == 0

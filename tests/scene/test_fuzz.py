@@ -113,6 +113,7 @@ def test_mutated_scenes(data: st.DataObject) -> None:
     read(mutations(path.read_text(encoding="utf-8"), data.draw))
 
 
+@pytest.mark.slow
 def test_shipped_scenes_are_read_or_expect_their_refusal() -> None:
     assert len(SCENES) >= 20
     for path in SCENES:

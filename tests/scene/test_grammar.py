@@ -54,6 +54,7 @@ def python_value(text: str) -> Fraction:
     return eval(code, {"__builtins__": {}, "F": Fraction}, dict(NAMES))
 
 
+@pytest.mark.slow
 @given(TEXTS)
 @settings(max_examples=500, deadline=None)
 def test_same_meaning_as_in_python(text: str) -> None:
@@ -96,6 +97,7 @@ def test_minus_binds_looser_than_power() -> None:
     assert value(parse("2^3^2"), {}) == 512
 
 
+@pytest.mark.slow
 def test_sums_and_products_are_flat() -> None:
     total = parse(" + ".join(["x"] * 5000))
     assert isinstance(total, Add)
@@ -189,6 +191,7 @@ def test_limits(text: str, part: str) -> None:
     assert part in problem(text).message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [
@@ -237,6 +240,7 @@ def test_refused_equations(text: str, rule: str) -> None:
     assert problem(text, parse_equation).rule == rule
 
 
+@pytest.mark.slow
 @given(st.text(alphabet="xy12.e+-*/^(),= []<>sincotabdqrmpθ·\n\t\"'_", max_size=60))
 @settings(max_examples=600, deadline=None)
 def test_any_text_parses_or_is_refused_at_a_place(text: str) -> None:

@@ -291,6 +291,7 @@ def test_large_families_are_read() -> None:
     assert coordinates('"q[i=1..n]"', "{n: 100000}")[-1] == "q[100000]"
 
 
+@pytest.mark.slow
 def test_work_grows_as_the_family_does() -> None:
     def calls(n: int) -> int:
         found = 0

@@ -326,6 +326,7 @@ def test_accuracy_not_reached_keeps_the_part_that_holds():
     assert "holds until" in found.reason
 
 
+@pytest.mark.slow
 def test_interrupt_keeps_what_is_done(pendulum):
     def interrupt(fraction):
         if fraction > 0.6:
@@ -361,6 +362,7 @@ def test_a_trajectory_is_frozen(trajectory):
         trajectory.status = "ok"
 
 
+@pytest.mark.slow
 def test_the_report_says_who_makes_the_steps():
     model = model_of(equations())
     compiled_or_skip(model)

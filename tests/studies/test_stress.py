@@ -87,6 +87,7 @@ def spoiled(simulate, column, error):
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("error", "outcome", "underestimated"),
     [(0.0, "holds", False), (1e-10, "holds", True), (1e-6, "wrong", False)],
@@ -101,6 +102,7 @@ def test_a_wrong_result_is_called_wrong(monkeypatch, error, outcome, underestima
     assert result.counts["wrong"] == (outcome == "wrong")
 
 
+@pytest.mark.slow
 def test_where_there_is_no_reference_another_formulation_is_compared_with(monkeypatch):
     def none(*words):
         raise stress_runs.StoppedError

@@ -207,6 +207,7 @@ def test_a_power_beyond_the_budget_costs_nothing(power: int) -> None:
     assert expand_terms(sp.Pow(a + b + c, power) * (a + 1) ** power, 1_000_000) is None
 
 
+@pytest.mark.slow
 @given(st.lists(TERMS, min_size=1, max_size=8), st.integers(1, 1000))
 @generated
 def test_a_factored_sum_is_the_sum(terms: list[sp.Expr], seed: int) -> None:
@@ -240,6 +241,7 @@ def test_textbook_factors(terms: list[sp.Expr], expected: str) -> None:
     assert str(factored(terms)) == expected
 
 
+@pytest.mark.slow
 @given(st.lists(TERMS, min_size=1, max_size=6))
 @generated
 def test_a_common_factor_divides_every_term(terms: list[sp.Expr]) -> None:

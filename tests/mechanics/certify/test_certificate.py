@@ -223,6 +223,7 @@ def test_a_force_whose_terms_cancel_altogether_is_certified():
     assert "energy" in {c.name for c in equations.conserved}
 
 
+@pytest.mark.slow
 def test_closures_are_looked_at_with_more_digits_too() -> None:
     """A support at 1e46 turns a second leaves few of fifty digits; a root hides |y - 3|."""
     fast = loads(

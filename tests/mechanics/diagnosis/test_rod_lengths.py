@@ -65,6 +65,7 @@ def test_two_lengths_of_one_rod():
     assert "'second'" in problem.message
 
 
+@pytest.mark.slow
 def test_a_path_that_just_reaches_is_no_contradiction():
     """A taut chain has a configuration, if only one: it is not refused for its lengths."""
     taut = """

@@ -244,6 +244,7 @@ def test_points_of_many_links_have_all_digits(length: str) -> None:
         assert max(reduced.manifold().violations(point)) < mpf(10) ** -40
 
 
+@pytest.mark.slow
 def test_solutions_of_many_equations_have_all_digits_and_are_least() -> None:
     """Against the dense normal equations."""
     count = 80
@@ -273,6 +274,7 @@ def test_dependent_rows_are_named_with_those_they_follow_from(count: int) -> Non
     assert dependent_rows(rows) == {10: (3, 4)}
 
 
+@pytest.mark.slow
 def test_a_redundant_rod_among_many_is_named() -> None:
     text = chain().replace(
         "potentials:", "  bar: {distance: ['p[4]', 'p[5]'], equals: l}\npotentials:"

@@ -203,6 +203,7 @@ def test_movable_pulleys() -> None:
 u, p = sp.symbols("u p", real=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("phi", "expected"),
     [

@@ -95,6 +95,7 @@ def test_normal_force_on_the_parabola():
     assert same(e, size, "m*(g + 2*a*x_dot**2)/sqrt(1 + 4*a**2*x**2)")
 
 
+@pytest.mark.slow
 def test_the_sphere_lets_go_where_it_should():
     """From rest at θ0 a particle leaves at cos θ = 2/3 cos θ0: there λ changes sign."""
     e = shipped("particle_on_sphere")

@@ -289,6 +289,7 @@ def test_a_fixed_coordinate_is_surplus_wherever_it_is_looked_at(seed: int) -> No
     assert problem.rule == "too-many-coordinates"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sections", "named"),
     [

@@ -90,6 +90,7 @@ def test_references_are_fresh(calibration):
     assert stale == []
 
 
+@pytest.mark.slow
 def test_every_scene_that_moves_has_a_reference(calibration):
     there = {scene_of(path)[0] for path in STORED}
     for scene in calibration.scenes([]):

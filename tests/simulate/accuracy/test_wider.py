@@ -114,6 +114,7 @@ def test_a_start_that_is_not_known_to_the_last_digit_still_ends_a_promise():
     assert 10.0 < found.holds_until < 30.0
 
 
+@pytest.mark.slow
 def test_every_digit_of_doubles_is_kept():
     model = model_of(loads(OSCILLATOR).derive().equations)
     wider = with_wider(model).wider()

@@ -254,6 +254,7 @@ def test_the_elbow_in_minimal_form():
     assert np.abs(run.columns["x"] - x).max() <= 1e-9
 
 
+@pytest.mark.slow
 def test_the_scene_may_ask_for_a_form():
     text = ELBOW.replace("ROOT", ROD).replace("dot(x): 7", "dot(x): 2")
     run = ran(text.replace("simulate: {", "simulate: {formulation: multiplier, "))
@@ -272,6 +273,7 @@ def test_no_cartesian_form():
     assert "sin(theta) = 0" in caught.value.problems[0].hint
 
 
+@pytest.mark.slow
 def test_euler_angles_through_the_vertical_where_their_motion_is_regular():
     """With p_φ = p_ψ the axis of a free top passes the vertical, and φ's rate stays finite."""
     theta, p = 0.5, 1.5
@@ -311,6 +313,7 @@ def samples(angle, rate, t):
     return KnownMotion(t, positions, velocities, np.full(2, 1e-12))
 
 
+@pytest.mark.slow
 def test_an_angle_is_followed_over_many_turns():
     t = np.linspace(0, 10, 201)
     angle, rate = 40 * t + np.sin(t), 40 + np.cos(t)
@@ -426,6 +429,7 @@ def test_a_budget_counts_for_both_runs():
     assert budgets == sorted(budgets), "progress never falls"
 
 
+@pytest.mark.slow
 def test_an_orbit_in_metres_is_followed_as_one_in_orbits() -> None:
     """1e10 metres of the angle are no more than a metre of the radius: both are followed."""
     equations = load("systems/celestial/kepler.yaml").derive(formulation="multiplier").equations

@@ -228,6 +228,7 @@ def stopped(model, path, **how):
 STEPS = {"method": "RK4", "step": 1e-4}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -200,6 +200,7 @@ def test_models_of_numbers_are_those_of_the_scene(m, length, theta):
 NUMBERS: dict[str, NumericMembers] = {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", ["0", "-1"])
 def test_another_sign_is_derived_anew(value):
     plan = plan_of(PENDULUM, ["g"], ["9.81"])
@@ -255,6 +256,7 @@ def test_members_that_fail_are_listed_and_keep_what_holds():
     assert blocks[2].words["reason"][0]
 
 
+@pytest.mark.slow
 def test_each_member_estimates_its_own_error():
     rows = [(repr(x),) for x in (0.01, 0.5, 3.0)]
     plan = plan_of(PENDULUM, ["theta"], rows[0])

@@ -148,6 +148,7 @@ def test_a_throw_is_exact():
     assert block.varied["g"].tolist() == g[:, 0].tolist()
 
 
+@pytest.mark.slow
 def test_an_orbit_closes():
     """One revolution, with eccentricities up to 0.5, after Kepler's third law."""
     plan, rows = plan_of("kepler"), rows_of("kepler", 8)
@@ -162,6 +163,7 @@ def test_an_orbit_closes():
         assert abs(known.columns["y"][0, -1]) < 1e-10
 
 
+@pytest.mark.slow
 def test_members_do_not_depend_on_their_neighbours():
     plan, rows = plan_of("double_pendulum"), rows_of("double_pendulum", 13)
     all_of_them = run_block(Task(plan, 0, tuple(rows)))

@@ -168,6 +168,7 @@ def test_stiff_motion_on_a_constraint(method):
         assert run_of(OIL, 1e-8, name).rhs_evaluations > 3 * found.rhs_evaluations
 
 
+@pytest.mark.slow
 def test_a_first_step_that_is_too_long(method):
     """It begins anew with a shorter one where what dies away is much faster."""
     found = run_of(OIL, 1e-11, until=1e3)

@@ -156,6 +156,7 @@ initial: {x: 0, z: 0, dot(x): 1, dot(z): 4.472135954}
 """
 
 
+@pytest.mark.slow
 def test_a_graze_is_known_after_a_switching_surface():
     model = model_of(loads(GRAZES_BEFORE_A_KINK).derive().equations)
     rhs, start = compiled_or_skip(model).rhs, np.array(model.initial)

@@ -200,6 +200,7 @@ def test_rest_at_a_kink_that_pushes_back_is_rest(functions, section):
     assert not found.columns["x"].any()
 
 
+@pytest.mark.slow
 def test_a_start_on_a_kink_with_a_speed_passes_it(functions):
     found = moved(functions, body('potentials: {v: "abs(x)"}', "x: 0, dot(x): 1", 3), accuracy=1e-9)
     assert found.status == "ok", found.reason

@@ -126,6 +126,7 @@ def test_forces_of_inputs():
     assert np.abs(table["force_x(block)"]).max() < 1e-14
 
 
+@pytest.mark.slow
 def test_models_with_forces_are_kept_as_json():
     model = model_of(derive(read_text(PENDULUM + ANGLE), forces=True))
     assert Model.from_json(model.to_json()) == model

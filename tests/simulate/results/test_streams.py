@@ -100,6 +100,7 @@ def test_streamed_is_what_memory_holds(small, tmp_path, name, ending):
     assert sorted(os.listdir(tmp_path)) == sorted([path.name, f"whole.{ending}"])
 
 
+@pytest.mark.slow
 def test_what_is_kept_of_a_stream_are_samples(small):
     of = model(PENDULUM)
     how = {"method": "RK4", "step": 0.001}
@@ -185,6 +186,7 @@ def test_a_stream_of_a_motion_past_a_singular_place_is_refused_unwritten(small, 
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_a_stream_that_keeps_away_from_singular_places_is_written(small, tmp_path):
     of = model(SPHERICAL.format(rate=2))
     stream = Stream(str(tmp_path / "t.csv"), in_memory=0)

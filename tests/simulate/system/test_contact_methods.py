@@ -111,6 +111,7 @@ def test_bounces_that_accumulate_are_ended(method: type[Integrator], rtol: float
     assert found.state["x"] == pytest.approx(0.5 * 1.25 * limit, rel=1e-9)
 
 
+@pytest.mark.slow
 @following
 def test_a_ball_without_restitution_stays(method: type[Integrator]):
     found = run(BALL.format(e=0, z=1, v=0, until=1.0), method, 1e-8)

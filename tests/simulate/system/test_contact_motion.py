@@ -156,6 +156,7 @@ def test_a_particle_leaves_the_sphere_at_two_thirds(path: str, start: float):
     assert found.constraint_drift <= 1e-14
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("m", "radius", "g"), [(1e-31, 1e-12, 1e3), (1e30, 1e16, 1e-3)])
 def test_units_do_not_matter(m: float, radius: float, g: float):
     text = SPHERE.replace("m: 1,", f"m: {m!r},").replace("value: 1,", f"value: {radius!r},")

@@ -88,6 +88,7 @@ simulate: {until: 3, accuracy: 1e-8, samples: 31}
     assert "past t = 1.4: the contacts 'left', 'right' and 'lift' leave no motion" in found.reason
 
 
+@pytest.mark.slow
 def test_reasons_are_part_of_the_summary():
     summary = run(SQUEEZED).summary()
     assert "'piston' and 'wall'" in summary["reason"]

@@ -30,6 +30,7 @@ def node():
     return derive(read_text(NODE))
 
 
+@pytest.mark.slow
 def test_the_report_names_what_is_in_the_way_and_what_can_be_held(node):
     missed = simulate(node, accuracy=1e-13)
     assert missed.status == "accuracy_not_reached"

@@ -253,6 +253,7 @@ simulate: {until: 5, accuracy: 1e-10, samples: 51}
     assert np.abs(found.columns["x"] - other.columns["x_bob"]).max() < 2e-9
 
 
+@pytest.mark.slow
 def test_two_files_with_rows_at_different_times(tmp_path):
     scene = OSCILLATOR.replace(
         "interpolation: KIND}}",

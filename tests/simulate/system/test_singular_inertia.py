@@ -174,6 +174,7 @@ def judged(matrix, right, n, most) -> None:
             assert abs(x - y) <= most * bound
 
 
+@pytest.mark.slow
 @generated
 @given(st.integers(1, 4), st.integers(0, 2**31))
 def test_light_and_heavy_particles_on_rods(count, seed) -> None:

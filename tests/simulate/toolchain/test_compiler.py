@@ -217,6 +217,7 @@ def deaf():
     signal.signal(signal.SIGUSR1, previous)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("deaf")
 def test_a_compilation_that_takes_too_long_is_given_up(model, monkeypatch, hanging):
     monkeypatch.setattr(compiler, "LONGEST_COMPILATION", 0.5)
@@ -226,6 +227,7 @@ def test_a_compilation_that_takes_too_long_is_given_up(model, monkeypatch, hangi
     assert hanging()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("deaf")
 def test_the_compiler_has_half_of_a_budget(model, hanging):
     found = simulate(model, budget=1.0)
@@ -263,6 +265,7 @@ def kept_objects(folder: Path) -> list[Path]:
     return sorted((folder / "lagrange").glob("*.so"))
 
 
+@pytest.mark.slow
 def test_objects_without_the_functions_are_neither_used_nor_kept(
     model, monkeypatch, tmp_path, without_functions
 ):
