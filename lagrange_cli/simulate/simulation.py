@@ -42,6 +42,7 @@ from lagrange_cli.simulate.verification.branching import without_branches
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions, functions_along
 from lagrange_cli.simulate.verification.disproof import cut_at_disproof, energy_drift
 from lagrange_cli.simulate.verification.uniqueness import require_unique_start, unbounded_slopes
+from lagrange_cli.stages import is_to_end
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
@@ -201,7 +202,8 @@ def _simulated(
     places = unbounded_slopes(model, functions)
     require_unique_start(places, problem.start, problem.y0)
     keeper = None
-    if checkpoint is not None:
+    # Whoever ends the compiler gets interpreted functions, by which no other run could go on.
+    if checkpoint is not None and not is_to_end():
         keeper = CheckpointWriter(checkpoint, identity(model, request, functions))
     compile_seconds = time.perf_counter() - started
     if request.accuracy is not None:

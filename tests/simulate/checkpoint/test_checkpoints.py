@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lagrange_cli.cache import Cache
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file, read_text
@@ -23,7 +24,9 @@ from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.results.streaming import Stream
 from lagrange_cli.simulate.samples import rows
 from lagrange_cli.simulate.simulation import RunContext
+from lagrange_cli.stages import Listener, heard_by
 from tests.simulate.available import or_skip
+from tests.simulate.compiling import compiled_or_skip
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -366,3 +369,20 @@ def test_the_state_is_written_now_and_then(monkeypatch, scene, tmp_path):
 
     simulate(scene("pendulum"), **STEPS, checkpoint=Checkpoint(str(path)), stop=look)
     assert len(set(times)) > 5
+
+
+@pytest.mark.parametrize("resume", [False, True])
+def test_an_end_while_the_compiler_works_leaves_checkpoints_as_they_are(tmp_path, resume):
+    """What Python would have to interpret then is not what a run goes on by."""
+    model = model_of(derive(read_text(PENDULUM)))
+    functions = compiled_or_skip(model)
+    path, options = tmp_path / "c", {"method": "RK4", "step": 1e-3, "stop": lambda: True}
+    if resume:
+        simulate(model, **options, functions=functions, checkpoint=Checkpoint(str(path)))
+    before = path.read_bytes() if resume else None
+    with heard_by(Listener(ends=lambda: True)):
+        checkpoint = Checkpoint(str(path), resume=resume)
+        ended = simulate(model, **options, cache=Cache(None, "none"), checkpoint=checkpoint)
+    assert ended.status == "stopped"
+    assert "interrupted" in ended.implementation
+    assert (path.read_bytes() if path.exists() else None) == before
