@@ -42,25 +42,10 @@ Formulation: TypeAlias = Literal["auto", "minimal", "multiplier"]
 
 
 @dataclass(frozen=True, slots=True)
-class SimulateDefaults:
+class WrittenDefaults:
     """The section ``simulate`` as written; keys that are absent are None.
 
-    Attributes
-    ----------
-    mark
-        Place of the section.
-    until, start
-        Last and first time.
-    accuracy
-        Largest error of each component, relative to its scale.
-    samples, step
-        Number of samples, or the time between them.
-    method
-        Name of the integration method.
-    rtol, atol
-        Tolerances of that method.
-    formulation
-        Minimal or multiplier form.
+    Its fields are those of :class:`SimulationDefaults`, which holds their values.
     """
 
     mark: Mark | None = None

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.files import Recording
-from lagrange_cli.scene.conditions import Expect, InitialValue, SimulateDefaults
+from lagrange_cli.scene.conditions import Expect, InitialValue, WrittenDefaults
 from lagrange_cli.scene.language.expression import Equation, Expression
 
 
@@ -286,7 +286,7 @@ class Scene:
     outputs: tuple[Term, ...] = ()
     initial: tuple[InitialValue, ...] = ()
     near: tuple[InitialValue, ...] = ()
-    simulate: SimulateDefaults = field(default_factory=SimulateDefaults)
+    simulate: WrittenDefaults = field(default_factory=WrittenDefaults)
     expect: Expect = field(default_factory=Expect)
     warnings: tuple[Problem, ...] = ()
 

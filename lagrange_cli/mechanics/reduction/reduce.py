@@ -80,8 +80,8 @@ def reduce(scene: Scene) -> Reduced:
         contradict each other, a branch that nothing chooses, a mass that is not positive.
     """
     with mpmath.workdps(working_digits(_DIGITS)):
-        problem = _problem(scene)
-        integrated = _integrated(problem)
+        basis = _basis(scene)
+        integrated = _integrated(basis)
         reduced, equations = integrated.reduced, integrated.remaining
         geometry = reduced.chart.geometry
         require_enough(scene, geometry.elimination)
@@ -98,7 +98,7 @@ def reduce(scene: Scene) -> Reduced:
 
 
 @dataclass(frozen=True)
-class _Problem:
+class _Basis:
     """Values that stay while velocity constraints are integrated.
 
     Attributes
@@ -122,10 +122,10 @@ class _Problem:
     reference: dict[sp.Symbol, mpf]
 
 
-def _problem(scene: Scene) -> _Problem:
+def _basis(scene: Scene) -> _Basis:
     names, values = Names(scene), ParameterValues(scene)
     masses = tuple(particle_mass(names, values, p) for p in scene.particles)
-    return _Problem(scene, names, values, masses, _reference(names, values, scene))
+    return _Basis(scene, names, values, masses, _reference(names, values, scene))
 
 
 #: A constraint's name and one of its equations.
@@ -154,16 +154,16 @@ class _Integrated:
     remarks: Sequence[str] = ()
 
 
-def _integrated(problem: _Problem) -> _Integrated:
+def _integrated(basis: _Basis) -> _Integrated:
     """The scene with its velocity constraints integrated, one after another."""
-    names = problem.names
-    written = [(c.name, e) for c in problem.scene.constraints for e in c.equations]
+    names = basis.names
+    written = [(c.name, e) for c in basis.scene.constraints for e in c.equations]
     remaining = [x for x in written if _holds_rate(names, x)]
     stated = [_stated(names, x) for x in written if not _holds_rate(names, x)]
-    integrated = _Integrated(_reduced(problem, stated, strict=not remaining))
+    integrated = _Integrated(_reduced(basis, stated, strict=not remaining))
     if not remaining:
         return integrated
-    geometry, reference = integrated.reduced.chart.geometry, problem.reference
+    geometry, reference = integrated.reduced.chart.geometry, basis.reference
     points = _drawn(geometry, integrated.reduced.sampler([]), ())
     resolved, elimination = integrated.reduced.resolved, geometry.elimination
     implied = redundant_rates(names, elimination, remaining, resolved, points, reference)
@@ -174,16 +174,16 @@ def _integrated(problem: _Problem) -> _Integrated:
         levels = _levels(reduced, integrated.remaining)
         points = _drawn(reduced.chart.geometry, reduced.sampler([]), ())
         whole, new = integrate_constraints(
-            names, levels, reduced.coordinates, points, problem.reference
+            names, levels, reduced.coordinates, points, basis.reference
         )
         if not whole:
             break
         stated += whole.values()
         remaining = [x for k, x in enumerate(integrated.remaining) if k not in whole]
         try:
-            reduced = _reduced(problem, stated, strict=not remaining)
+            reduced = _reduced(basis, stated, strict=not remaining)
         except (InconsistentError, SingularError):
-            if problem.scene.initial:
+            if basis.scene.initial:
                 raise
             break  # with other constants of integration than zero they may hold
         remarks = [*integrated.remarks, *new]
@@ -208,24 +208,24 @@ def _levels(reduced: Reduced, equations: Sequence[_Written]) -> list[VelocityCon
     ]
 
 
-def _reduced(problem: _Problem, stated: list[StatedEquation], strict: bool) -> Reduced:
+def _reduced(basis: _Basis, stated: list[StatedEquation], strict: bool) -> Reduced:
     """The scene without its velocity constraints; names may be open unless ``strict``."""
-    scene, names, reference = problem.scene, problem.names, problem.reference
+    scene, names, reference = basis.scene, basis.names, basis.reference
     elimination = _eliminate(names, scene, stated, reference, strict)
     symbols = _coordinate_symbols(names, elimination)
     resolved = {s: _placed(elimination, s) for s in names.cartesian.values()}
     geometry = Geometry(names, elimination, resolved, symbols, reference)
-    chart = Chart(problem.values, geometry, tuple(generalized_coordinates(geometry, ())))
+    chart = Chart(basis.values, geometry, tuple(generalized_coordinates(geometry, ())))
     chart, points, kept = _restricted(chart)
     account, warnings = balanced_account(geometry, points, kept, partial(_held_around, chart))
     account, warnings = with_partial_identities(geometry, account, warnings, _violated(chart, kept))
     return Reduced(
         scene,
         names,
-        problem.values,
+        basis.values,
         chart.coordinates,
         resolved,
-        problem.masses,
+        basis.masses,
         account,
         reference,
         (*scene.warnings, *warnings),

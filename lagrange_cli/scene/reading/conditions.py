@@ -12,8 +12,8 @@ from lagrange_cli.scene.conditions import (
     Expect,
     Formulation,
     InitialValue,
-    SimulateDefaults,
     StateExpectation,
+    WrittenDefaults,
 )
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.language.problems import shown, suggestion
@@ -61,10 +61,10 @@ def initial_values(
             yield InitialValue(element.text, order, key.mark, expression)
 
 
-def read_simulate(node: SourceNode, reading: Reading) -> SimulateDefaults:
+def read_simulate(node: SourceNode, reading: Reading) -> WrittenDefaults:
     mapping = reading.mapping(node, "'simulate'")
     if mapping is None:
-        return SimulateDefaults()
+        return WrittenDefaults()
     fields = reading.fields(mapping, "'simulate'", (*_NUMBERS, "method", "formulation"))
     numbers: dict[str, Any] = {
         "start" if key == "from" else key: reading.expression(fields[key], f"'{key}' in 'simulate'")
@@ -77,7 +77,7 @@ def read_simulate(node: SourceNode, reading: Reading) -> SimulateDefaults:
             "'samples' and 'step' exclude each other", fields["step"].mark, rule="conflict"
         )
     formulation = _formulation(fields["formulation"], reading) if "formulation" in fields else None
-    return SimulateDefaults(mark=mapping.mark, method=method, formulation=formulation, **numbers)
+    return WrittenDefaults(mark=mapping.mark, method=method, formulation=formulation, **numbers)
 
 
 def _formulation(node: SourceNode, reading: Reading) -> Formulation | None:

@@ -187,10 +187,10 @@ def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> boo
 
 def _without_values(scene: Scene) -> Scene:
     """Remove the values of a scene, so that none can choose anything."""
-    from lagrange_cli.scene.conditions import SimulateDefaults
+    from lagrange_cli.scene.conditions import WrittenDefaults
 
     parameters = tuple(replace(p, value=None) for p in scene.parameters)
-    return replace(scene, parameters=parameters, initial=(), near=(), simulate=SimulateDefaults())
+    return replace(scene, parameters=parameters, initial=(), near=(), simulate=WrittenDefaults())
 
 
 def _equations(model: Model) -> Model:

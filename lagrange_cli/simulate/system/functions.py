@@ -393,10 +393,9 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         guarded=guarded,
     )
     surfaces = surfaces_beside(lambda rhs: rhs)
-    sided = _sided(model, plain, surfaces)
     return _with_contacts(
         model,
-        sided,
+        _sided(model, plain, surfaces),
         lambda pattern: InterpretedContacts(model, functions, pieces_of(inputs, pattern)),
         surfaces,
     )
