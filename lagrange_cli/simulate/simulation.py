@@ -36,7 +36,11 @@ from lagrange_cli.simulate.runs.start_checks import require_a_start
 from lagrange_cli.simulate.samples.buffer import SampleBuffer
 from lagrange_cli.simulate.samples.rows import Grid, RowSequence
 from lagrange_cli.simulate.sharpness.unwatched import unseen_forces
-from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
+from lagrange_cli.simulate.system.functions import (
+    RightHandSide,
+    WiderArithmetic,
+    right_hand_side,
+)
 from lagrange_cli.simulate.system.singular_guard import guard_signs
 from lagrange_cli.simulate.verification.branching import without_branches
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions, functions_along
@@ -255,21 +259,25 @@ def problem_of(
         read_off=model.chart is not None,
         landmarks=functions.landmarks,
     )
-    return replace(problem, wider=lambda: _wider(problem, functions))
+    return replace(problem, wider=partial(_wider, problem, functions))
 
 
-def _wider(problem: InitialValueProblem, functions: RightHandSide) -> InitialValueProblem | None:
+def _wider(
+    problem: InitialValueProblem, functions: RightHandSide | WiderArithmetic
+) -> InitialValueProblem | None:
     sides = functions.wider()
     if sides is None:
         return None
-    return replace(
+    wide = replace(
         problem,
         rhs=sides.rhs,
         perturbed=sides.perturbed,
         epsilon=sides.epsilon,
-        widens=False,
+        arithmetic=sides.name,
+        widens=sides.widens,
         landmarks=sides.landmarks,
     )
+    return replace(wide, wider=partial(_wider, wide, sides))
 
 
 def trajectory_of(
@@ -335,8 +343,8 @@ def _implementation(functions: RightHandSide, measured: Measured) -> str:
         return f"series compiled by heyoka, and {functions.implementation}"
     if not functions.native:
         return functions.implementation
-    if measured.wider:
-        return f"{functions.implementation}, long double"
+    if measured.arithmetic != "double":
+        return f"{functions.implementation}, {measured.arithmetic}"
     if measured.method in COMPILED:
         return functions.implementation
     package = INTEGRATORS[measured.method].package

@@ -76,7 +76,7 @@ class Attempt:
         method = coarse.method
         # Where the longest step rules instead of the tolerance, it must differ too.
         longer = _TUNING.looser ** (1 / method.order)
-        looser = None if before is None else before.looser_for(self.wider)
+        looser = None if before is None else before.looser_for(self.arithmetic)
         self._longest = problem.longest_step
         if number > 0 and before is not None:
             self._longest = before._longest / (_TUNING.shorter if looser is None else longer)
@@ -170,6 +170,11 @@ class Attempt:
     def lost(self) -> bool:
         """True if steps have become so small that only rounding can be the reason."""
         return any(run.evaluations > self._most for run in self._own_runs)
+
+    @property
+    def arithmetic(self) -> str:
+        """What the numbers of the runs are called."""
+        return self._problem.arithmetic
 
     @property
     def wider(self) -> bool:
@@ -364,11 +369,11 @@ class Attempt:
         """True if all runs reached the last sample."""
         return self._common == len(self._problem.times)
 
-    def looser_for(self, wider: bool) -> Run | None:
+    def looser_for(self, arithmetic: str) -> Run | None:
         """Return the run as looser companion of another attempt; None if its error is too large."""
         ended = self.complete and self.failure is None
         reused = _TUNING.reused
-        if wider != self.wider:
+        if arithmetic != self.arithmetic:
             reused = _TUNING.reused_in_other_arithmetic
         near = ended and self.error_estimate().excess <= reused
         return self.run if near else None
@@ -403,7 +408,7 @@ class Attempt:
     @property
     def reduction(self) -> float:
         """Factor by which the next tolerance is smaller: the expected excess with a margin."""
-        near = self.looser_for(self.wider) is not None
+        near = self.looser_for(self.arithmetic) is not None
         return _TUNING.looser if near else max(10 * self.expected_excess, 30.0)
 
     @property

@@ -163,20 +163,24 @@ def _attempt_wider(
     watch: Watch,
     keeper: CheckpointWriter | None,
 ) -> None:
-    """Make further attempts in wider arithmetic if doubles were not enough."""
-    best = max(attempts, key=lambda attempt: attempt.error_estimate().samples)
-    kept = best.error_estimate().samples == len(problem.times)
-    if kept or best.failure is not None or coarse.stiff:
-        return
-    wider = problem.wider()
-    if wider is not None:
-        wider = replace(wider, unsampled=problem.unsampled)
-        last = attempts[-1]
-        excess = min(last.expected_excess, _TUNING.most_excess_wider)
-        first = min(last.tolerance, _TUNING.first_wider) / excess
-        method = explicit_method(wider, first)
-        finer = replace(coarse.finer(wider.epsilon / problem.epsilon), method=method)
-        _attempt(wider, eps, finer, first, attempts, watch, keeper)
+    """Make further attempts in wider and wider arithmetic while it is not enough and helps."""
+    narrow: InitialValueProblem | None = problem
+    bests = [_best(attempts)]
+    while narrow is not None and _worthwhile(bests):
+        kept = bests[-1].error_estimate().samples == len(problem.times)
+        if kept or bests[-1].failure is not None or coarse.stiff:
+            return
+        wider = narrow.wider()
+        if wider is not None:
+            wider = replace(wider, unsampled=problem.unsampled)
+            last = attempts[-1]
+            excess = min(last.expected_excess, _TUNING.most_excess_wider)
+            first = min(last.tolerance, _TUNING.first_wider) / excess
+            method = explicit_method(wider, first)
+            finer = replace(coarse.finer(wider.epsilon / problem.epsilon), method=method)
+            _attempt(wider, eps, finer, first, attempts, watch, keeper)
+            bests.append(_best(attempts))
+        narrow = wider
 
 
 def _smallest_tolerance(problem: InitialValueProblem, coarse: CoarseResult) -> float:
@@ -205,6 +209,11 @@ def _tolerances(
         yield tolerance
 
 
+def _best(attempts: list[Attempt]) -> Attempt:
+    """Return the attempt that holds the accuracy longest."""
+    return max(attempts, key=lambda attempt: attempt.error_estimate().samples)
+
+
 def _worthwhile(attempts: list[Attempt]) -> bool:
     """Tell if the last attempt reached clearly more samples than the one before."""
     reached = [attempt.error_estimate().samples for attempt in attempts[-2:]]
@@ -219,7 +228,7 @@ def _measured(
     stopped: bool,
     seconds: float,
 ) -> Measured:
-    best = max(attempts, key=lambda attempt: attempt.error_estimate().samples)
+    best = _best(attempts)
     estimate = best.error_estimate()
     events = best.events
     return Measured(
@@ -235,7 +244,7 @@ def _measured(
         all_evaluations=coarse.evaluations + sum(a.evaluations for a in attempts),
         run_seconds=best.run_seconds,
         estimate_seconds=seconds - best.run_seconds,
-        wider=best.wider,
+        arithmetic=best.arithmetic,
         switches=switches_until(best.run.switches, problem, estimate.samples),
         began=best.run.began,
         unclear=_unclear(best, estimate.samples, problem.times),

@@ -91,8 +91,8 @@ class Measured:
         Seconds of the run, and of everything else.
     disproved
         Evidence that further samples are wrong; None if there is none.
-    wider
-        The run was made in wider arithmetic than doubles.
+    arithmetic
+        What the numbers of the run are called.
     switches
         Changes of contacts up to the last sample, and the end of bounces next behind it.
     began
@@ -118,7 +118,7 @@ class Measured:
     run_seconds: float
     estimate_seconds: float
     disproved: Disproof | None = None
-    wider: bool = False
+    arithmetic: str = "double"
     switches: tuple[ModeChange, ...] = ()
     began: ContactMode = ()
     unclear: UnclearContacts | None = None

@@ -251,7 +251,7 @@ class BatchedMembers:
             all_evaluations=int(runs.all_evaluations[k]),
             run_seconds=0.0,
             estimate_seconds=0.0,
-            wider=True,
+            arithmetic="long double",
             limiting_component=limiting_component([estimate], eps)
             if estimate.samples < len(states)
             else None,

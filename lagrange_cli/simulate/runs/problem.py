@@ -47,8 +47,10 @@ class InitialValueProblem:
         rhs does not depend on t.
     epsilon
         Distance from 1 to the next number that rhs computes with.
+    arithmetic
+        What the numbers that rhs computes with are called.
     wider
-        Makes the same problem in wider arithmetic, or None if there is none.
+        Makes the same problem in the next wider arithmetic, or None if there is none.
     widens
         ``wider`` may give a problem.
     read_off
@@ -69,6 +71,7 @@ class InitialValueProblem:
     perturbed: tuple[Rhs, Rhs] | None = None
     autonomous: bool = True
     epsilon: float = 2.0**-52
+    arithmetic: str = "double"
     wider: Callable[[], InitialValueProblem | None] = lambda: None
     widens: bool = False
     read_off: bool = False

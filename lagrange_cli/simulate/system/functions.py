@@ -58,7 +58,9 @@ class WiderArithmetic:
 
     Attributes
     ----------
-    rhs, perturbed
+    name
+        What these numbers are called.
+    rhs, perturbed, wider, widens
         As in :class:`RightHandSide`.
     epsilon
         Distance from 1 to the next of these numbers.
@@ -66,10 +68,13 @@ class WiderArithmetic:
         Exponents of sharp functions; None if there are none.
     """
 
+    name: str
     rhs: Rhs
     perturbed: tuple[Rhs, Rhs]
     epsilon: float
     landmarks: NativeLandmarks | None = None
+    wider: Callable[[], WiderArithmetic | None] = lambda: None
+    widens: bool = False
 
 
 @dataclass(frozen=True)
@@ -102,7 +107,7 @@ class RightHandSide:
     native
         They are machine code.
     wider
-        Makes the same right-hand sides in wider arithmetic, or None if there is none.
+        Makes the same right-hand sides in the next wider arithmetic, or None if there is none.
     widens
         ``wider`` may give some.
     recorded_inputs
@@ -325,7 +330,8 @@ def _wider(
         return None
     if 2.0 ** (1 - libraries.digits) != EXTENDED.epsilon:
         return None
-    return WiderArithmetic(*libraries.sides(guards), EXTENDED.epsilon, libraries.landmarks)
+    sides = libraries.sides(guards)
+    return WiderArithmetic("long double", *sides, EXTENDED.epsilon, libraries.landmarks)
 
 
 # Interpreted.

@@ -249,7 +249,8 @@ class Bench:
 
 
 def _taken(measured: Measured) -> str:
-    return measured.method + (" in long doubles" if measured.wider else "")
+    wide = measured.arithmetic != "double"
+    return measured.method + (f" in {measured.arithmetic}s" if wide else "")
 
 
 def _unfinished(
