@@ -12,7 +12,7 @@ import os
 import re
 from collections.abc import Callable
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import PurePath
 from typing import Any
 
@@ -32,6 +32,7 @@ from lagrange_cli.scene.reading.overrides import (
     override_times,
 )
 from lagrange_cli.scene.reading.source import Mapping, SourceNode, compose, decode
+from lagrange_cli.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,6 @@ canonical order.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -21,6 +20,7 @@ from lagrange_cli.mechanics.symbols.convert import (
     ODD_FUNCTIONS,
     SYMPY_FUNCTIONS,
 )
+from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
