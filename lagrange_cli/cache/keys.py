@@ -43,27 +43,28 @@ def fingerprint() -> str:
     """
     package = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
     try:
-        files = sorted(_files(package))
+        # No name holds the separator.
+        files = "\0".join(sorted(_files(package)))
     except OSError:
         # A package that is no folder (an archive): nothing is recognized, so nothing is outdated.
         return os.urandom(32).hex()
     libraries = [part for name, file in _LIBRARIES.items() for part in _library(name, file)]
     machine = (sys.version, sys.implementation.name, sys.platform)
-    return digest(__version__, package, *machine, *files, *libraries)
+    return digest(__version__, package, *machine, files, *libraries)
 
 
-def _files(folder: str) -> Iterator[str]:
+def _files(package: str) -> Iterator[str]:
     """Yield relative name, size and time of every source file below a folder."""
-    waiting = [folder]
+    waiting = [""]
     while waiting:
-        with os.scandir(waiting.pop()) as entries:
+        folder = waiting.pop()
+        with os.scandir(package + folder) as entries:
             for entry in entries:
                 if entry.name.endswith((".py", ".c", ".h", ".in")):
                     status = entry.stat()
-                    path = os.path.relpath(entry.path, folder)
-                    yield f"{path} {status.st_size} {status.st_mtime_ns}"
+                    yield f"{folder}/{entry.name} {status.st_size} {status.st_mtime_ns}"
                 elif entry.name != "__pycache__" and entry.is_dir(follow_symlinks=False):
-                    waiting.append(entry.path)
+                    waiting.append(f"{folder}/{entry.name}")
 
 
 def _library(name: str, file: str) -> tuple[str | bytes, ...]:
