@@ -140,4 +140,7 @@ def main() -> None:
     """Entry point of the command ``lagrange``."""
     prepare_streams()
     gc.set_threshold(*COLLECTION)
-    sys.exit(run())
+    code = run()
+    # Else the interpreter looks through all objects for garbage before it ends, several times.
+    gc.freeze()
+    sys.exit(code)
