@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,6 @@ from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Scene

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.remembered import Answer, SceneSource, remembered
 from lagrange_cli.stages import announce
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation

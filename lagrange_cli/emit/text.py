@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import (
@@ -32,7 +33,6 @@ from lagrange_cli.notation.layout import Piece, break_lines, joined, suffixed
 from lagrange_cli.notation.one_line import OneLinePrinter, columns, solid
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.unicode import UnicodePrinter
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -9,12 +9,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import LONGEST_QUOTED, CsvRows, decoded, quoted_cell
-from lagrange_cli.values import dataclass
 
 #: The rule that problems of recordings bear.
 _RULE = "recording"

@@ -10,6 +10,7 @@ never the scene.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
@@ -23,7 +24,6 @@ from lagrange_cli.mechanics.findings import (
     SingularConfiguration,
 )
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol

@@ -11,7 +11,7 @@ which equation alone.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import mpmath
@@ -37,7 +37,6 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.scene.conditions import Formulation
 from lagrange_cli.scene.model import Scene
-from lagrange_cli.values import dataclass
 
 #: Ratio of predicted operations above which multipliers are taken; set by hand, as all below.
 _CLEARLY = 2

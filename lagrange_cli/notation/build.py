@@ -8,7 +8,7 @@ kept exactly; what cannot be shown exactly is refused.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -33,7 +33,6 @@ from lagrange_cli.notation.tree import (
     as_terms,
     factors_of,
 )
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations, ShownEquation

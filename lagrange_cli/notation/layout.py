@@ -7,9 +7,7 @@ the outermost sum, then sums within parentheses, then products.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-
-from lagrange_cli.values import dataclass
+from dataclasses import dataclass, replace
 
 #: The depth of a break between two factors, below any sum that a person nests.
 FACTOR_DEPTH = 20

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from dataclasses import dataclass
 
 from lagrange_cli.notation.latex_escape import GREEK, latex_text
-from lagrange_cli.values import dataclass
 
 _GREEK_NAMES = {letter: name for name, letter in GREEK.items()}
 

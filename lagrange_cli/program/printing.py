@@ -7,6 +7,7 @@ between them (numbers, names of functions and variables) is a :class:`Dialect`.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
 
@@ -20,7 +21,6 @@ from lagrange_cli.program.graph.operands import (
     Variable,
     rebuilt,
 )
-from lagrange_cli.values import dataclass
 
 #: Precedence of a sum.
 _SUM = 0

@@ -11,7 +11,7 @@ Only what the requested outputs need is computed, and each value once.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import TYPE_CHECKING
 
@@ -37,7 +37,6 @@ from lagrange_cli.program.systems.contact_systems import (
 )
 from lagrange_cli.program.systems.large_systems import LargeSystem, is_large_system, large_system
 from lagrange_cli.program.systems.loops import IndexedLoop, ProgramPart, SparseSolve
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr

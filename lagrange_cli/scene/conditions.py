@@ -5,11 +5,11 @@ Of every value here ``mark`` is its place in the file.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.language.expression import Equation, Expression
-from lagrange_cli.values import dataclass
 
 #: Samples of any run: rows of a table that a disk may hold.
 MOST_SAMPLES = 10_000_000_000

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
@@ -31,7 +32,6 @@ from lagrange_cli.scene.language.expression import (
 from lagrange_cli.scene.language.grammar import parse_expression
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reading.declarations import AXES
-from lagrange_cli.values import dataclass
 
 Base: TypeAlias = Literal["mass", "length", "time"]
 

@@ -12,7 +12,7 @@ import os
 import re
 from collections.abc import Callable
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import Any
 
@@ -32,7 +32,6 @@ from lagrange_cli.scene.reading.overrides import (
     override_times,
 )
 from lagrange_cli.scene.reading.source import Mapping, SourceNode, compose, decode
-from lagrange_cli.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

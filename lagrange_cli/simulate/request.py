@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import math
 import shlex
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
 
 import numpy as np
@@ -16,7 +16,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.samples.rows import Grid, RowSequence
-from lagrange_cli.values import dataclass
 
 #: The name of the method that is chosen by the program.
 AUTO = "auto"

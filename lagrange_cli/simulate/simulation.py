@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -47,7 +47,6 @@ from lagrange_cli.simulate.verification.contact_history import MotionFunctions, 
 from lagrange_cli.simulate.verification.disproof import cut_at_disproof, energy_drift
 from lagrange_cli.simulate.verification.uniqueness import require_unique_start, unbounded_slopes
 from lagrange_cli.stages import is_to_end
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache

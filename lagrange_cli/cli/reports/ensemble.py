@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.reports.json_text import json_text
 from lagrange_cli.cli.reports.tables import labelled
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.input_file import Members

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.cli.reports.json_text import json_text
 from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory

@@ -8,7 +8,7 @@ live in the workspace; the others keep names of their own.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from lagrange_cli.emit.c.loops import finite_check, loops_text, loops_workspace_size, wrapped
@@ -35,7 +35,6 @@ from lagrange_cli.program.systems.loop_rolling import (
     Statement,
     roll_loops,
 )
-from lagrange_cli.values import dataclass
 
 #: Counters of nested loops, outermost first.
 _COUNTERS = "ijkl"

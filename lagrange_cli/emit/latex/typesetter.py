@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import (
@@ -20,7 +21,6 @@ from lagrange_cli.notation.layout import Piece, break_lines, joined, prefixed, s
 from lagrange_cli.notation.one_line import solid
 from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import DisplayNode
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cmp_to_key
 from typing import Generic, TypeVar
 
 import sympy as sp
 
 from lagrange_cli.mechanics.equations import Coordinate
-from lagrange_cli.values import dataclass
 
 _Result = TypeVar("_Result")
 

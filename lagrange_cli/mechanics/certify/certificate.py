@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 import mpmath
 import sympy as sp
@@ -40,7 +41,6 @@ from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double, working_digits
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.stages import announce
-from lagrange_cli.values import dataclass
 
 _ZERO = mpf(0)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 from mpmath import mpf
@@ -11,7 +12,6 @@ from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
-from lagrange_cli.values import dataclass
 
 _ZERO = mpf(0)
 _ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)

@@ -8,6 +8,7 @@ numbers, the triangle inequality (:mod:`.rod_lengths`) or a sum of squares
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import mpmath
 import sympy as sp
@@ -23,7 +24,6 @@ from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.proofs.sum_of_squares import contradicting_equations
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out, quoted, written
-from lagrange_cli.values import dataclass
 
 #: Most equations that are reduced to an irreducible set, an elimination each. Set by hand.
 _MOST = 40

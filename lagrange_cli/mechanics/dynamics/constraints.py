@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import sympy as sp
@@ -24,7 +25,6 @@ from lagrange_cli.mechanics.equations import Closure, tagged
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
-from lagrange_cli.values import dataclass
 
 #: Terms that a part of a closure may be multiplied out to.
 _TERM_BUDGET = 200

@@ -14,6 +14,7 @@ particles are gathered with summed masses before anything is multiplied.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import TypeVar
 
@@ -39,7 +40,6 @@ from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.scene.model import Force
-from lagrange_cli.values import dataclass
 
 _Entry = TypeVar("_Entry")
 

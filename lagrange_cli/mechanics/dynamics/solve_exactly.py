@@ -20,6 +20,7 @@ sum of terms that are not negative, and where it solves the equations at a rando
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import mpmath
 import sympy as sp
@@ -30,7 +31,6 @@ from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum, sympy_rati
 from lagrange_cli.mechanics.algebra.factor import common_factor, scaled
 from lagrange_cli.mechanics.algebra.trig_polynomials import TrigPolynomial, refined
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
-from lagrange_cli.values import dataclass
 
 #: Most products that one entry may be multiplied out to.
 _PRODUCT_BUDGET = 250

@@ -6,7 +6,7 @@ A branch that nothing chooses would be a guess; the error proposes a configurati
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import mpmath
 import sympy as sp
@@ -16,7 +16,6 @@ from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, Si
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets, written
 from lagrange_cli.scene.language.expression import Equation
-from lagrange_cli.values import dataclass
 
 #: Most configurations that are tried. Set by hand.
 _TRIES = 60

@@ -1,15 +1,16 @@
 """Elimination of Cartesian names by definitions and constraints.
 
-The order is that of a calculation by hand: names that stand alone on one side of an equation, then
-names in which an equation is linear (pivots that are numbers or parameters first), then closed-form
-solutions of single equations, whose branch the reference configuration picks. A choice between
-branches that depend on another name still open would hold in one chart only: the equation stays.
+The order is that of a calculation by hand: names that stand alone on one side
+of an equation, then names in which an equation is linear (pivots that are
+numbers or parameters first), then closed-form solutions of single equations,
+whose branch the reference configuration picks. A choice between branches that depend
+on another name still open would hold in one chart only: such an equation stays.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from graphlib import TopologicalSorter
 
 import mpmath
@@ -33,7 +34,6 @@ from lagrange_cli.mechanics.elimination.solve_equation import (
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets
 from lagrange_cli.scene.language.expression import Equation
-from lagrange_cli.values import dataclass
 
 #: Largest relative value that counts as zero at the reference configuration. Set by hand.
 _VANISHES = mpmath.mpf(10) ** -9

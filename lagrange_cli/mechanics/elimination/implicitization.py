@@ -12,14 +12,13 @@ equations that hold it.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor
-from lagrange_cli.values import dataclass
 
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)

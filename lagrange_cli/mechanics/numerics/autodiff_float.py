@@ -10,6 +10,7 @@ an error of arithmetic here; the same evaluation in high precision tells the cau
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -22,7 +23,6 @@ from lagrange_cli.mechanics.numerics.elementary import (
     constant_decimal,
     decimal_context,
 )
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -8,10 +8,9 @@ infinite: x/|x|, atan(1/x). No motion passes through a state at which a quantity
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import dataclass
 
 import sympy as sp
-
-from lagrange_cli.values import dataclass
 
 #: Most operations in a radicand whose zeros are examined. Set by hand.
 _RADICAND_BUDGET = 100

@@ -10,6 +10,7 @@ balance). They are sought numerically, by an interior-point method, over quadrat
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import mpmath
 import numpy as np
@@ -24,7 +25,6 @@ from lagrange_cli.mechanics.proofs.quadratic_forms import (
     QuadraticForms,
 )
 from lagrange_cli.stages import announce
-from lagrange_cli.values import dataclass
 
 # All set by hand.
 

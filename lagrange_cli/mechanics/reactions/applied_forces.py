@@ -8,6 +8,7 @@ in other coordinates acts on no particle.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
@@ -17,7 +18,6 @@ from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Term
-from lagrange_cli.values import dataclass
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ which is that of the closures (none if there are none).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from typing import Literal, TypeVar
@@ -49,7 +50,6 @@ from lagrange_cli.mechanics.reactions.multipliers import (
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
 from lagrange_cli.scene.language.expression import Equation as Written
 from lagrange_cli.scene.model import Scene
-from lagrange_cli.values import dataclass
 
 _ZERO = mpf(0)
 

@@ -14,7 +14,7 @@ forces.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import sympy as sp
 from mpmath import mpf
@@ -24,7 +24,6 @@ from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
-from lagrange_cli.values import dataclass
 
 #: Numbers below this part of their terms are zeros.
 _NOTHING = mpf(10) ** -20

@@ -11,7 +11,7 @@ eliminated.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import mpmath
@@ -36,7 +36,6 @@ from lagrange_cli.mechanics.reduction.reduced_scene import Reduced, in_coordinat
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
-from lagrange_cli.values import dataclass
 
 #: Decimal digits of the numbers that ranks are found with.
 _DIGITS = 30

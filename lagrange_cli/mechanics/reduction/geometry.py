@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -25,7 +26,6 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.yaml_snippets import must_stay
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Unilateral
-from lagrange_cli.values import dataclass
 
 #: Numbers of those of some equations that hold identically around the start.
 IdentityFinder = Callable[[Mapping[int, tuple[sp.Expr, sp.Expr]]], Collection[int]]

@@ -11,6 +11,7 @@ integrated term by term; its integral takes its constant from the initial state.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
@@ -22,7 +23,6 @@ from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, Matrix, SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double
-from lagrange_cli.values import dataclass
 
 #: Most terms that a coefficient may be multiplied out to; set by hand.
 _TERM_BUDGET = 60

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 
 import mpmath
@@ -34,7 +35,6 @@ from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out, quoted, written
 from lagrange_cli.scene.language.expression import Equation, names_in
-from lagrange_cli.values import dataclass
 
 #: Most rows of which a combination is found in closed form; set by hand.
 _ROWS = 4

@@ -8,7 +8,7 @@ have no closed form in one chart (:mod:`.independence`), looks at what came of t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import mpmath
@@ -59,7 +59,6 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues, evaluated
 from lagrange_cli.scene.language.expression import Equation
 from lagrange_cli.scene.model import Scene
-from lagrange_cli.values import dataclass
 
 #: Decimal digits of the numbers that tests of identity and rank work with.
 _DIGITS = 30

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TypeAlias
 
@@ -27,7 +27,6 @@ from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.scene.model import Scene
-from lagrange_cli.values import dataclass
 
 _Motion: TypeAlias = "Mapping[sp.Symbol, tuple[int, sp.Symbol]]"
 

@@ -7,6 +7,7 @@ others are kept as closures ψ(q, v, t) = A v + b = 0.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 from mpmath import mpf
@@ -36,7 +37,6 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out
 from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet
 from lagrange_cli.scene.language.expression import Equation
-from lagrange_cli.values import dataclass
 
 
 @dataclass(frozen=True)

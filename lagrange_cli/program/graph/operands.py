@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
-
-from lagrange_cli.values import dataclass
 
 
 @dataclass(frozen=True, slots=True)

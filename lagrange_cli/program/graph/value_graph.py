@@ -9,6 +9,7 @@ canonical order.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -20,7 +21,6 @@ from lagrange_cli.mechanics.symbols.convert import (
     ODD_FUNCTIONS,
     SYMPY_FUNCTIONS,
 )
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol

@@ -18,7 +18,7 @@ with partial pivoting.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
@@ -28,7 +28,6 @@ from lagrange_cli.mechanics.dynamics.solve_exactly import ExactSolution, solve_e
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.bandwidth import bandwidth, elimination_order, is_banded
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr

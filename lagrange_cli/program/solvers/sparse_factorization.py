@@ -13,7 +13,7 @@ dense rectangles (Ng and Peyton, *SIAM J. Sci. Comput.* 14 (1993) 1034).
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from heapq import heapify, heappop, heappush
 
@@ -23,7 +23,6 @@ from lagrange_cli.program.solvers.bandwidth import (
     elimination_order,
     operations_of_band,
 )
-from lagrange_cli.values import dataclass
 
 #: Bands as narrow as this are taken without looking for another order.
 _NARROW = 4

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.value_graph import ONE, ScaledNode, ValueGraph
 from lagrange_cli.program.systems.loop_builder import Formula
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -12,7 +12,7 @@ about. ``gaps``, their rates and accelerations tell which flags are to change
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import sympy
@@ -27,7 +27,6 @@ from lagrange_cli.program.systems.constraint_systems import (
     systems_of,
     times,
 )
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from itertools import count
@@ -41,7 +42,6 @@ from lagrange_cli.program.systems.loop_builder import (
 )
 from lagrange_cli.program.systems.loops import ProgramPart, SparseSolve, Zeros
 from lagrange_cli.program.systems.shapes import ShapeTable
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import accumulate
 from typing import TYPE_CHECKING
@@ -15,7 +15,6 @@ from lagrange_cli.program.graph.statement_groups import renamed
 from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
 from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, ProgramPart, Total
 from lagrange_cli.program.systems.shapes import ShapeTable, joint_shape, shared_parts
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Hashable

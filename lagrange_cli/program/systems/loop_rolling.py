@@ -11,6 +11,7 @@ statements are executed in their order, so that no value changes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from lagrange_cli.program.graph.operands import (
@@ -21,7 +22,6 @@ from lagrange_cli.program.graph.operands import (
     rebuilt,
     variables,
 )
-from lagrange_cli.values import dataclass
 
 #: Fewer repetitions than this stay written out.
 _FEWEST = 4

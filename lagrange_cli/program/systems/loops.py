@@ -6,11 +6,11 @@ each of its members. Sparse solves for the multipliers stand between loops.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.program.graph.operands import Operand, variables
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.program.graph.statement_groups import Assignment

@@ -9,6 +9,7 @@ that is not constant, large powers.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from lagrange_cli.scene.language.bounds import ANY_EXTENT, Extent, extent_of
 from lagrange_cli.scene.language.expression import (
@@ -21,7 +22,6 @@ from lagrange_cli.scene.language.expression import (
     names_in,
     walk,
 )
-from lagrange_cli.values import dataclass
 
 #: Functions without a derivative everywhere.
 NONSMOOTH = ("abs", "sign", "min", "max")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.language.expression import Expression, Name
@@ -11,7 +12,6 @@ from lagrange_cli.scene.language.problems import Problems
 from lagrange_cli.scene.model import Particle, Point, Scene
 from lagrange_cli.scene.reading.declarations import AXES, component
 from lagrange_cli.scene.reading.overrides import initial_name
-from lagrange_cli.values import dataclass
 
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+|[^\s\\{}_A-Za-z0-9]")
 

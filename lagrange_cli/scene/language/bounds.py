@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 
 from lagrange_cli.scene.language.expression import (
@@ -31,7 +32,6 @@ from lagrange_cli.scene.language.tokens import (
     ExpressionLimitError,
     NotRealExpressionError,
 )
-from lagrange_cli.values import dataclass
 
 #: Largest constant power of an expression that is not constant.
 MAX_POWER = 100

@@ -12,7 +12,7 @@ else they are not followed further.
 from __future__ import annotations
 
 import time
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +27,6 @@ from lagrange_cli.simulate.charts.inverse import (
     alikeness,
     moving_nothing,
 )
-from lagrange_cli.values import dataclass
 
 #: Part of a step that its rates may leave open.
 _LOOSE = 0.2

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
@@ -10,7 +12,6 @@ from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
 from lagrange_cli.simulate.system.singular_guard import lost_rates, singular_factors
-from lagrange_cli.values import dataclass
 
 #: A factor this small beside its largest value has vanished at the start.
 _VANISHED = 1e-12

@@ -12,6 +12,7 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import count
 from typing import IO, Any
 
@@ -30,7 +31,6 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.samples.buffer import named_file
 from lagrange_cli.simulate.system.functions import RightHandSide
-from lagrange_cli.values import dataclass
 from lagrange_cli.version import __version__
 
 #: Seconds between two states that are written.

@@ -6,11 +6,10 @@ import copy
 import math
 import time
 from collections.abc import Callable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from lagrange_cli.errors import StoppedError
 from lagrange_cli.stages import announce, is_heard
-from lagrange_cli.values import dataclass
 
 #: Seconds between two announcements of the time reached.
 _GLANCE = 0.2

@@ -15,7 +15,7 @@ import math
 import re
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -42,7 +42,6 @@ from lagrange_cli.simulate.system.libraries import OPTIONS
 from lagrange_cli.simulate.system.rounding import each_off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
-from lagrange_cli.values import dataclass
 
 #: Name of the method in reports.
 METHOD = "Taylor"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import compress
 
 import numpy as np
@@ -20,7 +20,6 @@ from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.verification.disproof import energy_is_conserved
 from lagrange_cli.simulate.verification.energy_drift import contradicted, energy_drifts, suspects
-from lagrange_cli.values import dataclass
 
 #: Numbers in all samples of members that are held at a time.
 _MOST_NUMBERS = 2_000_000

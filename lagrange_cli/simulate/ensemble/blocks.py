@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.values import dataclass
 
 #: Numbers that are known of each member, by the fields of a trajectory.
 MEMBER_FIGURES = (

@@ -12,7 +12,7 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,6 @@ import numpy as np
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import DECIMAL_NUMBER, CsvRows, decoded, quoted_cell
-from lagrange_cli.values import dataclass
 
 MOST_MEMBERS = 100_000
 

@@ -10,13 +10,12 @@ other names than the coordinates, or if a parameter has another sign.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.files.rows import DECIMAL_NUMBER
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import closing
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
@@ -37,7 +37,6 @@ from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.simulation import RunContext, trajectory_of
 from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_sides
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.store import Store

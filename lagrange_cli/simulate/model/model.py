@@ -7,13 +7,12 @@ that the same scene is simulated again without deriving it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.files import Recording
 from lagrange_cli.scene.conditions import SimulationDefaults
-from lagrange_cli.values import dataclass
 
 
 @dataclass(frozen=True)

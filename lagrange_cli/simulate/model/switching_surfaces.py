@@ -12,7 +12,7 @@ stays on the surface (A. F. Filippov, *Differential Equations with Discontinuous
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import sympy
@@ -21,7 +21,6 @@ from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.simulate.model.expressions import rates
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from lagrange_cli.program.graph.operands import (
@@ -27,7 +27,6 @@ from lagrange_cli.program.graph.operands import (
     Sum,
     Variable,
 )
-from lagrange_cli.values import dataclass
 
 #: Functions of constants and of the first coefficient.
 _EACH = {name: f"lagrange_each_{name}" for name in ("sin", "cos", "sqrt", "exp")}

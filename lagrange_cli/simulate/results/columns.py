@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.model import Model
@@ -10,7 +11,6 @@ from lagrange_cli.simulate.results.forces import constraint_force_columns
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions
 from lagrange_cli.simulate.verification.disproof import energies
-from lagrange_cli.values import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import count
 
 import numpy as np
@@ -26,7 +26,6 @@ from lagrange_cli.simulate.samples.buffer import (
     unnamed_file,
 )
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
-from lagrange_cli.values import dataclass
 
 #: Numbers of the states of a run that memory is to hold.
 _IN_MEMORY = 2**19

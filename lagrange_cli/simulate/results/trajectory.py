@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Collection, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,7 +13,6 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.formats import Format, as_csv, as_npz, format_of
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.results.columns import Sampled

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
@@ -12,7 +13,6 @@ from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.samples.buffer import MemoryBuffer, SampleBuffer
 from lagrange_cli.simulate.samples.rows import Grid, RowSequence, windows
-from lagrange_cli.values import dataclass
 
 #: A coordinate that moves less than this part of the largest of its kind, or of its own motion
 #: between the samples, is measured by the larger one; set by hand.

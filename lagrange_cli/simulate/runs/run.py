@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.arrays import Array
@@ -19,7 +20,6 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
 )
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples.rows import RowSequence
-from lagrange_cli.values import dataclass
 
 #: Seconds between two looks at the clock, roughly: what a person takes for at once.
 _GLANCE = 0.02

@@ -6,6 +6,7 @@ import os
 import shutil
 import tempfile
 import zlib
+from dataclasses import dataclass
 from typing import IO, TypeAlias
 
 import numpy as np
@@ -15,7 +16,6 @@ from lagrange_cli.files import cannot_write
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import SavedState
 from lagrange_cli.simulate.samples.rows import LazyRows, RowSequence, window_rows
-from lagrange_cli.values import dataclass
 
 #: Bytes of a number.
 _DOUBLE_SIZE = 8

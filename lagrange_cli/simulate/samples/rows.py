@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any, Protocol, overload
 
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.values import dataclass
 
 #: Numbers of the states that are looked at at a time.
 WINDOW = 2**17

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -47,7 +47,6 @@ from lagrange_cli.simulate.system.tables import (
 )
 from lagrange_cli.simulate.system.tracing import functions_of, tracer
 from lagrange_cli.simulate.toolchain.compiler import CompileError
-from lagrange_cli.values import dataclass
 
 #: Part of a budget after which the compiler is given up, so that the rest is for Python.
 _COMPILING = 0.5

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from lagrange_cli.files import Recording
 from lagrange_cli.files.interpolation import Polynomials, polynomials
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp
-from lagrange_cli.values import dataclass
 
 #: Numbers of all pieces together.
 MOST_TABLE_NUMBERS = 20_000_000

@@ -6,6 +6,7 @@ See :mod:`lagrange_cli.simulate.native.guarded_rhs` for why, and for the compile
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.model.model import ChartSingularity, Model
 from lagrange_cli.simulate.system.tracing import functions_of
-from lagrange_cli.values import dataclass
 
 #: Number of a singular configuration whose factor keeps its sign while rates of lost coordinates
 #: are not zero, beside that sign.

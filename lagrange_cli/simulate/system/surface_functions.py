@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -22,7 +23,6 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.libraries import Libraries
 from lagrange_cli.simulate.system.parameters import parameter_values
 from lagrange_cli.simulate.system.tables import Table, bound, interpreted_table, native_table
-from lagrange_cli.values import dataclass
 
 
 class SurfaceCode(Protocol):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -15,7 +16,6 @@ from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
 from lagrange_cli.simulate.integrators.native.c_types import POINTER
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.piecewise import InputPieces, PiecewiseRhs
-from lagrange_cli.values import dataclass
 
 #: Values at many states: t (m,), y (m, 2n) → (m, k).
 Table: TypeAlias = Callable[[Array, Array], Array]

@@ -7,12 +7,12 @@ import os
 import signal
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.stages import announce, is_to_end
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from subprocess import Popen

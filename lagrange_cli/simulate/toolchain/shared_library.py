@@ -8,6 +8,7 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from lagrange_cli.cache import Cache, digest
@@ -20,7 +21,6 @@ from lagrange_cli.simulate.toolchain.compiler import (
     Compiler,
     processor,
 )
-from lagrange_cli.values import dataclass
 
 #: The head of a function that others can call.
 _FUNCTION = re.compile(r"^[a-z]\w* (\w+)\(", re.MULTILINE | re.ASCII)

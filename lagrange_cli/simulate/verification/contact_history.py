@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from lagrange_cli.simulate.system.contacts import ContactRhs
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.tables import Table
 from lagrange_cli.simulate.verification.constraint_drift import constraint_drift
-from lagrange_cli.values import dataclass
 
 #: Depth of a negative gap that disproves an accuracy, as a multiple of its first-order effect.
 _MARGIN = 8.0

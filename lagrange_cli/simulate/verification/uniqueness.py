@@ -16,6 +16,7 @@ its minimum). The forces that remain push away, more steeply than any proportion
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import islice, product
 
 import numpy as np
@@ -27,7 +28,6 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.parameters import parameter_values
 from lagrange_cli.simulate.system.tracing import functions_of
-from lagrange_cli.values import dataclass
 
 #: Values and rates below this part of their largest neighbours are zero but for rounding.
 _ZERO = 1e-13

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.scene.dimensions import dimensions
@@ -17,7 +18,6 @@ from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.studies.stress.points import STRESS_AXES, Ground, points_of
 from lagrange_cli.studies.stress.runs import StressRun, StressTask, run_point
-from lagrange_cli.values import dataclass
 
 
 @dataclass(frozen=True)

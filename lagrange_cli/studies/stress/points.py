@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -22,7 +22,6 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.parameters import parameter_values
 from lagrange_cli.simulate.system.singular_guard import singular_factors
 from lagrange_cli.simulate.system.tracing import functions_of
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.dimensions import Base, Dimensions

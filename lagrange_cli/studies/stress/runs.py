@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, cast
 
 import numpy as np
@@ -24,7 +24,6 @@ from lagrange_cli.simulate.simulation import RunContext, problem_of
 from lagrange_cli.simulate.system.functions import right_hand_side
 from lagrange_cli.studies.reference import Motion, errors, reference
 from lagrange_cli.studies.stress.points import StressPoint
-from lagrange_cli.values import dataclass
 
 #: Part of a trajectory → seconds that each run of a reference for it may take, in budgets of a
 #: point. The parts are tried in turn until one has a reference. Set by hand.

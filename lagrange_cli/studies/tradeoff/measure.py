@@ -12,7 +12,7 @@ import gc
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,7 +43,6 @@ from lagrange_cli.studies.tradeoff.runs import (
     has_stagnated,
     ladder,
 )
-from lagrange_cli.values import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache

@@ -6,7 +6,7 @@ import math
 import statistics
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from lagrange_cli.errors import InputError
@@ -25,7 +25,6 @@ from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.verification.contact_history import functions_along
 from lagrange_cli.simulate.verification.disproof import energy_drift
 from lagrange_cli.studies.reference import Motion, Reference, errors, motion_of
-from lagrange_cli.values import dataclass
 
 #: Accuracies that ``auto`` is asked for, and that runs are recommended for.
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
