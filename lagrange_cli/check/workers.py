@@ -5,6 +5,7 @@ If a process dies (out of memory, a crash of a compiled library), only its scene
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import signal
 from collections import deque
@@ -19,18 +20,29 @@ from lagrange_cli.errors import Problem
 
 _Job = Callable[[str], SceneReport]
 
+#: What a scene needs: imported once, by the server, and not by the process of each scene.
+_PRELOADED = [
+    "lagrange_cli.check.check",
+    "lagrange_cli.simulate.charts.simulation",
+    "lagrange_cli.simulate.model.build",
+]
+
 
 def _context() -> BaseContext:
     """Fork processes from a server with everything imported; spawn them if there is none."""
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["lagrange_cli.check.check"])
+    context.set_forkserver_preload(_PRELOADED)
     return context
 
 
-def _work(answer: Connection, job: _Job, path: str) -> None:
-    """Do a job in a worker; the parent decides what an interruption means."""
+def _work(answer: Connection, job: _Job, path: str, collection: tuple[int, int, int]) -> None:
+    """Do a job in a worker; the parent decides what an interruption means.
+
+    ``collection``: thresholds of the parent's garbage collector, which are the worker's too.
+    """
+    gc.set_threshold(*collection)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
@@ -58,6 +70,7 @@ def in_processes(paths: Sequence[str], jobs: int, job: _Job) -> Iterator[SceneRe
         Checks one scene; must be picklable.
     """
     context: Any = _context()
+    collection = gc.get_threshold()
     waiting = deque(paths)
     running: dict[Connection, tuple[str, BaseProcess]] = {}
     try:
@@ -65,7 +78,7 @@ def in_processes(paths: Sequence[str], jobs: int, job: _Job) -> Iterator[SceneRe
             while waiting and len(running) < jobs:
                 answer, theirs = context.Pipe(duplex=False)
                 path = waiting.popleft()
-                process = context.Process(target=_work, args=(theirs, job, path))
+                process = context.Process(target=_work, args=(theirs, job, path, collection))
                 running[answer] = (path, process)
                 process.start()
                 theirs.close()

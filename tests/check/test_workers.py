@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import subprocess
@@ -46,6 +47,17 @@ def test_a_dying_process_takes_only_its_scene():
     ]
     assert "ended with exit code 7" in found["exit"].problems[0].message
     assert "ended by signal 9" in found["kill"].problems[0].message
+
+
+def collecting(path: str) -> SceneReport:
+    """Report the first threshold of the garbage collector for the seconds."""
+    return SceneReport(path, "pass", float(gc.get_threshold()[0]))
+
+
+def test_workers_collect_garbage_as_seldom_as_their_parent(monkeypatch):
+    monkeypatch.setattr(gc, "get_threshold", lambda: (54_321, 20, 50))
+    (report,) = in_processes(["a"], 2, collecting)
+    assert report.seconds == 54_321
 
 
 def test_workers_end_with_their_reader():
