@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from lagrange_cli.cli.main import COLLECTION
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -16,6 +19,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="write expected outputs and messages anew; read the difference before committing it",
     )
+
+
+def pytest_collection_finish() -> None:
+    """Collect garbage as seldom as the command does, and never what is there before any test."""
+    gc.set_threshold(*COLLECTION)
+    gc.freeze()
 
 
 @pytest.fixture
