@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import gc
 import multiprocessing
+import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import Connection, wait
@@ -43,10 +45,19 @@ def _work(answer: Connection, job: _Job, path: str, collection: tuple[int, int, 
     ``collection``: thresholds of the parent's garbage collector, which are the worker's too.
     """
     gc.set_threshold(*collection)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
     answer.send(job(path))
+
+
+def _end_with_parent() -> None:
+    """End this process when its parent has ended, whether or not that could end it."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _died(path: str, process: BaseProcess) -> SceneReport:
