@@ -43,7 +43,8 @@ from lagrange_cli.scene import read_file
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.request import SimulationOptions, resolve
+from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.system.functions import right_hand_side

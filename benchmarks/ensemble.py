@@ -41,7 +41,7 @@ from integration import about
 
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, differ_in_numbers
 from lagrange_cli.simulate.ensemble.run import Plan, Task, run_block, run_blocks, tasks_of
-from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.options import SimulationOptions
 
 #: Positions without names, so that the columns are those that heyoka returns.
 SCENE = """

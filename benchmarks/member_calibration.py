@@ -23,7 +23,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.ensemble.batched_results import BatchedResults, batched_results
 from lagrange_cli.simulate.integrators.native.batched_taylor import TaylorSteps
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.options import SimulationOptions
 
 SAMPLES, SEED = 101, 7
 

@@ -215,7 +215,7 @@ class Derivation:
         ('ok', -1.491035)
         """
         from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
-        from lagrange_cli.simulate.request import SimulationOptions
+        from lagrange_cli.simulate.options import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext
 
         asked = SimulationOptions(**options)

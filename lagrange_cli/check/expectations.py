@@ -179,7 +179,7 @@ def _simulated(
     """Simulate the scene. SciPy is imported here, only for scenes that need it."""
     from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
     from lagrange_cli.simulate.model.build import model_of
-    from lagrange_cli.simulate.request import SimulationOptions
+    from lagrange_cli.simulate.options import SimulationOptions
 
     options = SimulationOptions(until=until, accuracy=accuracy)
     return simulate_past_singularities(model_of(equations), options)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.members import MemberValues
     from lagrange_cli.simulate.ensemble.run import Plan
     from lagrange_cli.simulate.model.model import Model
-    from lagrange_cli.simulate.request import SimulationOptions
+    from lagrange_cli.simulate.options import SimulationOptions
 
 #: Members that are tried until one can be derived.
 _MOST_TRIED = 3

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -11,12 +11,12 @@ from lagrange_cli.cli.remembered import Answer, SceneSource, remembered
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
-    from lagrange_cli.api import Derivation
+    from lagrange_cli.api import Derivation, LoadedScene
     from lagrange_cli.cli.session import Session
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.simulate.ensemble.members import Recipe
     from lagrange_cli.simulate.model.model import Model
-    from lagrange_cli.simulate.request import SimulationOptions
+    from lagrange_cli.simulate.options import SimulationOptions
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,16 @@ class SimulationRequest:
     as_json: bool
 
 
-def derivation_of_scene(session: Session, scene: SceneRequest, digits: int = 30) -> Derivation:
-    """Derive a scene for a command; its warnings and remarks go to stderr."""
+def derivation_of_scene(
+    session: Session,
+    scene: SceneRequest,
+    digits: int = 30,
+    when_read: Callable[[LoadedScene], None] = lambda loaded: None,
+) -> Derivation:
+    """Derive a scene for a command; its warnings and remarks go to stderr.
+
+    ``when_read`` is called with the scene before it is derived.
+    """
     from lagrange_cli.api import loads
 
     started = perf_counter()
@@ -95,6 +103,7 @@ def derivation_of_scene(session: Session, scene: SceneRequest, digits: int = 30)
         initial=scene.initial,
         times=scene.times,
     )
+    when_read(loaded)
     derivation = loaded.derive(digits=digits, forces=scene.forces, formulation=scene.formulation)
     announce("")
     session.tell(derivation.equations.warnings, derivation.equations.remarks)
@@ -103,10 +112,22 @@ def derivation_of_scene(session: Session, scene: SceneRequest, digits: int = 30)
 
 
 def model_of_scene(session: Session, scene: SceneRequest) -> Model:
-    """Return the model of a scene, kept from before or derived anew."""
+    """Return the model of a scene, kept from before or derived anew.
+
+    Within :func:`.compilations_ahead` the integrators are compiled while a scene is derived; the
+    number of its coordinates is nearly always that of the equations.
+    """
+
+    def compile_integrators(loaded: LoadedScene) -> None:
+        coordinates = loaded.scene.coordinates
+        if coordinates is not None:
+            from lagrange_cli.simulate.system.stepping import stepping_source
+            from lagrange_cli.simulate.toolchain.shared_library import compile_ahead
+
+            compile_ahead(stepping_source(len(coordinates)), session.cache)
 
     def work() -> Answer:
-        derivation = derivation_of_scene(session, scene)
+        derivation = derivation_of_scene(session, scene, when_read=compile_integrators)
         announce("preparing the simulation")
         return answer_of(derivation, derivation.model().to_json())
 

@@ -23,6 +23,8 @@ from lagrange_cli.cli.terminal.interrupts import Interrupts, noted_interrupts
 from lagrange_cli.cli.terminal.output import Command, print_report
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import check_writable, sole_writer
+from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.toolchain.shared_library import compilations_ahead
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
@@ -155,16 +157,14 @@ def simulate(
     outputs = {"-o": output, "--plot": plot, **checkpoint_files(state)}
     guard(source, parameters, outputs, member_file)
     members = ensemble.member_choice(member_file, vary, jobs, resume, checkpoint, plot)
-    # What takes long to import comes after what is refused at once.
-    from lagrange_cli.simulate.request import SimulationOptions
-
     scene_asked = SceneRequest(source, parameters, initial, times, "forces" in columns, formulation)
     files = columns, output, plot
     asked = SimulationRequest(scene_asked, SimulationOptions(**chosen), *files, as_json)
     if members is not None:
         with sole_writer(output):
             ctx.exit(ensemble.simulate_ensemble(session, members, asked))
-    ctx.exit(_simulate_one(session, asked, _checkpoint(checkpoint, resume), started))
+    with compilations_ahead():
+        ctx.exit(_simulate_one(session, asked, _checkpoint(checkpoint, resume), started))
 
 
 def _simulate_one(

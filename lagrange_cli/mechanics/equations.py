@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from lagrange_cli.errors import Mark, Problem
     from lagrange_cli.files import Recording
     from lagrange_cli.mechanics.reaction_values import ConstraintForces
-    from lagrange_cli.scene.conditions import SimulationDefaults
+    from lagrange_cli.scene.defaults import SimulationDefaults
 
 
 def tagged(name: str, tail: str) -> str:

@@ -1,4 +1,4 @@
-"""Initial values, simulation defaults and expectations of a scene, as frozen values.
+"""Initial values, the section ``simulate`` and expectations of a scene, as frozen values.
 
 Of every value here ``mark`` is its place in the file.
 """
@@ -10,9 +10,6 @@ from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.language.expression import Equation, Expression
-
-#: Samples of any run: rows of a table that a disk may hold.
-MOST_SAMPLES = 10_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +42,7 @@ Formulation: TypeAlias = Literal["auto", "minimal", "multiplier"]
 class WrittenDefaults:
     """The section ``simulate`` as written; keys that are absent are None.
 
-    Its fields are those of :class:`SimulationDefaults`, which holds their values.
+    Its fields are those of :class:`.defaults.SimulationDefaults`, which holds their values.
     """
 
     mark: Mark | None = None
@@ -62,40 +59,6 @@ class WrittenDefaults:
     def formulation_for(self, asked: Formulation | None) -> Formulation:
         """The formulation that is asked for, else the scene's, else ``auto``."""
         return asked or self.formulation or "auto"
-
-
-@dataclass(frozen=True)
-class SimulationDefaults:
-    """The section ``simulate`` as numbers; keys that are absent are None.
-
-    Attributes
-    ----------
-    until, start
-        Last and first time.
-    accuracy
-        Largest error of each component, relative to its scale.
-    samples, step
-        Number of samples, or the time between them.
-    method
-        Name of the integration method.
-    rtol, atol
-        Tolerances of that method.
-    formulation
-        Minimal or multiplier form.
-    mark
-        Place of the section.
-    """
-
-    until: float | None = None
-    start: float = 0.0
-    accuracy: float | None = None
-    samples: int | None = None
-    step: float | None = None
-    method: str | None = None
-    rtol: float | None = None
-    atol: float | None = None
-    formulation: str | None = None
-    mark: Mark | None = None
 
 
 @dataclass(frozen=True, slots=True)

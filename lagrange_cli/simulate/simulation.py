@@ -21,7 +21,8 @@ from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
+from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.request import Request, resolve
 from lagrange_cli.simulate.results.columns import sampled, state_columns
 from lagrange_cli.simulate.results.outcome import reason, status
 from lagrange_cli.simulate.results.streaming import (
@@ -120,7 +121,7 @@ def simulate(
     Parameters
     ----------
     until, accuracy, method, rtol, atol, step, samples, budget
-        See :class:`.request.SimulationOptions`.
+        See :class:`.options.SimulationOptions`.
     progress, reached, stop, functions, cache, stream, checkpoint
         See :class:`RunContext`.
 

@@ -21,7 +21,7 @@ from lagrange_cli.mechanics.equations import (
     ShownEquation,
 )
 from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine, Facts
-from lagrange_cli.scene.conditions import SimulationDefaults
+from lagrange_cli.scene.defaults import SimulationDefaults
 
 HALF = Rational(1, 2)
 

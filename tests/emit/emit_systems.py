@@ -15,7 +15,7 @@ from lagrange_cli.mechanics.equations import (
     ParticleMotion,
 )
 from lagrange_cli.mechanics.findings import Account, Certificate, Facts
-from lagrange_cli.scene.conditions import SimulationDefaults
+from lagrange_cli.scene.defaults import SimulationDefaults
 
 T = sp.Symbol("t", real=True)
 

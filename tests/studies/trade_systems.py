@@ -10,7 +10,8 @@ from lagrange_cli import loads
 from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.model.build import model_of
-from lagrange_cli.simulate.request import SimulationOptions, resolve
+from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.system.functions import right_hand_side
 from lagrange_cli.studies.tradeoff.runs import Setting, WorkPrecisionPoint

@@ -15,7 +15,7 @@ from lagrange_cli.mechanics.numerics.autodiff import Tape
 from lagrange_cli.scene import read_file
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
-from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.system.functions import interpreted
 from tests.systems.shipped import SCENES, derived, every_scene

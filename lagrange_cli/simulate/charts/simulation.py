@@ -35,7 +35,8 @@ from lagrange_cli.simulate.charts.detection import (
 )
 from lagrange_cli.simulate.charts.sample_grid import FINEST, grid_of
 from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart, Model
-from lagrange_cli.simulate.request import Request, SimulationOptions
+from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.samples.rows import RowSequence

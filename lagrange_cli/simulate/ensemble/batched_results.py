@@ -16,7 +16,8 @@ from lagrange_cli.simulate.ensemble.batched import METHOD, BatchedMembers, batch
 from lagrange_cli.simulate.ensemble.batched_runs import BatchedRuns
 from lagrange_cli.simulate.ensemble.blocks import BlockPart
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.request import Request, SimulationOptions, resolve
+from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.request import Request, resolve
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.verification.disproof import energy_is_conserved
 from lagrange_cli.simulate.verification.energy_drift import contradicted, energy_drifts, suspects

@@ -32,8 +32,8 @@ from lagrange_cli.simulate.ensemble.blocks import (
 )
 from lagrange_cli.simulate.ensemble.members import MemberValues, NumericMembers, Recipe
 from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
-from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.simulation import RunContext, trajectory_of
 from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_sides

@@ -12,7 +12,7 @@ from typing import Any
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.files import Recording
-from lagrange_cli.scene.conditions import SimulationDefaults
+from lagrange_cli.scene.defaults import SimulationDefaults
 
 
 @dataclass(frozen=True)

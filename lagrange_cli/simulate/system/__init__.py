@@ -12,6 +12,7 @@ __all__ = [
     "parameters",
     "rounding",
     "singular_guard",
+    "stepping",
     "tables",
     "tracing",
 ]

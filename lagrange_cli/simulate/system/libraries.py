@@ -26,6 +26,7 @@ from lagrange_cli.simulate.integrators.piecewise import InputPieces
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.inputs import RecordedInputs
 from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.system.stepping import stepping_source
 from lagrange_cli.simulate.system.tracing import tracer
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
@@ -66,16 +67,14 @@ class Libraries:
         real: NativeReal,
         deadline: float,
     ) -> None:
-        code, options = model.code, kernels.kernel_options(2 * len(model.coordinates))
-        system, stepping = {"system.c": code.c}, kernels.kernel_files("stepping")
+        code, stepping = model.code, stepping_source(len(model.coordinates))
+        options = stepping.options
         if real is not DOUBLE:
-            system, stepping = (
-                kernels.extended_precision(system),
-                kernels.extended_precision(stepping),
-            )
+            system = kernels.extended_precision({"system.c": code.c})
+            stepping = CSource(kernels.extended_precision(stepping.files), options)
         else:
             system = {"system.c": code.c + code.lanes, **kernels.kernel_headers()}
-        sources = [CSource(system, OPTIONS), CSource(stepping, options)]
+        sources = [CSource(system, OPTIONS), stepping]
         self.system, self.stepper = load_libraries(find_compiler(), sources, cache, deadline)
         self._compile: Callable[[str], list[ctypes.CDLL]] = lambda group: load_libraries(
             find_compiler(), [CSource(kernels.kernel_files(group), options)], cache, deadline

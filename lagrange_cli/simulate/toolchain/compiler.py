@@ -147,9 +147,6 @@ class Compilation:
         Name → text of the C files; headers are found beside them.
     options
         Further options of the compiler.
-    deadline
-        When to give up, in seconds of :func:`time.perf_counter`; at most
-        :data:`LONGEST_COMPILATION` from now.
     """
 
     def __init__(
@@ -158,25 +155,27 @@ class Compilation:
         folder: Path,
         sources: Mapping[str, str],
         options: Sequence[str] = (),
-        deadline: float = math.inf,
     ) -> None:
-        started = time.perf_counter()
-        self._deadline = min(deadline, started + LONGEST_COMPILATION)
-        self._longest = max(0.0, self._deadline - started)
+        self._started = time.perf_counter()
+        self._deadline = self._started + LONGEST_COMPILATION
         self._compiler, self._folder, self._options = compiler, folder, tuple(options)
         self._files = [name for name in sources if name.endswith(".c")]
         for name, text in sources.items():
             (folder / name).write_text(text, encoding="ascii")
         self._process = self._start(PROCESSOR_OPTIONS[0])
 
-    def result(self) -> bytes:
+    def result(self, deadline: float = math.inf) -> bytes:
         """Wait for the shared object.
+
+        ``deadline``: when to give up, in seconds of :func:`time.perf_counter`; at most
+        :data:`LONGEST_COMPILATION` after the start.
 
         Raises
         ------
         CompileError
             It could not be made.
         """
+        self._deadline = min(self._deadline, deadline)
         for tuned in (*PROCESSOR_OPTIONS[1:], None):
             message = self._wait()
             if message is None:
@@ -206,7 +205,8 @@ class Compilation:
         if is_to_end():
             raise CompileError(f"{self._compiler.name} was interrupted")
         if left <= _GLANCE:
-            raise CompileError(f"{self._compiler.name} took more than {self._longest:.1f} s")
+            longest = max(0.0, self._deadline - self._started)
+            raise CompileError(f"{self._compiler.name} took more than {longest:.1f} s")
 
     def _start(self, tuned: Sequence[str]) -> Popen[str]:
         import subprocess

@@ -6,8 +6,9 @@ import ctypes
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from lagrange_cli.simulate.toolchain.compiler import (
     Compilation,
     CompileError,
     Compiler,
+    find_compiler,
     processor,
 )
 
@@ -40,6 +42,41 @@ class CSource:
         return [name for text in texts for name in _FUNCTION.findall(text)]
 
 
+class _Ahead:
+    """Compilations that nobody has asked for yet, by key; they end with the stack."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        self.stack = stack
+        self.compilations: dict[str, Compilation] = {}
+
+
+_ahead: ContextVar[_Ahead | None] = ContextVar("ahead", default=None)
+
+
+@contextmanager
+def compilations_ahead() -> Iterator[None]:
+    """Let libraries be compiled while other work is done; stop those that are not needed."""
+    with ExitStack() as stack:
+        token = _ahead.set(_Ahead(stack))
+        stack.callback(_ahead.reset, token)
+        yield
+
+
+def compile_ahead(source: CSource, cache: Cache) -> None:
+    """Begin to compile a source that will be loaded, within :func:`compilations_ahead`.
+
+    Nothing is done where it is in the cache, or cannot be compiled: loading says why.
+    """
+    ahead = _ahead.get()
+    if ahead is None:
+        return
+    with suppress(CompileError):
+        compiler = find_compiler()
+        key = _key(compiler, source)
+        if key not in ahead.compilations and cache.path(key) is None:
+            ahead.compilations[key] = _start(ahead.stack, compiler, source)
+
+
 def load_libraries(
     compiler: Compiler, sources: Sequence[CSource], cache: Cache, deadline: float = math.inf
 ) -> list[ctypes.CDLL]:
@@ -58,12 +95,12 @@ def load_libraries(
     loaded = [_cached(cache, key, source) for key, source in zip(keys, sources, strict=True)]
     with ExitStack() as stack:
         waiting = {
-            number: _start(stack, compiler, sources[number], deadline)
+            number: _begun(stack, keys[number]) or _start(stack, compiler, sources[number])
             for number, library in enumerate(loaded)
             if library is None
         }
         for number, compilation in waiting.items():
-            content = compilation.result()
+            content = compilation.result(deadline)
             loaded[number] = _fetched(stack, content, cache, keys[number], sources[number])
     return [library for library in loaded if library is not None]
 
@@ -115,10 +152,19 @@ def _folder(stack: ExitStack) -> Path:
         raise CompileError(f"no temporary folder: {error.strerror}") from error
 
 
-def _start(stack: ExitStack, compiler: Compiler, source: CSource, deadline: float) -> Compilation:
+def _begun(stack: ExitStack, key: str) -> Compilation | None:
+    """Return the compilation under a key that was begun ahead, None if there is none."""
+    ahead = _ahead.get()
+    compilation = None if ahead is None else ahead.compilations.pop(key, None)
+    if compilation is not None:
+        stack.callback(compilation.stop)
+    return compilation
+
+
+def _start(stack: ExitStack, compiler: Compiler, source: CSource) -> Compilation:
     folder = _folder(stack)
     try:
-        compilation = Compilation(compiler, folder, source.files, source.options, deadline)
+        compilation = Compilation(compiler, folder, source.files, source.options)
         stack.callback(compilation.stop)
         return compilation
     except OSError as error:

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.scene.dimensions import dimensions
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, numeric_values
+from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order
-from lagrange_cli.simulate.request import SimulationOptions, resolve
+from lagrange_cli.simulate.request import resolve
 from lagrange_cli.studies.stress.points import STRESS_AXES, Ground, points_of
 from lagrange_cli.studies.stress.runs import StressRun, StressTask, run_point
 

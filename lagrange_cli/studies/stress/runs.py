@@ -18,7 +18,8 @@ from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactEventKind, ModeChange
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.request import SimulationOptions, resolve
+from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.results.trajectory import Event, Trajectory
 from lagrange_cli.simulate.simulation import RunContext, problem_of
 from lagrange_cli.simulate.system.functions import right_hand_side

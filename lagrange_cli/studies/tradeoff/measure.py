@@ -22,14 +22,8 @@ from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.request import (
-    AUTO,
-    Request,
-    SimulationOptions,
-    method_of,
-    require_fit,
-    resolve,
-)
+from lagrange_cli.simulate.options import AUTO, SimulationOptions
+from lagrange_cli.simulate.request import Request, method_of, require_fit, resolve
 from lagrange_cli.simulate.runs.start_checks import require_a_start
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side

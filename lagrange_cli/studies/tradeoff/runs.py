@@ -17,7 +17,8 @@ from lagrange_cli.simulate.accuracy.user_method import control_of, measured_run
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.request import AUTO, Request
+from lagrange_cli.simulate.options import AUTO
+from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.results.outcome import status
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run

@@ -16,7 +16,7 @@ from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.model.build import model_of
-from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
 from tests.simulate.accuracy.accuracy_systems import SYSTEMS, problem
 

@@ -18,7 +18,7 @@ from lagrange_cli.simulate.charts.continuation import KnownMotion, continue_coor
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import RunContext
 
 SPHERICAL = """

@@ -32,8 +32,8 @@ from lagrange_cli.simulate.ensemble.run import (
     tasks_of,
 )
 from lagrange_cli.simulate.ensemble.store import open_store, parts_of
+from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order
-from lagrange_cli.simulate.request import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
 
 #: Plans of one key are one plan.

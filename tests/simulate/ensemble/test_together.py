@@ -17,7 +17,7 @@ from lagrange_cli.simulate.ensemble.batched_results import batched_results
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, differ_in_numbers
 from lagrange_cli.simulate.ensemble.run import Plan, Task, run_block, run_blocks, tasks_of
 from lagrange_cli.simulate.model.build import model_of
-from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from tests.simulate.compiling import skip_without_compiler

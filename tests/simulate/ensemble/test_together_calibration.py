@@ -12,7 +12,7 @@ import pytest
 
 from lagrange_cli.simulate.ensemble.batched_results import batched_results
 from lagrange_cli.simulate.ensemble.blocks import BlockPart
-from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from tests.simulate.compiling import skip_without_compiler
 

@@ -14,7 +14,8 @@ from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.model.build import model_of, substitute_inputs
 from lagrange_cli.simulate.model.peak_exponents import peak_exponents
-from lagrange_cli.simulate.request import SimulationOptions, resolve
+from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.system.functions import interpreted
 from tests.simulate.compiling import compiled_or_skip

@@ -19,7 +19,7 @@ from lagrange_cli.scene import read_text
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
-from lagrange_cli.simulate.request import SimulationOptions
+from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.results.streaming import Stream
 from lagrange_cli.simulate.samples import buffer as spool
 from lagrange_cli.simulate.samples import rows
