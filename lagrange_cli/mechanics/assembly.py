@@ -35,7 +35,12 @@ from lagrange_cli.mechanics.structure import (
     total_energy,
 )
 from lagrange_cli.mechanics.symbols.convert import decimal_literals, total_derivative
-from lagrange_cli.mechanics.symbols.values import nearest_double
+from lagrange_cli.mechanics.symbols.values import (
+    DECIMAL_DIGITS,
+    decimal,
+    evaluated,
+    nearest_double,
+)
 from lagrange_cli.scene.language.expression import Equation
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.stages import announce
@@ -143,11 +148,17 @@ def _parameters(reduced: Reduced) -> Iterator[Parameter]:
             name=p.name,
             symbol=reduced.names.parameters[p.name],
             value=None if value is None else nearest_double(value),
+            decimal="" if value is None else _decimal(value),
             positive=p.positive,
             unit=p.unit,
             description=p.description,
             latex=p.latex,
         )
+
+
+def _decimal(value: sp.Expr) -> str:
+    with mpmath.workdps(2 * DECIMAL_DIGITS):
+        return decimal(evaluated(value, 2 * DECIMAL_DIGITS))
 
 
 def _particles(derivation: Uncertified) -> Iterator[ParticleMotion]:

@@ -10,7 +10,7 @@ never the scene.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
@@ -50,6 +50,8 @@ class Parameter:
         Its name in the scene, and its symbol.
     value
         Its double; None if it must be given to simulate.
+    decimal
+        The same with 40 digits; empty if only the double is known.
     positive
         True if the scene declares it positive.
     unit, description, latex
@@ -60,6 +62,7 @@ class Parameter:
     symbol: Symbol
     value: float | None = None
     positive: bool = False
+    decimal: str = field(default="", compare=False)
     unit: str | None = None
     description: str | None = None
     latex: str | None = None
@@ -275,11 +278,14 @@ class InitialState:
         q and v as doubles, in the order of the coordinates.
     projected
         Largest change made to a given value to satisfy the constraints, 0 if none.
+    decimals
+        q and v with 40 digits; empty if only the doubles are known.
     """
 
     positions: tuple[float, ...]
     velocities: tuple[float, ...]
     projected: float = 0.0
+    decimals: tuple[str, ...] = field(default=(), compare=False)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from lagrange_cli.mechanics.dynamics.singular_configurations import (
 )
 from lagrange_cli.mechanics.equations import CartesianName, InitialState, ReplacedChart
 from lagrange_cli.mechanics.findings import FormulationChoice
-from lagrange_cli.mechanics.initial.state import initial_state
+from lagrange_cli.mechanics.initial.state import initial_state, state_of
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.mechanics.reduction.cartesian_form import cartesian_form, closure_incidence
 from lagrange_cli.mechanics.reduction.no_minimal_form import no_minimal_form_error
@@ -50,7 +50,7 @@ _ENTRY = 6
 _CLOSURE = 4
 
 #: Decimal digits of a state that is carried over to other coordinates.
-_DIGITS = 34
+_DIGITS = 50
 
 
 def reduced_for(scene: Scene, wanted: Formulation) -> tuple[Reduced, tuple[str, ...]]:
@@ -267,7 +267,7 @@ def replaced_chart(derivation: Uncertified) -> ReplacedChart | None:
 
 def _carried_over(origin: Reduced, chart: ReplacedChart, former: InitialState) -> InitialState:
     """Positions and velocities in other coordinates."""
-    state = [*former.positions, *former.velocities]
+    state = former.decimals or tuple(map(repr, (*former.positions, *former.velocities)))
     symbols = [*(c.q for c in origin.coordinates), *(c.v for c in origin.coordinates)]
     with mpmath.workdps(_DIGITS):
         point = dict(zip(symbols, map(mpf, state), strict=True))
@@ -276,4 +276,4 @@ def _carried_over(origin: Reduced, chart: ReplacedChart, former: InitialState) -
         point[origin.names.t] = origin.reference[origin.names.t]
         q = evaluate([place.position for place in chart.places], point)
         v = evaluate([place.velocity for place in chart.places], point)
-    return InitialState(tuple(map(float, q)), tuple(map(float, v)), former.projected)
+        return state_of(q, v, former.projected)

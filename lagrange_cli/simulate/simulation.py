@@ -259,6 +259,7 @@ def problem_of(
         widens=functions.widens,
         read_off=model.chart is not None,
         landmarks=functions.landmarks,
+        exact=tuple(model.exact_initial),
     )
     return replace(problem, wider=partial(_wider, problem, functions))
 
@@ -273,8 +274,7 @@ def _wider(
         problem,
         rhs=sides.rhs,
         perturbed=sides.perturbed,
-        epsilon=sides.epsilon,
-        arithmetic=sides.name,
+        real=sides.real,
         widens=sides.widens,
         landmarks=sides.landmarks,
     )
@@ -340,12 +340,12 @@ def _trajectory(
 
 def _implementation(functions: RightHandSide, measured: Measured) -> str:
     """Say in words what evaluated the equations and made the steps."""
+    if measured.arithmetic != "double":
+        return f"{functions.implementation}, {measured.arithmetic}"
     if measured.method == Taylor.name:
         return f"series compiled by heyoka, and {functions.implementation}"
     if not functions.native:
         return functions.implementation
-    if measured.arithmetic != "double":
-        return f"{functions.implementation}, {measured.arithmetic}"
     if measured.method in COMPILED:
         return functions.implementation
     package = INTEGRATORS[measured.method].package

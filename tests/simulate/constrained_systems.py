@@ -150,8 +150,7 @@ def constrained(name, *parameters, fixed_dimension=True, real=DOUBLE):
     """A system with its projection, and the integrators for it."""
     n = DIMENSIONS[name] if fixed_dimension else kernels.UNROLLED_DIMENSION + 1
     system, stepping = {"system.c": TEXTS[name]}, kernels.kernel_files()
-    if real is not DOUBLE:
-        system, stepping = kernels.extended_precision(system), kernels.extended_precision(stepping)
+    system, stepping = real.rewritten(system), real.rewritten(stepping)
     library, stepper = compiled(CSource(system), CSource(stepping, kernels.kernel_options(n)))
     return NativeRhs(
         function_type(real)((name, library)),

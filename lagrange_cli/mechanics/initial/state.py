@@ -37,7 +37,7 @@ from lagrange_cli.mechanics.numerics.rank import (
     scale_columns,
 )
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
-from lagrange_cli.mechanics.symbols.values import evaluated
+from lagrange_cli.mechanics.symbols.values import decimal, evaluated
 from lagrange_cli.mechanics.symbols.yaml_snippets import near_snippet
 from lagrange_cli.scene.conditions import InitialValue
 
@@ -45,7 +45,7 @@ from lagrange_cli.scene.conditions import InitialValue
 _TOLERANCE = mpf(10) ** -9
 
 #: Decimal digits carried; a second time twice as many.
-_DIGITS = 34
+_DIGITS = 50
 #: Relative size of rounding errors that remain.
 _ROUNDING = mpf(10) ** -20
 #: Further digits for the metric, whose inverse is huge where a coordinate has no inertia.
@@ -92,6 +92,16 @@ def initial_state(derivation: HasMassMatrix) -> InitialState | None:
         state,
         positions=_without_noise(state.positions, finer.positions),
         velocities=_without_noise(state.velocities, finer.velocities),
+    )
+
+
+def state_of(positions: Sequence[mpf], velocities: Sequence[mpf], projected: float) -> InitialState:
+    """Return a state as doubles, with the decimals that these lack."""
+    return InitialState(
+        tuple(map(float, positions)),
+        tuple(map(float, velocities)),
+        projected,
+        tuple(map(decimal, (*positions, *velocities))),
     )
 
 
@@ -160,9 +170,7 @@ class _Initial:
         except DomainError:
             raise self._singular() from None
         projected = max(self._check(start, velocities), moved, turned, slid)
-        return InitialState(
-            tuple(float(x) for x in start), tuple(float(x) for x in velocities), float(projected)
-        )
+        return state_of(start, velocities, float(projected))
 
     def _placed(self) -> tuple[list[mpf], mpf]:
         """Put coordinates on closures and closed gaps; return them and the largest change."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
+import mpmath
 import sympy as sp
 from mpmath import mpf
 
@@ -14,6 +15,9 @@ from lagrange_cli.scene.language.bounds import require_bounded
 from lagrange_cli.scene.language.expression import Expression, names_in
 from lagrange_cli.scene.language.tokens import MAX_EXPONENT, ExpressionError
 from lagrange_cli.scene.model import Scene
+
+#: Digits of numbers that are kept for arithmetic wider than that of doubles; quadruple has 34.
+DECIMAL_DIGITS = 40
 
 #: Least magnitude of a scene's constants.
 _LEAST = mpf(10) ** -MAX_EXPONENT
@@ -142,6 +146,11 @@ def evaluated(value: sp.Expr, digits: int) -> mpf:
     """
     number = mpf(value.evalf(digits))
     return number if abs(number) > _LEAST else mpf(0)
+
+
+def decimal(value: mpf) -> str:
+    """Write a number with :data:`DECIMAL_DIGITS` digits."""
+    return str(mpmath.nstr(value, DECIMAL_DIGITS))
 
 
 def nearest_double(value: sp.Expr) -> float:

@@ -30,7 +30,6 @@ from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, RunningScales
 from lagrange_cli.simulate.runs.run import Failure, Run
 from lagrange_cli.simulate.samples.rows import window_rows
-from lagrange_cli.simulate.system.rounding import off_by_one_ulp
 
 _TUNING = AttemptTuning()
 
@@ -115,7 +114,7 @@ class Attempt:
             problem,
             control,
             rhs=perturbed[off - 1] if off else None,
-            y0=off_by_one_ulp(problem.y0, off) if off else None,
+            y0=problem.start_off(off),
         )
         self._controls[run] = control, tolerance
         return run
@@ -123,6 +122,8 @@ class Attempt:
     def _other_method(self) -> type[Integrator]:
         """Select the perturbed companion's method: the run's own if no other is as good."""
         rhs, stiff = self._problem.rhs, self._coarse.stiff
+        if self.wider:
+            return self.run.method
         if isinstance(rhs, NativeRhs):
             by_gauss = self.run.method is INTEGRATORS["Gauss16"]
             explicit = INTEGRATORS["Gauss16" if suits_gauss(rhs) and not by_gauss else "DOP853"]
@@ -174,7 +175,7 @@ class Attempt:
     @property
     def arithmetic(self) -> str:
         """What the numbers of the runs are called."""
-        return self._problem.arithmetic
+        return self._problem.real.name
 
     @property
     def wider(self) -> bool:
@@ -414,9 +415,18 @@ class Attempt:
     @property
     def expected_excess(self) -> float:
         """Error over eps that is expected at the end, 1 or more."""
-        excess = (
-            self.error_estimate().excess
-            if np.isfinite(self.error_estimate().excess)
-            else _TUNING.most_excess
-        )
-        return float(min(max(excess, 1.0) / self._reached**2, _TUNING.most_excess))
+        excess, most = self.error_estimate().excess, costing_as(_TUNING.most_excess, self)
+        excess = max(excess, 1.0) if np.isfinite(excess) else most
+        if not self.wider:
+            return float(min(excess / self._reached**2, most))
+        # What doubles cannot hold grows exponentially.
+        growth = max(excess * self._eps / self.tolerance, 1.0)
+        with np.errstate(over="ignore"):
+            return float(min(excess * np.power(growth, 1 / self._reached - 1), most))
+
+
+def costing_as(factor: float, attempt: Attempt) -> float:
+    """Return the factor of tolerances that costs as many steps as one of DOP853's tolerances."""
+    if not attempt.wider:
+        return factor
+    return float(factor ** (attempt.run.method.order / INTEGRATORS["DOP853"].order))

@@ -20,7 +20,7 @@ from dataclasses import replace
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, StoppedError
-from lagrange_cli.simulate.accuracy.attempt import Attempt
+from lagrange_cli.simulate.accuracy.attempt import Attempt, costing_as
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS
 from lagrange_cli.simulate.accuracy.event_agreement import EventAgreement, UnclearContacts
 from lagrange_cli.simulate.accuracy.measured import (
@@ -165,21 +165,22 @@ def _attempt_wider(
 ) -> None:
     """Make further attempts in wider and wider arithmetic while it is not enough and helps."""
     narrow: InitialValueProblem | None = problem
-    bests = [_best(attempts)]
-    while narrow is not None and _worthwhile(bests):
-        kept = bests[-1].error_estimate().samples == len(problem.times)
-        if kept or bests[-1].failure is not None or coarse.stiff:
+    lasts = [attempts[-1]]
+    while narrow is not None and _worthwhile(lasts):
+        best = _best(attempts)
+        kept = best.error_estimate().samples == len(problem.times)
+        if kept or best.failure is not None or coarse.stiff:
             return
         wider = narrow.wider()
         if wider is not None:
             wider = replace(wider, unsampled=problem.unsampled)
             last = attempts[-1]
-            excess = min(last.expected_excess, _TUNING.most_excess_wider)
+            excess = min(last.expected_excess, costing_as(_TUNING.most_excess_wider, last))
             first = min(last.tolerance, _TUNING.first_wider) / excess
             method = explicit_method(wider, first)
             finer = replace(coarse.finer(wider.epsilon / problem.epsilon), method=method)
             _attempt(wider, eps, finer, first, attempts, watch, keeper)
-            bests.append(_best(attempts))
+            lasts.append(attempts[-1])
         narrow = wider
 
 
@@ -215,9 +216,12 @@ def _best(attempts: list[Attempt]) -> Attempt:
 
 
 def _worthwhile(attempts: list[Attempt]) -> bool:
-    """Tell if the last attempt reached clearly more samples than the one before."""
-    reached = [attempt.error_estimate().samples for attempt in attempts[-2:]]
-    return len(reached) < 2 or reached[1] > _TUNING.worthwhile * reached[0]
+    """Tell if the last attempt reached clearly more samples than the one before, or was closer."""
+    if len(attempts) < 2:
+        return True
+    before, last = (attempt.error_estimate() for attempt in attempts[-2:])
+    further = last.samples > _TUNING.worthwhile * before.samples
+    return further or last.excess * _TUNING.closer < before.excess
 
 
 def _measured(

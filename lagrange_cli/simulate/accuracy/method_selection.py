@@ -23,6 +23,7 @@ from lagrange_cli.simulate.integrators.base import Rhs, SavedState
 from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.integrators.native.methods import CompiledTaylor
 from lagrange_cli.simulate.integrators.piecewise import input_pieces
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run
@@ -191,6 +192,8 @@ def _suits_taylor(rhs: Rhs, size: int) -> bool:
 
 def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Integrator]:
     """The method for motion that is not stiff."""
+    if isinstance(problem.rhs, NativeRhs) and problem.rhs.series is not None:
+        return CompiledTaylor
     if _suits_taylor(problem.rhs, len(problem.y0)):
         return INTEGRATORS["taylor"]
     fits = tolerance <= _FINE and suits_gauss(problem.rhs)

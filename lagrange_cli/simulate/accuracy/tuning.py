@@ -28,7 +28,10 @@ class ScheduleTuning:
     most_excess_wider
         Largest factor by which the first tolerance in wider arithmetic is below the last one.
     worthwhile
-        Factor of samples by which each attempt in wider arithmetic must exceed the one before.
+        Factor of samples by which each attempt in wider arithmetic must exceed the one before, if
+        its error is not smaller
+    closer
+        by this factor.
     """
 
     first: float = 1e-4
@@ -41,6 +44,7 @@ class ScheduleTuning:
     first_wider: float = 1e-15
     most_excess_wider: float = 10.0
     worthwhile: float = 1.05
+    closer: float = 5.0
 
 
 @dataclass(frozen=True)

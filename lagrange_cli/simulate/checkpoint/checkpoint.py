@@ -53,7 +53,7 @@ def samples_of(path: str, number: int) -> str:
 def identity(model: Model, request: Request, functions: RightHandSide) -> dict[str, Any]:
     """Gather all that a result depends on, as values that JSON holds."""
     equations = model.to_json()
-    apart = ("parameters", "initial", "defaults", "recordings")
+    apart = ("parameters", "initial", "defaults", "recordings", "initial_decimals")
     numbers = {name: equations.pop(name) for name in apart}
     pieces = functions.recorded_inputs.pieces if functions.recorded_inputs is not None else None
     return {
@@ -64,6 +64,7 @@ def identity(model: Model, request: Request, functions: RightHandSide) -> dict[s
         "parameters": {p["name"]: p["value"] for p in numbers["parameters"]},
         "initial": dict(zip(model.state_names, numbers["initial"], strict=True)),
         "options": _options(request),
+        "decimals": digest(*(p["decimal"] for p in numbers["parameters"]), *model.initial_decimals),
     }
 
 
@@ -247,7 +248,7 @@ def _difference(was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
             old = before.get(name)
             if old != value:
                 return f"{name} was {_shown(old)} and is {_shown(value)}"
-    return ""
+    return "" if was.get("decimals") == now["decimals"] else _PARTS["scene"]
 
 
 def _shown(value: Any) -> str:

@@ -132,8 +132,8 @@ def _sources(model: Model, real: NativeReal) -> list[CSource]:
     if real is DOUBLE:
         series = {"series.c": model.code.taylor + model.code.tables, **headers}
         return [CSource(series, options), CSource(stepping, options)]
-    series, options = {"series.c": model.code.taylor, **headers}, (*options, "-DLAGRANGE_WIDE")
-    return [CSource(kernels.extended_precision(files), options) for files in (series, stepping)]
+    series, options = {"series.c": model.code.taylor, **headers}, (*options, kernels.WIDE)
+    return [CSource(real.rewritten(files), options) for files in (series, stepping)]
 
 
 def _kinds(model: Model) -> _Integers:

@@ -233,9 +233,20 @@ class NumericMembers:
         if numbers is None:
             return None
         values, start = numbers
+        texts = {**member.parameters, **member.initial} if self._is_plain(member) else None
         pairs = zip(self._model.parameters, values, strict=True)
-        parameters = tuple(replace(p, value=value) for p, value in pairs)
-        return replace(self._model, parameters=parameters, initial=start)
+        parameters = tuple(
+            replace(p, value=value, decimal="" if texts is None else texts.get(p.name, p.decimal))
+            for p, value in pairs
+        )
+        named = zip(self._model.state_names, self._model.initial_decimals, strict=False)
+        decimals = () if texts is None else tuple(texts.get(name, kept) for name, kept in named)
+        return replace(self._model, parameters=parameters, initial=start, initial_decimals=decimals)
+
+    def _is_plain(self, member: MemberValues) -> bool:
+        """Tell if the values of a member are numbers that nothing else depends on."""
+        texts = [*member.parameters.values(), *member.initial.values()]
+        return self._plain and all(DECIMAL_NUMBER.fullmatch(text) for text in texts)
 
     def values(
         self, member: MemberValues
@@ -247,8 +258,7 @@ class NumericMembers:
         InputError
             Located: a value that is none.
         """
-        texts = [*member.parameters.values(), *member.initial.values()]
-        if self._plain and all(DECIMAL_NUMBER.fullmatch(text) for text in texts):
+        if self._is_plain(member):
             parameters = {name: float(text) for name, text in member.parameters.items()}
             initial = {name: float(text) for name, text in member.initial.items()}
         else:

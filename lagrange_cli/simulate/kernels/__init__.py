@@ -8,11 +8,13 @@ from pathlib import Path
 
 __all__ = [
     "GROUPS",
+    "WIDE",
     "batched_files",
-    "extended_precision",
+    "in_arithmetic",
     "kernel_files",
     "kernel_headers",
     "kernel_options",
+    "wide_files",
 ]
 
 #: States of more numbers are integrated by loops of a length known only when they run.
@@ -26,17 +28,22 @@ GROUPS = {
     "stepping": frozenset({"dop853", "gauss"}),
     "fixed": frozenset({"rk4", "verlet", "rattle", "gauss4", "gauss6"}),
     "stiff": frozenset({"radau"}),
+    "series": frozenset({"series"}),
 }
 
 #: Files of C of the kernels of each library, beside those that all share.
 _KERNELS = {
     "stepping": ("dop853.c", "gauss.c"),
     "fixed": ("rk4.c", "verlet.c", "rattle.c", "collocation.c"),
+    "series": ("series.c",),
     "stiff": ("radau.c", "radau_systems.c", "radau.h", "linear.h"),
 }
 
 #: Headers that the text of a system includes.
 _HEADERS = ("lanes.h",)
+
+#: Option for files that are rewritten for types that have no vectors.
+WIDE = "-DLAGRANGE_WIDE"
 
 #: Files that are written for doubles alone.
 _DOUBLES_ALONE = ("gauss.c", "gauss.h")
@@ -45,6 +52,18 @@ _DOUBLES_ALONE = ("gauss.c", "gauss.h")
 _CONSTANT = re.compile(
     r"(?<![\w.])(0x[0-9a-f.]+p[+-]?\d+|\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?![\w.])"
 )
+
+#: The rounding error of 1 in the text of a system.
+_EPSILON = re.compile(r"^(#define \w+_EPSILON ).*$", re.MULTILINE)
+
+#: Suffixes of constants of other types.
+_SUFFIXES = {"long double": "L", "_Float128": "f128"}
+
+#: The header with functions of all types; without the macro it has none of ``_Float128``.
+_FUNCTIONS = """#ifndef __STDC_WANT_IEC_60559_TYPES_EXT__
+#define __STDC_WANT_IEC_60559_TYPES_EXT__ 1
+#endif
+#include <tgmath.h>"""
 
 
 def kernel_files(*groups: str) -> dict[str, str]:
@@ -70,16 +89,35 @@ def batched_files() -> dict[str, str]:
     return {**kernel_headers(), **{name: _text(f"members/{name}") for name in names}}
 
 
-def extended_precision(sources: Mapping[str, str]) -> dict[str, str]:
-    """Rewrite files to compute with long doubles: with 64 binary digits on x86, where doubles
-    have 53."""
+def wide_files(system: str, series: str) -> tuple[dict[str, str], dict[str, str]]:
+    """Return name → text of the files of a system and of the integrators for types wider than
+    doubles, before they are rewritten; ``series`` are Taylor recurrences, and may be empty."""
+    files = {"system.c": system}
+    if series:
+        headers = (name for name in batched_files() if name.endswith(".h"))
+        files |= {"series.c": series, **{name: batched_files()[name] for name in headers}}
+    return files, kernel_files("stepping", "series")
+
+
+def in_arithmetic(sources: Mapping[str, str], c_name: str, epsilon: float) -> dict[str, str]:
+    """Rewrite files to compute with numbers of another type of C.
+
+    Parameters
+    ----------
+    c_name
+        ``long double``, of 64 binary digits on x86, or ``_Float128``, of 113.
+    epsilon
+        The distance from 1 to the next of these numbers.
+    """
     kept = {name: text for name, text in sources.items() if name not in _DOUBLES_ALONE}
-    return {name: _extended(text) for name, text in kept.items()}
+    return {name: _rewritten(c_name, epsilon, text) for name, text in kept.items()}
 
 
-def _extended(text: str) -> str:
-    text = _CONSTANT.sub(r"\1L", text.replace("<math.h>", "<tgmath.h>"))
-    return re.sub(r"\bdouble\b", "long double", text)
+def _rewritten(c_name: str, epsilon: float, text: str) -> str:
+    text = _EPSILON.sub(rf"\g<1>{(epsilon / 2).hex()}", text)
+    text = _CONSTANT.sub(rf"\1{_SUFFIXES[c_name]}", text)
+    text = text.replace("#include <math.h>", _FUNCTIONS)
+    return re.sub(r"\bdouble\b", c_name, text)
 
 
 def _text(name: str) -> str:

@@ -21,6 +21,19 @@ int64_t lagrange_digits(void)
     return digits - 1;
 }
 
+/* Functions of a system for callers that cannot pass a number of this type by its value. */
+int lagrange_call(lagrange_function function, const double *t, const double *y, const double *u,
+                  const void *p, double *work, double *out)
+{
+    return function(*t, y, u, p, work, out);
+}
+
+int lagrange_call_projection(lagrange_projection project, const double *t, double *y,
+                             const double *u, const void *p, double *work)
+{
+    return project(*t, y, u, p, work);
+}
+
 static void current(const lagrange_run *run, double *out)
 {
     const double *hi = lagrange_row(run, HI), *low = lagrange_row(run, LOW);
@@ -184,14 +197,14 @@ static int locate(lagrange_run *run, lagrange_begin start, lagrange_step step,
 int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step,
                      lagrange_interpolate interpolate, const double *times, int64_t count,
                      double *states, int64_t *filled, int64_t most_steps,
-                     double most_evaluations)
+                     int64_t most_evaluations)
 {
     const int64_t steps = run->steps, evaluations = run->evaluations;
     int status;
     *filled = 0;
     status = take(run, interpolate, times, count, states, filled);
     while (!status && *filled < count && run->steps - steps < most_steps &&
-           (double)(run->evaluations - evaluations) < most_evaluations) {
+           run->evaluations - evaluations < most_evaluations) {
         if (run->events && run->t < run->t_new) {
             return LAGRANGE_ENDED;
         }

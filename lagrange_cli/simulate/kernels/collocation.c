@@ -232,14 +232,14 @@ int64_t lagrange_gauss6_rows(void)
 }
 
 int lagrange_gauss4_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                            int64_t *filled, int64_t most_steps, double most_evaluations)
+                            int64_t *filled, int64_t most_steps, int64_t most_evaluations)
 {
     return lagrange_advance(run, begin, step_of_order_4, 0, times, count, states, filled,
                             most_steps, most_evaluations);
 }
 
 int lagrange_gauss6_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                            int64_t *filled, int64_t most_steps, double most_evaluations)
+                            int64_t *filled, int64_t most_steps, int64_t most_evaluations)
 {
     return lagrange_advance(run, begin, step_of_order_6, 0, times, count, states, filled,
                             most_steps, most_evaluations);

@@ -371,13 +371,13 @@ int lagrange_dop853_start(lagrange_run *run)
     return slope(run, run->t, lagrange_row(run, HI), 12);
 }
 
-int lagrange_dop853_interpolate(lagrange_run *run, double t, double *out)
+int lagrange_dop853_interpolate(lagrange_run *run, const double *t, double *out)
 {
-    return interpolate(run, t, out);
+    return interpolate(run, *t, out);
 }
 
 int lagrange_dop853_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                            int64_t *filled, int64_t most_steps, double most_evaluations)
+                            int64_t *filled, int64_t most_steps, int64_t most_evaluations)
 {
     return lagrange_advance(run, lagrange_dop853_start, step, interpolate, times, count, states,
                             filled, most_steps, most_evaluations);

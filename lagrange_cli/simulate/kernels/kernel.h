@@ -22,6 +22,10 @@ typedef int (*lagrange_lanes)(const double *t, const double *y, const double *u,
 typedef int (*lagrange_projection)(double t, double *y, const double *u, const void *p,
                                    double *work);
 
+/* Coefficients 1 to order of a motion's Taylor series, coefficient k of number i at
+ * c[k*series_rows + i]: of the state, behind it of time, then of what it takes to find them. */
+typedef void (*lagrange_series)(int order, const double *p, double *c);
+
 /* Why a call came back. */
 enum {
     LAGRANGE_OK = 0,       /* samples filled, or a limit of the call reached */
@@ -85,6 +89,8 @@ typedef struct {
      * along the gradients at the positions; or null. */
     lagrange_function shift;
     lagrange_landmarks *landmarks; /* or null */
+    lagrange_series series; /* or null */
+    int64_t series_rows;
 } lagrange_run;
 
 #ifdef LAGRANGE_DIM
@@ -143,7 +149,7 @@ int lagrange_between(lagrange_run *run, lagrange_interpolate interpolate, double
 int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step,
                      lagrange_interpolate interpolate, const double *times, int64_t count,
                      double *states, int64_t *filled, int64_t most_steps,
-                     double most_evaluations);
+                     int64_t most_evaluations);
 
 /* The length with which the last step resolves sharp functions when it is made again: its own
  * length if it does. */

@@ -362,13 +362,13 @@ int lagrange_radau_start(lagrange_run *run)
     return radau_slope(run, run->t, hi, SLOPE);
 }
 
-int lagrange_radau_interpolate(lagrange_run *run, double t, double *out)
+int lagrange_radau_interpolate(lagrange_run *run, const double *t, double *out)
 {
-    return interpolate(run, t, out);
+    return interpolate(run, *t, out);
 }
 
 int lagrange_radau_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                           int64_t *filled, int64_t most_steps, double most_evaluations)
+                           int64_t *filled, int64_t most_steps, int64_t most_evaluations)
 {
     return lagrange_advance(run, lagrange_radau_start, step, interpolate, times, count, states,
                             filled, most_steps, most_evaluations);

@@ -78,7 +78,7 @@ int64_t lagrange_rk4_rows(void)
 }
 
 int lagrange_rk4_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                         int64_t *filled, int64_t most_steps, double most_evaluations)
+                         int64_t *filled, int64_t most_steps, int64_t most_evaluations)
 {
     return lagrange_advance(run, 0, step, 0, times, count, states, filled,
                             most_steps, most_evaluations);

@@ -72,7 +72,7 @@ int64_t lagrange_verlet_rows(void)
 }
 
 int lagrange_verlet_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                            int64_t *filled, int64_t most_steps, double most_evaluations)
+                            int64_t *filled, int64_t most_steps, int64_t most_evaluations)
 {
     return lagrange_advance(run, begin, step, 0, times, count, states, filled, most_steps,
                             most_evaluations);

@@ -84,9 +84,11 @@ def _model_of(equations: Equations) -> Model:
         kinds=coordinate_kinds(equations.coordinates),
         cartesian=tuple(c.name for c in equations.cartesian_names),
         parameters=tuple(
-            ModelParameter(p.name, p.value, p.name not in unused) for p in equations.parameters
+            ModelParameter(p.name, p.value, p.name not in unused, p.decimal)
+            for p in equations.parameters
         ),
         initial=None if initial is None else (*initial.positions, *initial.velocities),
+        initial_decimals=() if initial is None else initial.decimals,
         defaults=equations.simulate,
         conserved=tuple(c.kind for c in equations.conserved),
         facts=facts,

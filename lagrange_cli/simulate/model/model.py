@@ -7,7 +7,9 @@ that the same scene is simulated again without deriving it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from fractions import Fraction
+from itertools import zip_longest
 from typing import Any
 
 from lagrange_cli.errors import Mark
@@ -27,11 +29,14 @@ class ModelParameter:
         Its value; None if an option must give it.
     used
         The motion depends on it.
+    decimal
+        Its value with 40 digits, of use if ``value`` is the double nearest to it; may be empty.
     """
 
     name: str
     value: float | None
     used: bool
+    decimal: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)
@@ -137,6 +142,8 @@ class Model:
         Parameters of the scene, with their values.
     initial
         [q, v] at the start, None if the scene gives none; ``suggested`` then has values.
+    initial_decimals
+        The same with 40 digits, as ``decimal`` of parameters; may be empty.
     defaults
         Section ``simulate`` of the scene.
     conserved
@@ -209,6 +216,7 @@ class Model:
     surfaces: tuple[bool, ...] = ()
     continuous: int = 0
     landmarks: int = 0
+    initial_decimals: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -220,6 +228,19 @@ class Model:
         """Values of the parameters; 0 for those that none is known of."""
         return [0.0 if p.value is None else p.value for p in self.parameters]
 
+    @property
+    def exact_numbers(self) -> list[Fraction | None]:
+        """Values of the parameters with 40 digits; None if only the double is known."""
+        pairs = zip(self.numbers, self.parameters, strict=True)
+        return [_exact(value, parameter.decimal) for value, parameter in pairs]
+
+    @property
+    def exact_initial(self) -> list[Fraction | None]:
+        """The start with 40 digits, None for numbers of which only the double is known."""
+        start = self.initial or ()
+        pairs = zip_longest(start, self.initial_decimals[: len(start)], fillvalue="")
+        return [_exact(float(value), str(decimal)) for value, decimal in pairs]
+
     def to_json(self) -> dict[str, Any]:
         """Return the model as values that JSON holds; doubles keep all their digits."""
         return asdict(self)
@@ -230,7 +251,7 @@ class Model:
         fields = dict(value)
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
-        lists += ("steep",)
+        lists += ("steep", "initial_decimals")
         for name in lists:
             fields[name] = tuple(fields[name])
         fields["parameters"] = tuple(ModelParameter(**p) for p in fields["parameters"])
@@ -242,6 +263,12 @@ class Model:
         fields["singular"] = tuple(_place(**place) for place in fields["singular"])
         fields["chart"] = None if fields["chart"] is None else _chart(**fields["chart"])
         return cls(**fields)
+
+
+def _exact(value: float, decimal: str) -> Fraction | None:
+    """Return what a decimal says, if it is what a double has rounded."""
+    exact = Fraction(decimal or value)
+    return exact if decimal and float(exact) == value else None
 
 
 def _defaults(mark: dict[str, Any] | None, **fields: Any) -> SimulationDefaults:

@@ -8,6 +8,8 @@ scene reaches the compiler and equal systems have equal texts.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import astuple
+from fractions import Fraction
 
 from lagrange_cli.emit.c.impact import impact_text
 from lagrange_cli.emit.c.loops import loop_helpers
@@ -17,12 +19,24 @@ from lagrange_cli.emit.c.projection import project_text, residual_text
 from lagrange_cli.emit.c.solvers import helper_text, solver_text
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.program.graph.literals import decimal_literal
 from lagrange_cli.program.program import Program, result_count
 from lagrange_cli.simulate.native.simd import LANES_HEADER, lanes_text
 from lagrange_cli.simulate.native.taylor import TAYLOR_HEADER, taylor_text
 
+
+class _Rewritable(Real):
+    """Doubles whose constants are written with the digits of wider types, for which the text is
+    rewritten (:func:`lagrange_cli.simulate.kernels.in_arithmetic`)."""
+
+    def literal(self, value: Fraction) -> str:
+        """Return a constant that reads as the number nearest to ``value`` in each type."""
+        super().literal(value)  # refuses what is beyond doubles
+        return decimal_literal(value)
+
+
 #: The numbers that simulations compute with first.
-C_DOUBLE = real_type("double")
+C_DOUBLE = _Rewritable(*astuple(real_type("double")))
 
 #: Functions that are evaluated at the samples of many motions.
 _TABLES = ("energy", "positions", "velocities", "outputs")

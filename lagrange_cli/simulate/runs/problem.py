@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache, cached_property
 
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
 from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.samples.buffer import MemoryBuffer, SampleBuffer
 from lagrange_cli.simulate.samples.rows import Grid, RowSequence, windows
+from lagrange_cli.simulate.system.rounding import in_arithmetic, off_by_one_ulp
 
 #: A coordinate that moves less than this part of the largest of its kind, or of its own motion
 #: between the samples, is measured by the larger one; set by hand.
@@ -45,10 +48,10 @@ class InitialValueProblem:
         none.
     autonomous
         rhs does not depend on t.
-    epsilon
-        Distance from 1 to the next number that rhs computes with.
-    arithmetic
-        What the numbers that rhs computes with are called.
+    real
+        Numbers that rhs computes with.
+    exact
+        y0 with more digits than doubles have, None for numbers of which no more is known.
     wider
         Makes the same problem in the next wider arithmetic, or None if there is none.
     widens
@@ -70,8 +73,8 @@ class InitialValueProblem:
     kinds: tuple[str, ...]
     perturbed: tuple[Rhs, Rhs] | None = None
     autonomous: bool = True
-    epsilon: float = 2.0**-52
-    arithmetic: str = "double"
+    real: NativeReal = DOUBLE
+    exact: tuple[Fraction | None, ...] = ()
     wider: Callable[[], InitialValueProblem | None] = lambda: None
     widens: bool = False
     read_off: bool = False
@@ -79,11 +82,24 @@ class InitialValueProblem:
     unsampled: Array | None = None
     landmarks: NativeLandmarks | None = None
 
+    def start_off(self, pattern: int) -> Array:
+        """Return y0 in the numbers that rhs computes with; moved by one unit in the last place
+        that is known in a pattern not 0."""
+        if self.real is DOUBLE:
+            return off_by_one_ulp(self.y0, pattern) if pattern else self.y0
+        exact = self.exact or (None,) * len(self.y0)
+        return np.asarray(in_arithmetic(self.y0.tolist(), exact, self.real, pattern))
+
     def samples(self) -> SampleBuffer:
         """Make the buffer of a run's samples."""
         if self.buffer is None or not isinstance(self.times, Grid):
             return MemoryBuffer(len(self.times), len(self.y0))
         return self.buffer()
+
+    @property
+    def epsilon(self) -> float:
+        """Distance from 1 to the next number that rhs computes with."""
+        return self.real.epsilon
 
     @property
     def start(self) -> float:

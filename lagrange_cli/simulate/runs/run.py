@@ -81,9 +81,9 @@ class Run:
         self.method = method
         self.failure: Failure | None = None
         self._times = problem.times
-        first = problem.y0 if y0 is None else y0
+        first = problem.start_off(0) if y0 is None else y0
         self._samples = problem.samples()
-        self._samples.unfilled(0, 1)[0] = first
+        self._samples.unfilled(0, 1)[0] = problem.real.doubles(first)
         self.filled = 1
         self._pace = 1
         with _fitting(method):

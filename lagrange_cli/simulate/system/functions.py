@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -15,7 +15,7 @@ from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs, Shift
-from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, WIDER_TYPES, NativeReal
 from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import with_projection
 from lagrange_cli.simulate.model.model import Model
@@ -58,20 +58,17 @@ class WiderArithmetic:
 
     Attributes
     ----------
-    name
-        What these numbers are called.
+    real
+        These numbers.
     rhs, perturbed, wider, widens
         As in :class:`RightHandSide`.
-    epsilon
-        Distance from 1 to the next of these numbers.
     landmarks
         Exponents of sharp functions; None if there are none.
     """
 
-    name: str
+    real: NativeReal
     rhs: Rhs
     perturbed: tuple[Rhs, Rhs]
-    epsilon: float
     landmarks: NativeLandmarks | None = None
     wider: Callable[[], WiderArithmetic | None] = lambda: None
     widens: bool = False
@@ -269,7 +266,7 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
 
     def guarded(guards: Array) -> RightHandSide:
         rhs, perturbed = libraries.sides(guards)
-        wider = partial(_wider, model, recorded, cache, deadline, guards)
+        wider = partial(_wider, WIDER_TYPES, model, recorded, cache, deadline, guards)
         within = replace(plain, rhs=rhs, perturbed=perturbed, wider=wider, guarded=None)
         code = partial(NativeCode, libraries, guards=guards)
         return _sided(model, within, surfaces_maker(model, code))
@@ -287,8 +284,8 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         exponents=table("landmarks", model.landmarks),
         implementation="compiled C",
         native=True,
-        wider=lambda: _wider(model, recorded, cache, deadline),
-        widens=EXTENDED.epsilon < DOUBLE.epsilon,
+        wider=partial(_wider, WIDER_TYPES, model, recorded, cache, deadline),
+        widens=bool(WIDER_TYPES),
         recorded_inputs=recorded,
         forces=forces(),
         guarded=guarded,
@@ -307,31 +304,38 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
 
 
 def _wider(
+    types: Sequence[NativeReal],
     model: Model,
     recorded: RecordedInputs | None,
     cache: Cache,
     deadline: float,
     guards: Array | None = None,
 ) -> WiderArithmetic | None:
-    """Compile right-hand sides in long doubles; None if these have no more digits.
+    """Compile right-hand sides in the first of some types that the compiler has, or None.
 
     Raises
     ------
     StoppedError
         They were not ready at the deadline.
     """
-    if EXTENDED.epsilon >= DOUBLE.epsilon:
-        return None
-    try:
-        libraries = Libraries(model, recorded, cache, EXTENDED, deadline)
-    except CompileError:
-        if time.perf_counter() >= deadline:
-            raise StoppedError from None
-        return None
-    if 2.0 ** (1 - libraries.digits) != EXTENDED.epsilon:
-        return None
-    sides = libraries.sides(guards)
-    return WiderArithmetic("long double", *sides, EXTENDED.epsilon, libraries.landmarks)
+    for number, real in enumerate(types, 1):
+        try:
+            libraries = Libraries(model, recorded, cache, real, deadline)
+        except CompileError:
+            if time.perf_counter() >= deadline:
+                raise StoppedError from None
+            continue
+        # A compiler may take another type by that name: its numbers would be read wrongly.
+        if 2.0 ** (1 - libraries.digits) == real.epsilon:
+            wider = partial(_wider, types[number:], model, recorded, cache, deadline, guards)
+            return WiderArithmetic(
+                real,
+                *libraries.sides(guards),
+                landmarks=libraries.landmarks,
+                wider=wider,
+                widens=number < len(types),
+            )
+    return None
 
 
 # Interpreted.

@@ -16,7 +16,9 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.expressions import Tracer
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
+    ByReference,
     NativeReal,
+    address_of,
     function_type,
     projection_type,
 )
@@ -34,6 +36,12 @@ from lagrange_cli.simulate.toolchain.shared_library import CSource, load_librari
 #: int64_t lagrange_digits(void)
 _DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)
 
+#: Types of the functions of a system, by what is called in place of those that ctypes cannot.
+_PROTOTYPES = {"": function_type, "_projection": projection_type}
+
+#: int system_NAME_taylor_rows(void)
+_ROWS = ctypes.CFUNCTYPE(ctypes.c_int)
+
 #: Options for the text of a system.
 OPTIONS = ("-O2",)
 
@@ -48,6 +56,16 @@ def pieces_of(recorded: RecordedInputs | None, pattern: int) -> InputPieces | No
 def _reading(trace: Tracer, count: int) -> Tracer:
     """Restrict a trace to the first ``count`` parameters."""
     return lambda known, t, y, p, u: trace(known, t, y, p[:count], u)
+
+
+def _sources(model: Model, real: NativeReal) -> list[CSource]:
+    """Return the C of a system, and of its integrators."""
+    code, stepping = model.code, stepping_source(len(model.coordinates))
+    if real is DOUBLE:
+        system = {"system.c": code.c + code.lanes, **kernels.kernel_headers()}
+        return [CSource(system, OPTIONS), stepping]
+    wide, integrators = map(real.rewritten, kernels.wide_files(code.c, code.taylor))
+    return [CSource(wide, (*OPTIONS, kernels.WIDE)), CSource(integrators, stepping.options)]
 
 
 class Libraries:
@@ -67,14 +85,8 @@ class Libraries:
         real: NativeReal,
         deadline: float,
     ) -> None:
-        code, stepping = model.code, stepping_source(len(model.coordinates))
-        options = stepping.options
-        if real is not DOUBLE:
-            system = kernels.extended_precision({"system.c": code.c})
-            stepping = CSource(kernels.extended_precision(stepping.files), options)
-        else:
-            system = {"system.c": code.c + code.lanes, **kernels.kernel_headers()}
-        sources = [CSource(system, OPTIONS), stepping]
+        sources = _sources(model, real)
+        options = sources[-1].options
         self.system, self.stepper = load_libraries(find_compiler(), sources, cache, deadline)
         self._compile: Callable[[str], list[ctypes.CDLL]] = lambda group: load_libraries(
             find_compiler(), [CSource(kernels.kernel_files(group), options)], cache, deadline
@@ -106,14 +118,14 @@ class Libraries:
         guarded, trace = "", tracer(self.model.code.python, name)
         if guards is not None:
             guarded, trace = "guarded_", _reading(trace, len(parameters))
-            parameters = np.concatenate([parameters, guards])
+            parameters = np.concatenate([self._real.array(part) for part in (parameters, guards)])
         pieces = pieces_of(self.recorded_inputs, pattern)
-        entry = function_type(self._real)((f"system_{guarded}{name}", self.system))
+        entry = self._entry(f"{guarded}{name}")
         lanes = f"system_{guarded}{name}_lanes"
         at_once = self.system[lanes] if lanes in self._functions else None
         work = np.empty(self.model.code.work)
         projection = self._projection if self.model.multipliers else None
-        return NativeRhs(
+        rhs = NativeRhs(
             entry,
             parameters,
             work,
@@ -125,10 +137,18 @@ class Libraries:
             trace,
             self._shift,
         )
+        if f"system_{guarded}{name}_taylor" in self._functions:
+            rhs.series = self._series(name)
+        return rhs
+
+    def _series(self, name: str) -> tuple[int, int]:
+        """Return the address of the Taylor recurrences of a function, and their rows."""
+        address = address_of(self.system[f"system_{name}_taylor"])
+        return address, int(_ROWS((f"system_{name}_taylor_rows", self.system))())
 
     def holding(self, kernel: str) -> ctypes.CDLL | None:
         """Return the library of a kernel, None if it cannot be compiled or is for doubles."""
-        if kernel in kernels.GROUPS["stepping"]:
+        if kernel in kernels.GROUPS["stepping"] | kernels.GROUPS["series"]:
             return self.stepper
         if self._real is not DOUBLE:
             return None
@@ -139,15 +159,21 @@ class Libraries:
                 self._further[group] = self._compile(group)[0]
         return self._further[group]
 
+    def _entry(self, name: str, kind: str = "") -> Any:
+        """Return a C function of the system; ``kind``: ``_projection`` if it is one."""
+        place = (f"system_{name}", self.system)
+        if self._real.by_value:
+            return _PROTOTYPES[kind](self._real)(place)
+        return ByReference(place, (f"lagrange_call{kind}", self.stepper), self._real)
+
     @property
     def _projection(self) -> Any:
-        return projection_type(self._real)(("system_project", self.system))
+        return self._entry("project", "_projection")
 
     @property
     def _shift(self) -> Any:
         known = "system_shifted_change" in self._functions
-        entry = ("system_shifted_change", self.system)
-        return function_type(self._real)(entry) if known else None
+        return self._entry("shifted_change") if known else None
 
     def sides(self, guards: Array | None = None) -> tuple[NativeRhs, tuple[NativeRhs, NativeRhs]]:
         """Return the right-hand side and the two perturbed ones; guarded with some ``guards``."""
@@ -159,9 +185,9 @@ class Libraries:
         """The exponents of sharp functions, None if there are none."""
         if not self.model.landmarks:
             return None
-        entry = function_type(self._real)(("system_landmarks", self.system))
-        work = np.empty(self.model.code.work)
-        return NativeLandmarks(entry, parameter_values(self.model), work, self.model.landmarks)
+        parameters = parameter_values(self.model, 0, self._real)
+        work, count = np.empty(self.model.code.work), self.model.landmarks
+        return NativeLandmarks(self._entry("landmarks"), parameters, work, count)
 
     @property
     def digits(self) -> int:

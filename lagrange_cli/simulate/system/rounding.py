@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from random import Random
 from typing import Any
 
@@ -17,9 +18,9 @@ def rounding_factors(number: int, pattern: int, real: NativeReal = DOUBLE) -> An
 
     Each ``pattern``, a number, is another choice. Shape (number,).
     """
-    one = real.dtype(1)
-    neighbours = one + np.finfo(real.dtype).eps, one - np.finfo(real.dtype).epsneg
-    return np.array(Random(pattern).choices(neighbours, k=number), dtype=real.dtype)
+    epsilon = Fraction(real.epsilon)
+    neighbours = real.exact([1 + epsilon, 1 - epsilon / 2])
+    return neighbours[Random(pattern).choices((0, 1), k=number)]
 
 
 def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:
@@ -27,6 +28,24 @@ def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:
     array = np.asarray(values, dtype=float)
     signs = np.reshape(Random(pattern).choices((-1.0, 1.0), k=array.size), array.shape)
     return np.where(array == 0, 0.0, array + signs * np.spacing(np.abs(array)))
+
+
+def in_arithmetic(
+    doubles: Sequence[float], exact: Sequence[Fraction | None], real: NativeReal, pattern: int = 0
+) -> Any:
+    """Round exact numbers to a type wider than doubles; doubles stand for those not known.
+
+    In a ``pattern`` other than 0 each is moved by one unit in the last place, up or down: of the
+    type, or of doubles where no more is known. 0 stays. Shape (len(doubles),).
+    """
+    moves = Random(pattern).choices((-1, 1), k=len(doubles)) if pattern else [0] * len(doubles)
+    values = []
+    for double, known, move in zip(doubles, exact, moves, strict=True):
+        value = Fraction(double) if known is None else known
+        ulp = Fraction(float(np.spacing(abs(double)))) if value else Fraction(0)
+        part = 1 if known is None else Fraction(real.epsilon) / Fraction(DOUBLE.epsilon)
+        values.append(value + move * part * ulp)
+    return real.exact(values)
 
 
 def each_off_by_one_ulp(rows: Array, pattern: int) -> Array:

@@ -16,6 +16,7 @@ from lagrange_cli.simulate.ensemble import batched as together
 from lagrange_cli.simulate.ensemble.batched_results import batched_results
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, differ_in_numbers
 from lagrange_cli.simulate.ensemble.run import Plan, Task, run_block, run_blocks, tasks_of
+from lagrange_cli.simulate.integrators.native.c_types import EXTENDED
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
@@ -327,7 +328,7 @@ def test_an_interrupt_ends_the_block(monkeypatch):
 def test_the_c_is_clean_for_any_width(tmp_path, name):
     code = model_of(loads(f"name: {name}\n{SCENES[name]}").derive().equations).code
     files = {"series.c": code.taylor + code.tables, **kernels.batched_files()}
-    wide = kernels.extended_precision({"series.c": code.taylor, **kernels.batched_files()})
+    wide = EXTENDED.rewritten({"series.c": code.taylor, **kernels.batched_files()})
     for options, texts in (
         ((), files),
         (("-DLAGRANGE_DIM=4",), files),

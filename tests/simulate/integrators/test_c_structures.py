@@ -25,7 +25,12 @@ from lagrange_cli.simulate.integrators.native.c_structures import (
     members_type,
     run_type,
 )
-from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED, NativeReal
+from lagrange_cli.simulate.integrators.native.c_types import (
+    DOUBLE,
+    EXTENDED,
+    WIDER_TYPES,
+    NativeReal,
+)
 from lagrange_cli.simulate.sharpness import unwatched as unseen
 from lagrange_cli.simulate.toolchain.compiler import find_compiler
 
@@ -70,19 +75,15 @@ def compiled(
     return subprocess.run(command, capture_output=True, text=True, timeout=60)
 
 
-def sources_of(real: NativeReal, sources: Mapping[str, str]) -> Mapping[str, str]:
-    return sources if real is DOUBLE else kernels.extended_precision(sources)
-
-
 @pytest.mark.compiler
-@pytest.mark.parametrize("real", [DOUBLE, EXTENDED], ids=["double", "extended"])
+@pytest.mark.parametrize("real", [DOUBLE, *WIDER_TYPES], ids=lambda real: real.name)
 def test_a_run_is_the_same_in_both_languages(real: NativeReal, tmp_path: Path) -> None:
     claimed = [
         *claims("lagrange_run", run_type(real)),
         *claims("lagrange_events", events_type()),
         *claims("lagrange_landmarks", landmarks_type()),
     ]
-    done = compiled(tmp_path, sources_of(real, kernels.kernel_files()), "events.h", claimed)
+    done = compiled(tmp_path, real.rewritten(kernels.kernel_files()), "events.h", claimed)
     assert done.returncode == 0, done.stderr[:2000]
 
 
@@ -96,7 +97,7 @@ def test_members_are_the_same_in_both_languages(
     claimed = [f"LAGRANGE_WIDTH == {width}"]
     claimed += claims("lagrange_members", members_type(width, real))
     wide = () if real is DOUBLE else ("-DLAGRANGE_WIDE",)
-    sources = sources_of(real, kernels.batched_files())
+    sources = real.rewritten(kernels.batched_files())
     done = compiled(tmp_path, sources, "taylor.c", claimed, *options, *wide)
     assert done.returncode == 0, done.stderr[:2000]
 

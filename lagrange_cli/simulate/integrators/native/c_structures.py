@@ -45,7 +45,8 @@ def run_type(real: NativeReal) -> Any:
         *((name, real.ctype) for name in ("rate", "noise")),
         *((name, POINTER) for name in ("starts", "inputs")),
         *((name, LONG) for name in ("width", "pieces", "piece")),
-        *((name, POINTER) for name in ("shift", "landmarks")),
+        *((name, POINTER) for name in ("shift", "landmarks", "series")),
+        ("series_rows", LONG),
     )
     return _structure("Run", fields)
 

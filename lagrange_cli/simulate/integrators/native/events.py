@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from lagrange_cli.simulate.integrators.event_functions import (
     ZeroCrossing,
 )
 from lagrange_cli.simulate.integrators.native.c_structures import MOST_EVENTS, events_type
-from lagrange_cli.simulate.integrators.native.c_types import POINTER, NativeReal
+from lagrange_cli.simulate.integrators.native.c_types import NativeReal, address_of
 
 #: Steps full of events that the buffer of one call holds.
 _STEPS = 64
@@ -28,22 +29,22 @@ class EventBuffer:
     def __init__(
         self, events: NativeEvents, dimension: int, real: NativeReal, inputs: int | None = None
     ) -> None:
-        count, dtype = len(events.directions), real.dtype
+        count, dtype, none = len(events.directions), real.dtype, np.zeros(len(events.directions))
         capacity = _STEPS * MOST_EVENTS * count
         self.crossings: list[ZeroCrossing] = []
         self.dips: list[ZeroCrossing] = []
-        self._count = count
+        self._count, self._real = count, real
         self._times = np.empty(capacity, dtype)
         self._indices = np.empty(capacity, dtype=np.int64)
         self._states = np.empty((capacity, dimension), dtype)
-        arrays = {
-            "p": np.ascontiguousarray(events.parameters, dtype),
+        arrays: dict[str, Any] = {
+            "p": real.array(events.parameters),
             "work": np.empty_like(events.work, dtype),
             "direction": np.array(events.directions, dtype=np.int64),
             "terminal": np.array(events.terminal, dtype=np.int64),
-            "sign": np.array(events.signs or np.zeros(count), dtype),
-            "noise": np.array(events.noise or np.zeros(count), dtype),
-            "reach": np.array(events.reach or np.zeros(count), dtype),
+            "sign": real.array(np.array(events.signs or none)),
+            "noise": real.array(np.array(events.noise or none)),
+            "reach": real.array(np.array(events.reach or none)),
             "before": np.zeros(count, dtype),
             "values": np.empty((EVENT_PARTS + 4, count), dtype),
             "state": np.empty(dimension, dtype),
@@ -55,7 +56,7 @@ class EventBuffer:
         self._noise, self._reach = arrays["noise"], arrays["reach"]
         self._kept_alive = events, arrays
         self._c = events_type()(count=count, capacity=capacity, u=inputs)
-        self._c.function = ctypes.cast(events.function, POINTER)
+        self._c.function = address_of(events.function)
         for name, array in arrays.items():
             setattr(self._c, name, array.ctypes.data)
 
@@ -63,7 +64,7 @@ class EventBuffer:
         """Forget what was found, and begin with other signs, noise and reach."""
         self.crossings, self.dips = [], []
         for array, values in zip((self.signs, self._noise, self._reach), begun, strict=True):
-            array[:] = values
+            array[:] = self._real.array(np.array(values, dtype=float))
 
     @property
     def address(self) -> int:
@@ -76,9 +77,11 @@ class EventBuffer:
     def take(self) -> None:
         """Move what was found into the list."""
         for k in range(self._c.located):
-            time, index = float(self._times[k]), int(self._indices[k])
+            time = float(self._real.doubles(self._times[k : k + 1])[0])
+            index = int(self._indices[k])
             kept, number = (
                 (self.crossings, index) if index < self._count else (self.dips, index - self._count)
             )
-            kept.append(ZeroCrossing(time, number, self._states[k].astype(float)))
+            state = np.array(self._real.doubles(self._states[k]))
+            kept.append(ZeroCrossing(time, number, state))
         self._c.located = 0

@@ -12,7 +12,7 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Projection, Shift
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
-from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, POINTER, NativeReal
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal, address_of
 from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
 
@@ -20,28 +20,25 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
 
 
-def _address(function: Any) -> int:
-    return int(ctypes.cast(function, POINTER).value or 0)
-
-
 class NativeInputs:
     """Pieces of inputs as C functions of a type read them: ``u`` is the address of a row."""
 
     def __init__(self, pieces: InputPieces, real: NativeReal) -> None:
         self.pieces = pieces
-        self.starts = np.ascontiguousarray(pieces.starts, dtype=real.dtype)
-        self.rows = np.ascontiguousarray(pieces.rows, dtype=real.dtype)
+        self.starts = real.array(pieces.starts)
+        self.rows = real.array(pieces.rows)
 
     def address(self, piece: int) -> int:
         """Return the address of the numbers of a piece."""
-        return int(self.rows.ctypes.data) + piece * self.rows.strides[0]
+        return int(self.rows.ctypes.data + piece * self.rows.strides[0])
 
 
 class NativeRhs:
     """A C function of the emitted interface with its parameters bound.
 
-    ``landmarks`` are the exponents of sharp functions that compiled integrators watch, and
-    ``surfaces`` those of its kinks; None at first.
+    ``landmarks`` are the exponents of sharp functions that compiled integrators watch,
+    ``surfaces`` those of its kinks, and ``series`` the address of its Taylor recurrences and
+    their number of rows; None at first.
 
     It is called like any right-hand side, rhs(t, y), and gives NaN where the C
     function returns nonzero. Compiled integrators call the functions at ``address`` and
@@ -50,7 +47,7 @@ class NativeRhs:
     Parameters
     ----------
     function
-        The C function, of the :func:`function_type` of ``real``.
+        The C function, of the :func:`function_type` of ``real``, or a :class:`ByReference`.
     parameters
         Numbers of the type ``real``, laid out as the function reads them.
     work
@@ -92,22 +89,23 @@ class NativeRhs:
         self.function = function
         self.landmarks: NativeLandmarks | None = None
         self.surfaces: Surfaces | None = None
+        self.series: tuple[int, int] | None = None
         self._trace = trace
         self.native_inputs = native_inputs
         self._fixed: int | None = None
         self.real = real
-        self.parameters = np.ascontiguousarray(parameters, dtype=real.dtype)
-        self.work = np.ascontiguousarray(work, dtype=real.dtype)
+        self.parameters = real.array(parameters)
+        self.work = real.array(work)
         self.kernels = kernels
         self._lanes = lanes  # kept alive
         self._projection = projection
         self.project: Projection | None = None if projection is None else self._projected
         self._shift = shift
         self.shift: Shift | None = None if shift is None else self._shifted
-        self.shift_address = None if shift is None else _address(shift)
-        self.address = _address(function)
-        self.projection_address = None if projection is None else _address(projection)
-        self.lanes_address = None if lanes is None else _address(lanes)
+        self.shift_address = None if shift is None else address_of(shift)
+        self.address = address_of(function)
+        self.projection_address = None if projection is None else address_of(projection)
+        self.lanes_address = None if lanes is None else address_of(lanes)
         self.parameters_address: int = self.parameters.ctypes.data
         # Memory in which states are handed over, made at the first call.
         self._state = self._slope = np.empty(0)
@@ -118,11 +116,11 @@ class NativeRhs:
             self._state, self._slope = np.empty((2, len(y)), self.real.dtype)
             arrays = self._state, self._slope, self.work
             self._pointers = tuple(array.ctypes.data for array in arrays)
-        self._state[:] = y
+        self._state[:] = self.real.array(y)
         state, slope, work = self._pointers
         if self.function(t, state, self.inputs(t), self.parameters_address, work, slope):
             return np.full(len(y), np.nan)
-        return self._slope.astype(float)
+        return np.array(self.real.doubles(self._slope))
 
     @property
     def pieces(self) -> InputPieces | None:
@@ -142,7 +140,7 @@ class NativeRhs:
         if self._trace is None:
             return None
         rows = np.empty((1, 0)) if self.native_inputs is None else self.native_inputs.pieces.rows
-        return Expressions(self._trace, self.parameters.astype(float), rows[self._fixed or 0])
+        return Expressions(self._trace, self.real.doubles(self.parameters), rows[self._fixed or 0])
 
     def inputs(self, t: float) -> int | None:
         """Return the address of the inputs; None without inputs."""
@@ -153,18 +151,18 @@ class NativeRhs:
 
     def _shifted(self, t: float, q: Array, there: Array) -> Array:
         """Return the change that leads positions back, NaN where the C function returns nonzero."""
-        both = np.concatenate([q, there]).astype(self.real.dtype)
+        both = self.real.array(np.concatenate([q, there]))
         change = np.empty(len(q), self.real.dtype)
         parameters, work = self.parameters_address, self.work.ctypes.data
         arguments = self.inputs(t), parameters, work, change.ctypes.data
         if self._shift(t, both.ctypes.data, *arguments):
             return np.full(len(q), np.nan)
-        return change.astype(float)
+        return self.real.doubles(change)
 
     def _projected(self, t: float, y: Array) -> Array:
         """Move a state onto the constraints; NaN if the C function returns nonzero."""
-        state = np.array(y, self.real.dtype)
+        state = self.real.array(np.array(y))
         parameters, work = self.parameters_address, self.work.ctypes.data
         if self._projection(t, state.ctypes.data, self.inputs(t), parameters, work):
             return np.full(len(y), np.nan)
-        return state.astype(float)
+        return self.real.doubles(state)

@@ -10,7 +10,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_structures import LANDMARK_ROWS, landmarks_type
-from lagrange_cli.simulate.integrators.native.c_types import POINTER, NativeReal
+from lagrange_cli.simulate.integrators.native.c_types import NativeReal, address_of
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class LandmarkBuffer:
         count, dtype = landmarks.count, real.dtype
         self.peaks = np.zeros((2, count), dtype)
         arrays = {
-            "p": np.ascontiguousarray(landmarks.parameters, dtype),
+            "p": real.array(landmarks.parameters),
             "work": np.empty_like(landmarks.work, dtype),
             "level": self.peaks[0],
             "active": self.peaks[1],
@@ -45,7 +45,7 @@ class LandmarkBuffer:
         }
         self._kept_alive = landmarks, arrays
         self._c = landmarks_type()(count=count)
-        self._c.function = ctypes.cast(landmarks.function, POINTER)
+        self._c.function = address_of(landmarks.function)
         for name, array in arrays.items():
             setattr(self._c, name, array.ctypes.data)
 

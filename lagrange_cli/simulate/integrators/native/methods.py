@@ -8,6 +8,7 @@ release the GIL, and every run has memory of its own.
 from __future__ import annotations
 
 import ctypes
+import math
 from functools import cache
 from typing import Any, ClassVar
 
@@ -19,6 +20,7 @@ from lagrange_cli.simulate.integrators.base import (
     Advance,
     Control,
     EventStart,
+    Integrator,
     Rhs,
     SavedState,
     StepError,
@@ -33,7 +35,6 @@ from lagrange_cli.simulate.integrators.native.c_structures import KernelStatus, 
 from lagrange_cli.simulate.integrators.native.c_types import (
     LONG,
     POINTER,
-    NativeReal,
     aligned_zeros,
 )
 from lagrange_cli.simulate.integrators.native.events import EventBuffer
@@ -46,17 +47,8 @@ from lagrange_cli.simulate.integrators.symplectic import DIVERGES, Gauss4, Gauss
 
 _ROWS = ctypes.CFUNCTYPE(LONG)
 _START = ctypes.CFUNCTYPE(ctypes.c_int, POINTER)
-
-
-@cache
-def _interpolate_type(real: NativeReal) -> Any:
-    return ctypes.CFUNCTYPE(ctypes.c_int, POINTER, real.ctype, POINTER)
-
-
-@cache
-def _advance_type(real: NativeReal) -> Any:
-    arguments = (POINTER, POINTER, LONG, POINTER, POINTER, LONG, real.ctype)
-    return ctypes.CFUNCTYPE(ctypes.c_int, *arguments)
+_INTERPOLATE = ctypes.CFUNCTYPE(ctypes.c_int, POINTER, POINTER, POINTER)
+_ADVANCE = ctypes.CFUNCTYPE(ctypes.c_int, *(POINTER, POINTER, LONG, POINTER, POINTER, LONG, LONG))
 
 
 #: Reasons of failure by the return value of a call (kernel.h).
@@ -66,7 +58,9 @@ _FAILURES: dict[int, str] = {
     KernelStatus.UNMET: UNMET,
     KernelStatus.DIVERGES: DIVERGES,
 }
-_MOST_STEPS = 2**62
+
+#: Steps or right-hand sides that no run makes.
+_ENDLESS = 2**62
 
 
 class _Compiled:
@@ -93,23 +87,25 @@ class _Compiled:
         self._memory = memory[: n * rows].reshape(rows, n)
         self._tolerances = memory[n * rows : n * (rows + 2)].reshape(2, n)
         self._scratch = memory[n * (rows + 2) : n * (rows + 3)].reshape(1, n)
-        self._memory[0] = y0
+        self._memory[0] = rhs.real.array(y0)
         self._run = run = run_type(rhs.real)()
         address, row = memory.ctypes.data, memory.itemsize * n
         run.rhs, run.lanes, run.project = rhs.address, rhs.lanes_address, rhs.projection_address
         run.p = rhs.parameters_address
         run.shift = rhs.shift_address
         self._begin_inputs(rhs, t0)
-        run.memory, run.n, run.t_end = address, n, t_end
+        run.memory, run.n, run.t_end = address, n, rhs.real.number(t_end)
         run.rtol, run.atol = address + row * rows, address + row * (rows + 1)
         run.work = address + row * (rows + 3)
-        run.t = run.t_old = run.t_new = t0
-        run.h = self._first_step(t_end - t0)
+        run.t = run.t_old = run.t_new = rhs.real.number(t0)
+        run.h = rhs.real.number(self._first_step(t_end - t0))
         self.t_end = t_end
+        if rhs.series is not None:
+            run.series, run.series_rows = rhs.series
         if rhs.landmarks is not None:
             self._landmarks = LandmarkBuffer(rhs.landmarks, n, rhs.real)
             run.landmarks = self._landmarks.address
-        self._advance = self._function("advance", _advance_type(rhs.real))
+        self._advance = self._function("advance", _ADVANCE)
         self._read()
 
     def _begin_inputs(self, rhs: NativeRhs, t0: float) -> None:
@@ -135,8 +131,8 @@ class _Compiled:
     def _read(self) -> None:
         """Bring what Python shows up to date."""
         run = self._run
-        self.t: float = run.t
-        self.y: Array = np.asarray(self._memory[0] + self._memory[1], dtype=float)
+        self.t = float(run.t)
+        self.y: Array = np.add(*self._native.real.doubles(self._memory[:2]))
         self.steps: int = run.steps
         self.rejections: int = run.rejections
         self.evaluations: int = run.evaluations
@@ -203,24 +199,24 @@ class _Compiled:
     def advance(
         self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
     ) -> Advance:
-        dtype = self._memory.dtype
-        times = np.ascontiguousarray(times, dtype)
-        fits = states.flags.c_contiguous and states.dtype == dtype
-        out = states if fits else np.empty(states.shape, dtype)
+        real = self._native.real
+        times = real.array(times)
+        fits = states.flags.c_contiguous and states.dtype == real.dtype
+        out = states if fits else np.empty(states.shape, real.dtype)
         filled, run = LONG(), self._run
-        run.max_step = self._control.max_step
-        self._tolerances[:] = self._control.rtol, self._control.atol
+        run.max_step = real.number(self._control.max_step)
+        self._tolerances[:] = real.array([self._control.rtol, self._control.atol])
         status = self._advance(
             ctypes.byref(run),
             times.ctypes.data,
             len(times),
             out.ctypes.data,
             ctypes.byref(filled),
-            min(most_steps, _MOST_STEPS),
-            most_evaluations,
+            min(most_steps, _ENDLESS),
+            math.ceil(min(most_evaluations, _ENDLESS)),
         )
         if out is not states:
-            states[: filled.value] = out[: filled.value]
+            states[: filled.value] = real.doubles(out[: filled.value])
         self.ended = status == KernelStatus.ENDED
         self._read()
         if self.ended:
@@ -256,10 +252,11 @@ class _Interpolating(_Compiled):
             return False
         run = self._run
         ctypes.memmove(ctypes.byref(run), self._fresh, ctypes.sizeof(run))
-        self._every[:] = 0.0
-        self._memory[0] = y0
-        run.t = run.t_old = run.t_new = t0
-        run.h, run.evaluations = min(first_step, self.t_end - t0), 0
+        real = self._native.real
+        self._every[:] = np.zeros(1, real.dtype)
+        self._memory[0] = real.array(y0)
+        run.t = run.t_old = run.t_new = real.number(t0)
+        run.h, run.evaluations = real.number(min(first_step, self.t_end - t0)), 0
         self._begin_inputs(self._native, t0)
         self._events.again(event_start)
         self._events.read_inputs(run.u)
@@ -269,12 +266,13 @@ class _Interpolating(_Compiled):
         return True
 
     def interpolate(self, times: Array) -> Array:
-        call = self._function("interpolate", _interpolate_type(self._native.real))
-        states = np.empty((len(times), self._memory.shape[1]), self._memory.dtype)
-        for time, row in zip(np.asarray(times, dtype=float).tolist(), states, strict=True):
-            if call(ctypes.byref(self._run), time, row.ctypes.data):
-                row.fill(np.nan)
-        return np.asarray(states, dtype=float)
+        call, real = self._function("interpolate", _INTERPOLATE), self._native.real
+        at = real.array(np.asarray(times, dtype=float))
+        states = np.empty((len(at), self._memory.shape[1]), real.dtype)
+        for k in range(len(at)):
+            if call(ctypes.byref(self._run), at[k:].ctypes.data, states[k:].ctypes.data):
+                states[k] = real.array(np.full(states.shape[1], np.nan))
+        return real.doubles(states)
 
 
 class CompiledDOP853(_Interpolating, DOP853):
@@ -294,6 +292,23 @@ class CompiledGauss16(_Interpolating, Gauss16):
     """:class:`Gauss16` in C: the eight stages of an iteration are evaluated side by side."""
 
     kernel = "gauss"
+
+
+class CompiledTaylor(_Interpolating, Integrator):
+    """Taylor series of one order by emitted recurrences, for numbers wider than doubles.
+
+    A step counts the evaluations of its order.
+    """
+
+    kernel = "series"
+    name = "taylor"
+    title = "Taylor series of order 28"
+    order = 28
+
+    def _rows(self, n: int) -> int:
+        assert self._native.series is not None
+        _, rows = self._native.series
+        return super()._rows(n) + math.ceil(rows * (self.order + 1) / n)
 
 
 class CompiledRadau(_Interpolating, Radau):
