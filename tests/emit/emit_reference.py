@@ -15,23 +15,39 @@ class Reference:
     """Functions of (t, y, p) in mpmath; results are lists of mpf."""
 
     def __init__(self, equations):
-        self.equations = equations
-        e, n = equations, len(equations.coordinates)
-        self.n = n
+        self.equations, self.n = equations, len(equations.coordinates)
+
+    def _function(self, expressions):
+        e = self.equations
         arguments = [e.t, *(c.q for c in e.coordinates), *(c.v for c in e.coordinates)]
         arguments += [p.symbol for p in e.parameters]
+        compiled = sp.lambdify(
+            arguments, list(expressions), modules="mpmath", cse=True, dummify=True
+        )
+        return functools.partial(self._evaluate, compiled)
 
-        def function(expressions):
-            compiled = sp.lambdify(
-                arguments, list(expressions), modules="mpmath", cse=True, dummify=True
-            )
-            return functools.partial(self._evaluate, compiled)
+    # Each is made when it is first asked for: few tests ask for all.
 
-        self.mass_matrix = function(m for row in e.mass_matrix for m in row)
-        self.forcing = function(e.forcing)
-        self.energy = function([e.kinetic, e.potential, e.energy])
-        self.positions = function(c.position for c in e.cartesian_names)
-        self.velocities = function(c.velocity for c in e.cartesian_names)
+    @functools.cached_property
+    def mass_matrix(self):
+        return self._function(m for row in self.equations.mass_matrix for m in row)
+
+    @functools.cached_property
+    def forcing(self):
+        return self._function(self.equations.forcing)
+
+    @functools.cached_property
+    def energy(self):
+        e = self.equations
+        return self._function([e.kinetic, e.potential, e.energy])
+
+    @functools.cached_property
+    def positions(self):
+        return self._function(c.position for c in self.equations.cartesian_names)
+
+    @functools.cached_property
+    def velocities(self):
+        return self._function(c.velocity for c in self.equations.cartesian_names)
 
     @staticmethod
     def _evaluate(compiled, t, y, p):

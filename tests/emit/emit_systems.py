@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cache
 
 import sympy as sp
 
@@ -117,6 +118,7 @@ def build(
     )
 
 
+@cache
 def bead_on_parabola():
     m, a, g = (parameter(n, v, positive=True) for n, v in (("m", 1.0), ("a", 0.5), ("g", 9.81)))
     x = coordinate("x", unit="m")
@@ -133,6 +135,7 @@ def bead_on_parabola():
     )
 
 
+@cache
 def masses_through_hole():
     big, m, g, length = (
         parameter(n, v, positive=True) for n, v in (("M", 2.0), ("m", 1.0), ("g", 9.81), ("l", 2.0))
@@ -161,6 +164,7 @@ def simplified(equations):
     return replace(equations, mass_matrix=matrix)
 
 
+@cache
 def pendulum_chain(n, name=None):
     """n point masses on rods, absolute angles from the downward vertical."""
     masses = [parameter(f"m{i}", 1.0 + 0.1 * i, positive=True) for i in range(1, n + 1)]
@@ -185,6 +189,7 @@ def pendulum_chain(n, name=None):
     )
 
 
+@cache
 def collected_chain(n):
     """The n-link pendulum in the collected d'Alembert form, written down directly."""
     from dataclasses import replace
@@ -231,6 +236,7 @@ def collected_chain(n):
     )
 
 
+@cache
 def driven_cart():
     """Pendulum on a cart with a driven pivot height, drag, and a force on the cart."""
     names = (("M", 2.0), ("m", 0.7), ("l", 1.3), ("g", 9.81), ("A", 0.2), ("w", 3.0), ("c", 0.1))
@@ -252,6 +258,7 @@ def driven_cart():
     )
 
 
+@cache
 def charged_particle():
     """A charge in a uniform magnetic field (generalized potential) and a Coulomb field."""
     m, charge, field, k = (parameter(n, 1.5) for n in ("m", "Q", "B", "k"))
@@ -268,6 +275,7 @@ def charged_particle():
     )
 
 
+@cache
 def indefinite():
     """A Lagrangian whose mass matrix is indefinite: L = a·ẋẏ + … (three coordinates)."""
     a, k = parameter("a", 1.2), parameter("k", 2.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 import subprocess
@@ -74,14 +75,21 @@ LARGE = {
 }
 
 
+@functools.cache
+def large(name):
+    """Equations of a large system, and their reference."""
+    equations = LARGE[name]()
+    return equations, Reference(equations)
+
+
 @pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize("real", list(TOLERANCE))
 @pytest.mark.parametrize("name", list(LARGE))
 def test_loops_agree_with_the_equations(name, real, tmp_path):
-    equations = LARGE[name]()
+    equations, reference = large(name)
     n = len(equations.coordinates)
-    compiled, reference = Compiled(equations, tmp_path, real), Reference(equations)
+    compiled = Compiled(equations, tmp_path, real)
     source = (tmp_path / f"{equations.name}.c").read_text()
     assert len(re.findall(r"\] = [^;]*\[[^;]*\bi\b", source)) > 5  # assignments within loops
     for t, y, p in states(equations, count=2):
@@ -100,7 +108,7 @@ def test_loops_agree_with_the_equations(name, real, tmp_path):
 @pytest.mark.compiler
 @pytest.mark.parametrize("name", list(LARGE))
 def test_loops_stay_within_their_arrays(name, tmp_path):
-    equations = LARGE[name]()
+    equations, _ = large(name)
     n = len(equations.coordinates)
     equations = replace(equations, initial=systems.InitialState((0.3,) * n, (0.1,) * n))
     source = write(equations, tmp_path, main=True)
