@@ -25,6 +25,7 @@ _Job = Callable[[str], SceneReport]
 #: What a scene needs: imported once, by the server, and not by the process of each scene.
 _PRELOADED = [
     "lagrange_cli.check.check",
+    "lagrange_cli.simulate.charts.passages",
     "lagrange_cli.simulate.charts.simulation",
     "lagrange_cli.simulate.model.build",
 ]

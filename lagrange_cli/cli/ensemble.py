@@ -12,7 +12,6 @@ import click
 from lagrange_cli.cli import options as shared
 from lagrange_cli.cli.models import SceneRequest, SimulationRequest, model_of_scene
 from lagrange_cli.cli.remembered import Answer, remembered
-from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Mark, Problem
@@ -137,6 +136,7 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
     InputError
         The scene, the members or the options are wrong.
     """
+    from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
     from lagrange_cli.simulate.ensemble.members import require_known_names
     from lagrange_cli.simulate.ensemble.run import run_members, tasks_of
     from lagrange_cli.simulate.ensemble.store import open_store

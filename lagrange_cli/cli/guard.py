@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -70,6 +69,8 @@ def checkpoint_files(path: str | None) -> dict[str, str]:
     """Return the files that a run with a checkpoint writes beside its results: option → file."""
     if not path:
         return {}
+    import glob
+
     samples = glob.glob(f"{glob.escape(path)}.samples*")
     named = {f"--checkpoint ({os.path.basename(file)})": file for file in samples}
     return {"--checkpoint": path, **named}

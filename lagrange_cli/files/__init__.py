@@ -5,16 +5,12 @@ outputs, temporary files that outlive no process for long, and recorded inputs w
 interpolation. Read :mod:`.writing` first.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from lagrange_cli.files.identity import Named, require_apart, same_file
 from lagrange_cli.files.locks import lock_of, sole_writer
 from lagrange_cli.files.reading import MAX_BYTES, read_bytes, too_large
-from lagrange_cli.files.recordings import (
-    INTERPOLATIONS,
-    Interpolation,
-    Recorded,
-    Recording,
-    read_recording,
-)
 from lagrange_cli.files.refusals import cannot_write
 from lagrange_cli.files.temporary import (
     discard,
@@ -24,6 +20,15 @@ from lagrange_cli.files.temporary import (
     temporary_folder,
 )
 from lagrange_cli.files.writing import check_writable, whole_file, write_file, write_files
+
+if TYPE_CHECKING:
+    from lagrange_cli.files.recordings import (
+        INTERPOLATIONS,
+        Interpolation,
+        Recorded,
+        Recording,
+        read_recording,
+    )
 
 __all__ = [
     "INTERPOLATIONS",
@@ -50,3 +55,12 @@ __all__ = [
     "write_file",
     "write_files",
 ]
+
+_RECORDINGS = ("INTERPOLATIONS", "Interpolation", "Recorded", "Recording", "read_recording")
+
+
+def __getattr__(name: str) -> Any:
+    """Import what reads recordings when it is used: few scenes have any."""
+    if name not in _RECORDINGS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.recordings"), name)

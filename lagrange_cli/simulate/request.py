@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
-import shlex
 from dataclasses import dataclass, replace
-from decimal import Decimal
 
 import numpy as np
 
@@ -159,6 +157,8 @@ def _moving(model: Model) -> Array:
 
 def _initial_options(model: Model) -> str:
     """Options that give an initial state; velocities that are not given are 0 if they can be."""
+    import shlex
+
     values = model.suggested or tuple((name, "0") for name in model.coordinates)
     return " ".join("-i " + shlex.quote(f"{name}={value}") for name, value in values)
 
@@ -259,7 +259,11 @@ def _not_so_many(samples: int, most: int) -> InputError:
 
 def _counted(number: int) -> str:
     """Write a number as a person reads it, with few digits if it is long."""
-    return f"{number}" if abs(number) < 10**12 else f"{Decimal(number):.3g}"
+    if abs(number) < 10**12:
+        return f"{number}"
+    from decimal import Decimal
+
+    return f"{Decimal(number):.3g}"
 
 
 def require_fit(model: Model, method: type[Integrator]) -> None:

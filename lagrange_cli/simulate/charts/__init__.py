@@ -1,7 +1,7 @@
 """Motions past singular configurations of a scene's coordinates.
 
 A simulation that meets one goes in; one in Cartesian coordinates with multipliers comes out, read
-in the scene's coordinates. Read :mod:`.simulation` first.
+in the scene's coordinates. Read :mod:`.simulation` first, then :mod:`.passages`.
 """
 
 __all__ = ["simulation"]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
-import zlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -20,11 +18,15 @@ class DamagedError(Exception):
     """These are not the bytes of a value."""
 
 
-#: Exceptions that bytes which are no archive of arrays, or another one, lead to.
-_UNREADABLE = (
-    *(OSError, ValueError, KeyError, TypeError, IndexError, EOFError, RuntimeError),
-    *(MemoryError, AttributeError, zipfile.BadZipFile, zlib.error),
-)
+def _unreadable() -> tuple[type[Exception], ...]:
+    """Return the exceptions that bytes which are no archive of arrays, or another one, lead to."""
+    import zipfile
+    import zlib
+
+    return (
+        *(OSError, ValueError, KeyError, TypeError, IndexError, EOFError, RuntimeError),
+        *(MemoryError, AttributeError, zipfile.BadZipFile, zlib.error),
+    )
 
 
 def serialize(value: Any) -> bytes:
@@ -51,7 +53,7 @@ def deserialize(data: bytes) -> Any:
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
             text, numbers = arrays["text"].tobytes(), arrays["numbers"]
         return _decoded(json.loads(text), numbers, {})
-    except _UNREADABLE as error:
+    except _unreadable() as error:
         raise DamagedError(str(error)) from error
 
 

@@ -10,11 +10,13 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from itertools import zip_longest
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.files import Recording
 from lagrange_cli.scene.defaults import SimulationDefaults
+
+if TYPE_CHECKING:
+    from lagrange_cli.files import Recording
 
 
 @dataclass(frozen=True)
@@ -291,4 +293,6 @@ def _chart(
 
 
 def _recording(mark: dict[str, Any], column_mark: dict[str, Any], **fields: Any) -> Recording:
+    from lagrange_cli.files import Recording
+
     return Recording(mark=Mark(**mark), column_mark=Mark(**column_mark), **fields)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import os
-import tempfile
-import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import IO, BinaryIO, TypeAlias
+from typing import IO, TYPE_CHECKING, BinaryIO, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.arrays import Array
+
+if TYPE_CHECKING:
+    import zipfile
 
 #: Takes the next rows of a table, column name → values; every part has the same columns.
 AddRows: TypeAlias = Callable[[Mapping[str, Array]], None]
@@ -40,6 +40,8 @@ LARGE = 2**31
 @contextmanager
 def as_csv(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[AddRows]:
     """Write a header of names, then numbers with 17 significant digits."""
+    import csv
+
     headed = False
 
     def add(table: Mapping[str, Array]) -> None:
@@ -61,6 +63,10 @@ def as_npz(file: BinaryIO, count: int, folder: str | None = None) -> Iterator[Ad
 
     An archive has one array after the other, so that many columns wait in a file of their own.
     """
+    # Here and not above, as in the other format: most runs write no file.
+    import tempfile
+    import zipfile
+
     names: list[str] = []
     added = 0
     with tempfile.SpooledTemporaryFile(BYTES_IN_MEMORY, dir=folder) as waiting:
@@ -89,6 +95,8 @@ def _parts(file: IO[bytes], size: int) -> Iterator[bytes]:
 
 def _put(archive: zipfile.ZipFile, name: str, count: int, parts: Iterable[bytes]) -> None:
     """Write an array of doubles, shape (count,), from its bytes."""
+    import zipfile
+
     entry, large = zipfile.ZipInfo(f"{name}.npy"), _NUMBER * count > LARGE
     with archive.open(entry, "w", force_zip64=large) as file:
         header = np.lib.format.header_data_from_array_1_0(np.empty(0))

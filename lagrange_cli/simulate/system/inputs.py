@@ -9,14 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.files import Recording
-from lagrange_cli.files.interpolation import Polynomials, polynomials
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp
+
+if TYPE_CHECKING:
+    from lagrange_cli.files import Recording
+    from lagrange_cli.files.interpolation import Polynomials
 
 #: Numbers of all pieces together.
 MOST_TABLE_NUMBERS = 20_000_000
@@ -87,6 +90,8 @@ def read_recorded_inputs(recordings: Sequence[Recording]) -> RecordedInputs | No
     """
     if not recordings:
         return None
+    from lagrange_cli.files.interpolation import polynomials
+
     inputs = [polynomials(recording) for recording in recordings]
     spans = tuple((float(recorded.starts[0]), recorded.end) for recorded in inputs)
     pieces = _merged([_pieces(recorded) for recorded in inputs], recordings[0].mark)

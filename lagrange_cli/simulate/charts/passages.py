@@ -1,0 +1,396 @@
+"""Runs in other coordinates past singular configurations of a scene's own.
+
+There (at the pole of spherical angles) no accelerations follow from the equations, and close by
+a motion may be stepped over it unseen: the angles are then not those of the motion. A run that
+ends there, begins there, or changes sides there is made again in Cartesian coordinates with
+multipliers, from the start; the scene's coordinates are read off its positions
+(:mod:`.continuation`). Without such a form the result is cut off before the singular
+configuration.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.errors import InputError, Problem, SingularError
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.charts.continuation import (
+    AngleReversal,
+    ContinuedCoordinates,
+    KnownMotion,
+    continue_coordinates,
+)
+from lagrange_cli.simulate.charts.detection import (
+    NEAR_SINGULAR,
+    SingularPassage,
+    first_passage,
+    passage_of_run,
+    singular_start,
+)
+from lagrange_cli.simulate.charts.sample_grid import FINEST, grid_of
+from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart, Model
+from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.request import Request
+from lagrange_cli.simulate.results.outcome import Status
+from lagrange_cli.simulate.results.trajectory import Trajectory
+from lagrange_cli.simulate.samples.rows import RowSequence
+from lagrange_cli.simulate.simulation import RunContext, integrate
+from lagrange_cli.simulate.system.tracing import functions_of
+
+#: Least number of parts of the time in which singular configurations are watched for.
+WATCHED = 500
+
+#: Parts of the time in which coordinates are continued close to them.
+_FOLLOWED = 4000
+
+#: Part of the samples between which angles turn by a radian at most.
+_USUALLY = 0.9
+
+#: An angle that usually turns by more from sample to sample is not known.
+_UNCERTAIN = 2.0
+
+#: Part of a budget for a run of which the coordinates are followed afterwards.
+_RUNNING = 0.8
+
+
+def simulate_in_charts(
+    model: Model,
+    options: SimulationOptions,
+    with_multipliers: Callable[[], Model] | None,
+    context: RunContext,
+) -> Trajectory:
+    """Simulate a model that has singular configurations, or coordinates that replaced others.
+
+    As :func:`.charts.simulation.simulate_past_singularities`, where the parameters are described.
+    """
+    if model.chart is not None:
+        return _with_chart(model, model.chart, options, _alone(context))
+    started = time.perf_counter()
+    looked: list[int] = []
+
+    def look(times: RowSequence, states: RowSequence, result: Trajectory) -> None:
+        looked.append(len(states))
+        _refuse_met(first_passage(model, times, states, result.status, result.requested), times)
+
+    try:
+        request = context.resolved(model, options)
+        every = grid_of(request).every(WATCHED)
+        first = integrate(model, request, context, every=every, look=look)
+    except InputError as refusal:
+        return _from_start(model, options, with_multipliers, context, refusal)
+    if looked:
+        return first
+    passage = passage_of_run(model, first)
+    if passage is None:
+        return _thinned(first, every)
+    left = _left(options.budget, time.perf_counter() - started)
+    second = None
+    if with_multipliers is not None and left != 0:
+        again = replace(context, functions=None, progress=None, checkpoint=None, stream=None)
+        options = replace(options, budget=left)
+        second = _in_other(with_multipliers, passage.singularity, options, again)
+    if second is not None and (second.status == "ok" or second.t[-1] > first.t[-1]):
+        return _with_costs(second, [first])
+    return _thinned(_cut(first, passage), every)
+
+
+def _refuse_met(passage: SingularPassage | None, times: RowSequence) -> None:
+    """Refuse more samples than memory holds of a motion past a singular configuration."""
+    if passage is None:
+        return
+    raise InputError(
+        Problem(
+            f"the coordinates are singular where {passage.singularity.where}, which is met after"
+            f" t = {times[passage.samples - 1]:.9g}",
+            hint="with up to 100,000 samples the motion is followed past it",
+            rule="singular-place",
+        )
+    )
+
+
+def _alone(context: RunContext) -> RunContext:
+    """Context of a run in memory, and as a whole, whose coordinates are read off positions."""
+    if context.checkpoint is not None:
+        raise InputError(
+            Problem(
+                "a run cannot be interrupted and go on whose coordinates are read off positions",
+                hint="without --checkpoint, Ctrl-C keeps what is done",
+                rule="resume",
+            )
+        )
+    return replace(context, stream=None)
+
+
+def _left(budget: float | None, seconds: float) -> float | None:
+    """Return the seconds that are left of a budget, 0 if it is used up; None without budget."""
+    return None if budget is None else max(budget - seconds, 0.0)
+
+
+def _from_start(
+    model: Model,
+    options: SimulationOptions,
+    with_multipliers: Callable[[], Model] | None,
+    context: RunContext,
+    refusal: InputError,
+) -> Trajectory:
+    """Simulate in other coordinates a motion that begins at a singular configuration."""
+    problem = refusal.problems[0]
+    singularity = singular_start(model) if isinstance(refusal, SingularError) else None
+    if singularity is None:
+        raise refusal
+    second = None
+    if with_multipliers is not None:
+        alone = replace(_alone(context), functions=None)
+        second = _in_other(with_multipliers, singularity, options, alone)
+    if second is None:
+        said = f"the coordinates are singular where {singularity.where}"
+        raise type(refusal)(replace(problem, hint=f"{said}\n{problem.hint}")) from refusal
+    return second
+
+
+def _cut(run: Trajectory, passage: SingularPassage) -> Trajectory:
+    """Cut a run before a singular configuration that it passed."""
+    where, last = passage.singularity.where, float(run.t[passage.samples - 1])
+    said = (
+        f"the coordinates are singular where {where}, which is met after t = {last:.9g};"
+        " --formulation multiplier goes on where it has no such place"
+    )
+    if not passage.passed:
+        return replace(run, reason=f"{run.reason}; {said}")
+    return _until(run, passage.samples, said, "accuracy_not_reached")
+
+
+def _sliced(columns: Mapping[str, Array], kept: NDArray[np.intp]) -> dict[str, Array]:
+    return {name: values[kept] for name, values in columns.items()}
+
+
+# The same motion in other coordinates.
+
+
+def _in_other(
+    with_multipliers: Callable[[], Model],
+    singularity: ChartSingularity,
+    options: SimulationOptions,
+    context: RunContext,
+) -> Trajectory | None:
+    """Simulate with multipliers; None if that form has the same coordinates."""
+    try:
+        model = with_multipliers()
+    except InputError:
+        return None
+    kept = set(singularity.lost) & set(model.coordinates)
+    if model.chart is None or (kept and not singularity.ends):
+        return None
+    run = _with_chart(model, model.chart, options, context)
+    said = f"in {model.formulation} form: the coordinates are singular where {singularity.where}"
+    return replace(run, remarks=(said, *run.remarks))
+
+
+def _with_chart(
+    model: Model, chart: FormerChart, options: SimulationOptions, context: RunContext
+) -> Trajectory:
+    """Simulate, with columns of the coordinates that have been replaced as well."""
+    there = {*model.coordinates, *model.cartesian, *model.outputs}
+    gone = [name for name in chart.coordinates if name not in there]
+    request = context.resolved(model, options)
+    if not gone:
+        return integrate(model, request, context)
+    run, continued, every = _run_and_followed(model, chart, request, context)
+    former = _own_columns(chart, gone, continued, run)
+    run = _thinned(replace(run, columns=former | dict(run.columns)), every)
+    if not continued.lost:
+        return run
+    return replace(run, remarks=(*run.remarks, _choice(gone, continued.lost[0][0])))
+
+
+def _run_and_followed(
+    model: Model, chart: FormerChart, request: Request, context: RunContext
+) -> tuple[Trajectory, ContinuedCoordinates, int]:
+    """Run with as many samples as former coordinates need; return it, these, and the stride."""
+    started, spent, grid = time.perf_counter(), 0.0, grid_of(request)
+    every, before = grid.every(WATCHED), list[Trajectory]()
+    deadline = started + (request.budget or np.inf)
+    if request.budget is not None:
+        request = replace(request, budget=_RUNNING * request.budget)
+    fine = grid.finer(every, _FOLLOWED)
+    whole = integrate(model, request, context, every=fine)
+    while True:
+        run = _thinned(whole, fine // every)
+        begun = time.perf_counter()
+        continued = _follow(model, chart, run, deadline)
+        spent += time.perf_counter() - begun
+        finer = grid.every(_wanted(chart, continued, run, grid.intervals * every))
+        if every < finer <= fine:
+            every = fine
+            continue
+        left = _left(request.budget, time.perf_counter() - started)
+        if run.status == "stopped" or finer <= every or left == 0:
+            break
+        before.append(whole)
+        every = fine = finer
+        request, context = replace(request, budget=left), replace(context, progress=None)
+        whole = integrate(model, request, context, every=every)
+    run = _with_costs(_as_far_as(chart, continued, run, deadline), before)
+    m = len(run.t)
+    known = replace(
+        continued, q=continued.q[:m], v=continued.v[:m], amplification=continued.amplification[:m]
+    )
+    return replace(run, seconds={**run.seconds, "follow": spent}), known, every
+
+
+def _moves(chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory) -> Array:
+    """Return the angle turned from sample to sample by the fastest coordinate, shape (m,)."""
+    turning = [j for j, kind in enumerate(chart.kinds) if kind == "angle"]
+    step = float(run.t[-1] - run.t[0]) / max(len(run.t) - 1, 1)
+    moves = np.nan_to_num(np.abs(continued.v[:, turning]) * step)
+    return np.asarray(moves.max(axis=1, initial=0.0))
+
+
+def _wanted(
+    chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory, intervals: int
+) -> int:
+    """Intervals in which coordinates can be followed, where they have been tried in some."""
+    passes = continued.lost or continued.unknown is not None
+    wanted = _FOLLOWED if passes and run.status == "ok" else WATCHED
+    most = float(np.quantile(_moves(chart, continued, run), _USUALLY))
+    if len(continued.v) < len(run.t) and continued.unknown is None:
+        most = max(most, 2.0)
+    if most <= 1:
+        return wanted
+    doublings = math.ceil(math.log2(min(most, FINEST)))
+    return max(wanted, intervals << doublings)
+
+
+def _as_far_as(
+    chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory, deadline: float
+) -> Trajectory:
+    """Cut a run behind the samples at which former coordinates have been found."""
+    moves, m = _moves(chart, continued, run), len(continued.q)
+    if np.quantile(moves, _USUALLY) > _UNCERTAIN:
+        m = max(1, int(np.argmax(moves > _UNCERTAIN)))
+    if m == len(run.t):
+        return run
+    late = run.status == "stopped" or time.perf_counter() > deadline
+    last, names = f"t = {run.t[m - 1]:.9g}", ", ".join(chart.coordinates)
+    if continued.unknown is not None and m == len(continued.q):
+        said = (
+            f"{names} cannot be followed past t = {continued.unknown:.9g}: the motion passes"
+            " closer to where they have no meaning than it is known"
+        )
+        return _until(run, m, said, "accuracy_not_reached")
+    if late:
+        return _until(run, m, f"stopped; what is kept ends at {last}", "stopped")
+    said = f"{names} cannot be followed past {last}: the motion is too fast for {FINEST} samples"
+    return _until(run, m, said, "accuracy_not_reached")
+
+
+def _with_costs(run: Trajectory, before: Sequence[Trajectory]) -> Trajectory:
+    """Add the costs of runs that were replaced."""
+    return replace(
+        run,
+        all_evaluations=run.all_evaluations + sum(replaced.all_evaluations for replaced in before),
+        seconds={
+            name: value + sum(replaced.seconds.get(name, 0.0) for replaced in before)
+            for name, value in run.seconds.items()
+        },
+    )
+
+
+def _until(run: Trajectory, samples: int, reason: str, status: Status) -> Trajectory:
+    """Cut a run after its first samples, with the reason why there are no more."""
+    cut = _sampled(run, np.arange(samples))
+    return replace(cut, status=status, reason=reason)
+
+
+def _sampled(run: Trajectory, kept: NDArray[np.intp]) -> Trajectory:
+    """Pick samples of a run by their numbers."""
+    t = run.t[kept]
+    return replace(
+        run,
+        t=t,
+        columns=_sliced(run.columns, kept),
+        energy=run.energy[kept],
+        multipliers=_sliced(run.multipliers, kept),
+        forces=_sliced(run.forces, kept),
+        holds_until=None if run.holds_until is None else float(t[-1]),
+        exempt=tuple(x for x in run.exempt if x in t),
+    )
+
+
+def _thinned(run: Trajectory, every: int) -> Trajectory:
+    """Pick the samples that were asked for; scales and estimates stay those of all."""
+    kept = _sampled(run, np.arange(0, len(run.t), every))
+    if kept.t[-1] == run.t[-1]:
+        return kept
+    last, reached = f"t = {kept.t[-1]:.9g}", f"t = {run.t[-1]:.9g}"
+    return replace(kept, reason=run.reason.replace(reached, last))
+
+
+def _choice(names: list[str], t: float) -> str:
+    listed = ", ".join(names)
+    return (
+        f"{listed}: the motion passes t = {t:.9g} closer to where they have no meaning than it is"
+        " known; from there on they are one choice of several for the position"
+    )
+
+
+def _follow(
+    model: Model, chart: FormerChart, run: Trajectory, deadline: float
+) -> ContinuedCoordinates:
+    """Continue former coordinates along a run."""
+    functions, parameters = functions_of(chart.python), model.numbers
+    names = model.coordinates
+    relative = (run.estimated or 0.0) + float(np.finfo(float).eps)
+    samples = KnownMotion(
+        run.t,
+        np.column_stack([run.columns[name] for name in names]),
+        np.column_stack([run.columns[f"dot({name})"] for name in names]),
+        relative * np.array([run.scales[name] for name in names]),
+    )
+    return continue_coordinates(
+        samples,
+        None if chart.start is None else np.array(chart.start),
+        len(chart.coordinates),
+        lambda t, y: functions["positions"](t, y, parameters),
+        lambda t, y: functions["velocities"](t, y, parameters),
+        deadline,
+        _turning(chart),
+    )
+
+
+def _turning(chart: FormerChart) -> AngleReversal | None:
+    """Return the facts that decide past a singular configuration; None without a known start."""
+    if chart.start is None:
+        return None
+    return AngleReversal(
+        np.array([kind == "angle" for kind in chart.kinds]),
+        np.array([name in chart.steady for name in chart.coordinates]),
+        np.array(chart.start[len(chart.coordinates) :]),
+    )
+
+
+def _own_columns(
+    chart: FormerChart, names: list[str], continued: ContinuedCoordinates, run: Trajectory
+) -> dict[str, Array]:
+    """Return columns of former coordinates, NaN if not known to the accuracy asked for."""
+    values, rates = {}, {}
+    eps = run.requested or NEAR_SINGULAR
+    speeds = np.nan_to_num(np.abs(continued.v)).max(axis=1)
+    for name in names:
+        j = chart.coordinates.index(name)
+        q, v, off = continued.q[:, j], continued.v[:, j], continued.amplification[:, j]
+        size = 1.0
+        if chart.kinds[j] != "angle":
+            size = float(np.nanmax(np.abs(q), initial=0.0))
+        known = off <= eps * size
+        fastest = max(float(np.abs(v[known]).max(initial=0.0)), size)
+        steady = known & (np.where(known, off, 0.0) * speeds <= eps * fastest)
+        values[name] = np.where(known, q, np.nan)
+        rates[f"dot({name})"] = np.where(steady, v, np.nan)
+    return values | rates
