@@ -19,22 +19,10 @@ from lagrange_cli.studies.tradeoff.pareto import cheapest, cost_ratio, pareto
 from tests.studies.trade_systems import (
     BALL,
     DOUBLE,
-    OSCILLATOR,
     RUNAWAY,
     model,
     problem_and_coarse_run,
 )
-
-
-@pytest.fixture(scope="module")
-def oscillator():
-    return model(OSCILLATOR)
-
-
-@pytest.fixture(scope="module")
-def traded(oscillator):
-    return trade(oscillator, repeat=2, budget=0.3)
-
 
 # Fronts
 

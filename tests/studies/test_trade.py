@@ -30,17 +30,6 @@ from tests.studies.trade_systems import (
     problem_and_coarse_run,
 )
 
-
-@pytest.fixture(scope="module")
-def oscillator():
-    return model(OSCILLATOR)
-
-
-@pytest.fixture(scope="module")
-def traded(oscillator):
-    return trade(oscillator, repeat=2, budget=0.3)
-
-
 # Runs
 
 

@@ -14,25 +14,11 @@ from lagrange_cli.cli.reports.character_plot import character_plot
 from lagrange_cli.cli.reports.tradeoff import options_of, tradeoff_summary, tradeoff_text
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
-from lagrange_cli.studies.tradeoff.measure import trade
 from lagrange_cli.studies.tradeoff.plot import draw_trade
 from lagrange_cli.studies.tradeoff.runs import Setting
 from tests.studies.trade_systems import (
-    OSCILLATOR,
     made,
-    model,
 )
-
-
-@pytest.fixture(scope="module")
-def oscillator():
-    return model(OSCILLATOR)
-
-
-@pytest.fixture(scope="module")
-def traded(oscillator):
-    return trade(oscillator, repeat=2, budget=0.3)
-
 
 # Reports
 
