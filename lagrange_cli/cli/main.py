@@ -27,8 +27,9 @@ _REPORT = (
 )
 
 #: Thresholds of the garbage collector; set by hand. Expressions are many and hardly ever garbage:
-#: by Python's own thresholds half of the time of a large scene would go into walking them.
-COLLECTION = (100_000, 20, 50)
+#: by Python's own thresholds half of the time of a large scene would go into walking them. The
+#: first is beyond the objects that an import of SymPy makes, some 100,000, none of them garbage.
+COLLECTION = (300_000, 20, 50)
 
 _IMPORTS = "it is not installed as it should be, or there is no memory for it"
 
