@@ -150,7 +150,7 @@ def constrained(name, *parameters, fixed_dimension=True, real=DOUBLE):
     """A system with its projection, and the integrators for it."""
     n = DIMENSIONS[name] if fixed_dimension else kernels.UNROLLED_DIMENSION + 1
     system, stepping = {"system.c": TEXTS[name]}, kernels.kernel_files()
-    system, stepping = real.rewritten(system), real.rewritten(stepping)
+    system, stepping = (kernels.in_arithmetic(files, real) for files in (system, stepping))
     library, stepper = compiled(CSource(system), CSource(stepping, kernels.kernel_options(n)))
     return NativeRhs(
         function_type(real)((name, library)),

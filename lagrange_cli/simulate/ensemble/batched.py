@@ -133,7 +133,7 @@ def _sources(model: Model, real: NativeReal) -> list[CSource]:
         series = {"series.c": model.code.taylor + model.code.tables, **headers}
         return [CSource(series, options), CSource(stepping, options)]
     series, options = {"series.c": model.code.taylor, **headers}, (*options, kernels.WIDE)
-    return [CSource(real.rewritten(files), options) for files in (series, stepping)]
+    return [CSource(kernels.in_arithmetic(files, real), options) for files in (series, stepping)]
 
 
 def _kinds(model: Model) -> _Integers:

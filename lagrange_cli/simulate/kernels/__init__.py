@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Protocol
 
 __all__ = [
     "GROUPS",
     "WIDE",
+    "CType",
     "batched_files",
     "in_arithmetic",
     "kernel_files",
@@ -66,6 +68,24 @@ _FUNCTIONS = """#ifndef __STDC_WANT_IEC_60559_TYPES_EXT__
 #include <tgmath.h>"""
 
 
+class CType(Protocol):
+    """A floating-point type of C.
+
+    Attributes
+    ----------
+    c_name
+        ``double``, ``long double`` or ``_Float128``.
+    epsilon
+        The distance from 1 to the next of its numbers.
+    """
+
+    @property
+    def c_name(self) -> str: ...
+
+    @property
+    def epsilon(self) -> float: ...
+
+
 def kernel_files(*groups: str) -> dict[str, str]:
     """Return name → text of every file of the integrators of some :data:`GROUPS`, or of all."""
     names = sorted(path.name for path in _FOLDER.iterdir() if path.suffix in (".c", ".h"))
@@ -99,25 +119,19 @@ def wide_files(system: str, series: str) -> tuple[dict[str, str], dict[str, str]
     return files, kernel_files("stepping", "series")
 
 
-def in_arithmetic(sources: Mapping[str, str], c_name: str, epsilon: float) -> dict[str, str]:
-    """Rewrite files to compute with numbers of another type of C.
-
-    Parameters
-    ----------
-    c_name
-        ``long double``, of 64 binary digits on x86, or ``_Float128``, of 113.
-    epsilon
-        The distance from 1 to the next of these numbers.
-    """
+def in_arithmetic(sources: Mapping[str, str], real: CType) -> Mapping[str, str]:
+    """Rewrite files, which are of doubles, to compute with numbers of another type."""
+    if real.c_name == "double":
+        return sources
     kept = {name: text for name, text in sources.items() if name not in _DOUBLES_ALONE}
-    return {name: _rewritten(c_name, epsilon, text) for name, text in kept.items()}
+    return {name: _rewritten(text, real) for name, text in kept.items()}
 
 
-def _rewritten(c_name: str, epsilon: float, text: str) -> str:
-    text = _EPSILON.sub(rf"\g<1>{(epsilon / 2).hex()}", text)
-    text = _CONSTANT.sub(rf"\1{_SUFFIXES[c_name]}", text)
+def _rewritten(text: str, real: CType) -> str:
+    text = _EPSILON.sub(rf"\g<1>{(real.epsilon / 2).hex()}", text)
+    text = _CONSTANT.sub(rf"\1{_SUFFIXES[real.c_name]}", text)
     text = text.replace("#include <math.h>", _FUNCTIONS)
-    return re.sub(r"\bdouble\b", c_name, text)
+    return re.sub(r"\bdouble\b", real.c_name, text)
 
 
 def _text(name: str) -> str:

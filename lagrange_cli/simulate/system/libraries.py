@@ -64,7 +64,9 @@ def _sources(model: Model, real: NativeReal) -> list[CSource]:
     if real is DOUBLE:
         system = {"system.c": code.c + code.lanes, **kernels.kernel_headers()}
         return [CSource(system, OPTIONS), stepping]
-    wide, integrators = map(real.rewritten, kernels.wide_files(code.c, code.taylor))
+    wide, integrators = (
+        kernels.in_arithmetic(files, real) for files in kernels.wide_files(code.c, code.taylor)
+    )
     return [CSource(wide, (*OPTIONS, kernels.WIDE)), CSource(integrators, stepping.options)]
 
 

@@ -177,7 +177,7 @@ def test_wider_sources_are_strict_c99(tmp_path):
         assert os.environ.get("CI") != "true"
         pytest.skip("gcc was not found")
     model = double_pendulum("2")
-    sources = EXTENDED.rewritten({**kernels.kernel_files(), "system.c": model.code.c})
+    sources = kernels.in_arithmetic({**kernels.kernel_files(), "system.c": model.code.c}, EXTENDED)
     for name, text in sources.items():
         (tmp_path / name).write_text(text, encoding="ascii")
     strict = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-Wdouble-promotion"]
@@ -248,5 +248,5 @@ def test_constants_of_equations_are_what_the_scene_wrote():
     text = OSCILLATOR.replace("k*x^2/2", "k*x^2/2 + cos(pi*x)/3")
     code = model_of(loads(text).derive().equations).code
     assert "1.04719755119659774615421446109316763" in code.c
-    (numbers,) = EXTENDED.rewritten({"system.c": code.c}).values()
+    (numbers,) = kernels.in_arithmetic({"system.c": code.c}, EXTENDED).values()
     assert "1.04719755119659774615421446109316763L" in numbers

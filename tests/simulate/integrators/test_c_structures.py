@@ -83,7 +83,8 @@ def test_a_run_is_the_same_in_both_languages(real: NativeReal, tmp_path: Path) -
         *claims("lagrange_events", events_type()),
         *claims("lagrange_landmarks", landmarks_type()),
     ]
-    done = compiled(tmp_path, real.rewritten(kernels.kernel_files()), "events.h", claimed)
+    sources = kernels.in_arithmetic(kernels.kernel_files(), real)
+    done = compiled(tmp_path, sources, "events.h", claimed)
     assert done.returncode == 0, done.stderr[:2000]
 
 
@@ -97,7 +98,7 @@ def test_members_are_the_same_in_both_languages(
     claimed = [f"LAGRANGE_WIDTH == {width}"]
     claimed += claims("lagrange_members", members_type(width, real))
     wide = () if real is DOUBLE else ("-DLAGRANGE_WIDE",)
-    sources = real.rewritten(kernels.batched_files())
+    sources = kernels.in_arithmetic(kernels.batched_files(), real)
     done = compiled(tmp_path, sources, "taylor.c", claimed, *options, *wide)
     assert done.returncode == 0, done.stderr[:2000]
 

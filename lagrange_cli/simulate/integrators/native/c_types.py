@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -14,7 +14,6 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native import quadruple
-from lagrange_cli.simulate.kernels import in_arithmetic
 
 #: int64_t of the kernels.
 LONG = ctypes.c_int64
@@ -69,12 +68,6 @@ class NativeReal:
         if self.by_value or numbers.dtype != self.dtype:
             return np.asarray(numbers, dtype=float)
         return quadruple.to_doubles(numbers)
-
-    def rewritten(self, sources: Mapping[str, str]) -> Mapping[str, str]:
-        """Rewrite files of C, name → text, to compute with its numbers."""
-        if self == DOUBLE:
-            return sources
-        return in_arithmetic(sources, self.c_name, self.epsilon)
 
     def number(self, value: float) -> Any:
         """Return a double as a field of a structure takes it."""
