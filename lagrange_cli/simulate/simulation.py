@@ -259,13 +259,12 @@ def problem_of(
         widens=functions.widens,
         read_off=model.chart is not None,
         landmarks=functions.landmarks,
-        exact=tuple(model.exact_initial),
     )
-    return replace(problem, wider=partial(_wider, problem, functions))
+    return replace(problem, wider=partial(_wider, model, problem, functions))
 
 
 def _wider(
-    problem: InitialValueProblem, functions: RightHandSide | WiderArithmetic
+    model: Model, problem: InitialValueProblem, functions: RightHandSide | WiderArithmetic
 ) -> InitialValueProblem | None:
     sides = functions.wider()
     if sides is None:
@@ -275,10 +274,11 @@ def _wider(
         rhs=sides.rhs,
         perturbed=sides.perturbed,
         real=sides.real,
+        exact=tuple(model.exact_initial),
         widens=sides.widens,
         landmarks=sides.landmarks,
     )
-    return replace(wide, wider=partial(_wider, wide, sides))
+    return replace(wide, wider=partial(_wider, model, wide, sides))
 
 
 def trajectory_of(

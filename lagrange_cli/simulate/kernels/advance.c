@@ -9,16 +9,20 @@
 #define BEHIND 1.25
 enum { AGAIN = 64 };
 
-/* Binary digits of the numbers that this is compiled for. */
+/* Binary digits of the numbers that this is compiled for; 0 if functions of them have fewer, as
+ * where a library without functions of a type takes those of a shorter one. */
 int64_t lagrange_digits(void)
 {
-    volatile double sum = 2.0, part = 1.0;
+    volatile double sum = 2.0, part = 1.0, angle = 0.75;
     int64_t digits = 0;
+    double off;
     for (; sum != 1.0; part /= 2.0) {
         sum = 1.0 + part;
         digits += 1;
     }
-    return digits - 1;
+    off = fabs(sin(angle)*sin(angle) + cos(angle)*cos(angle) - 1.0)
+          + fabs(exp(angle)*exp(-angle) - 1.0);
+    return off < 64.0*part ? digits - 1 : 0;
 }
 
 /* Functions of a system for callers that cannot pass a number of this type by its value. */

@@ -13,12 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli import loads
+from lagrange_cli.simulate.checkpoint.serialization import deserialize, serialize
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.base import Integrator
 from lagrange_cli.simulate.integrators.native import quadruple
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, QUADRUPLE
 from lagrange_cli.simulate.integrators.native.methods import CompiledTaylor
 from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import WiderArithmetic
 from lagrange_cli.simulate.system.rounding import in_arithmetic, rounding_factors
 from tests.simulate.compiling import compiled_or_skip
@@ -30,6 +32,16 @@ particles: {bob: {mass: m, position: [l*sin(a), -l*cos(a), 0]}}
 coordinates: [a]
 potentials: {weight: m*g*y_bob}
 initial: {a: 2*pi/3, dot(a): 0}
+"""
+
+#: The same in Cartesian coordinates, with the rod as a constraint that is kept.
+ON_A_ROD = """
+name: pendulum
+parameters: {m: 1, l: 1/3, g: 9.81}
+particles: {bob: {mass: m, position: [x, y, 0]}}
+constraints: {rod: x^2 + y^2 = l^2}
+potentials: {weight: m*g*y}
+initial: {x: l*sin(2*pi/3), y: -l*cos(2*pi/3), dot(x): 0, dot(y): 0}
 """
 
 
@@ -91,9 +103,9 @@ def test_numbers_are_moved_by_one_in_their_last_place() -> None:
     assert signs == [factor > 1 for factor in rounding_factors(64, 1, DOUBLE)]
 
 
-def in_quadruple() -> WiderArithmetic:
-    """The functions of the pendulum, on a machine that has these numbers."""
-    wider = compiled_or_skip(model_of(loads(PENDULUM).derive().equations)).wider()
+def in_quadruple(model: Model) -> WiderArithmetic:
+    """The functions of a model, on a machine that has these numbers."""
+    wider = compiled_or_skip(model).wider()
     while wider is not None and wider.real is not QUADRUPLE:
         wider = wider.wider()
     if wider is None:
@@ -109,6 +121,31 @@ def swing(t: mpmath.mpf) -> tuple[mpmath.mpf, mpmath.mpf]:
     return 2 * mpmath.asin(modulus * sn), -2 * modulus * rate * cn
 
 
+def begun(method: type[Integrator], tolerance: float, scene: str = PENDULUM) -> Integrator:
+    """A run of the pendulum to t = 2, with steps of a twentieth at most."""
+    model = model_of(loads(scene).derive().equations)
+    assert bool(model.multipliers) == (scene is ON_A_ROD)
+    start = QUADRUPLE.exact([x for x in model.exact_initial if x is not None])
+    control = Control(np.zeros(len(start)), np.full(len(start), tolerance), 1e-4, 0.05)
+    return start_integrator(method, in_quadruple(model).rhs, 0.0, start, 2.0, control)
+
+
+def advanced(run: Integrator, steps: int) -> np.ndarray:
+    """The state at the end, in quadruple, after so many steps more."""
+    states = np.empty((1, len(run.y)), QUADRUPLE.dtype)
+    run.advance(np.array([2.0]), states, most_steps=steps, most_evaluations=1e9)
+    return states[0]
+
+
+@pytest.mark.parametrize("method", [CompiledTaylor, INTEGRATORS["DOP853"]])
+def test_a_run_goes_on_from_its_bytes(method: type[Integrator]) -> None:
+    whole, first, second = (begun(method, 1e-20) for _ in range(3))
+    advanced(first, 10)
+    second.restore(deserialize(serialize(first.state())))
+    assert advanced(second, 10**6).tobytes() == advanced(whole, 10**6).tobytes()
+    assert second.steps == whole.steps > 10
+
+
 @pytest.mark.parametrize(
     ("method", "tolerance", "error"),
     [(CompiledTaylor, 1e-33, 1e-30), (INTEGRATORS["DOP853"], 1e-24, 1e-21)],
@@ -116,14 +153,20 @@ def swing(t: mpmath.mpf) -> tuple[mpmath.mpf, mpmath.mpf]:
 def test_a_motion_to_thirty_digits(
     method: type[Integrator], tolerance: float, error: float
 ) -> None:
-    wider, model = in_quadruple(), model_of(loads(PENDULUM).derive().equations)
-    start = QUADRUPLE.exact([x for x in model.exact_initial if x is not None])
-    control = Control(np.zeros(2), np.full(2, tolerance), 1e-4, 0.1)
-    run = start_integrator(method, wider.rhs, 0.0, start, 2.0, control)
-    states = np.empty((1, 2), QUADRUPLE.dtype)
-    assert run.advance(np.array([2.0]), states, most_steps=10**6, most_evaluations=1e9).filled == 1
+    state = advanced(begun(method, tolerance), 10**6)
     with mpmath.workdps(50):
-        for number, exact in zip(states[0], swing(mpmath.mpf(2)), strict=True):
+        for number, exact in zip(state, swing(mpmath.mpf(2)), strict=True):
             own = value(number)
             off = mpmath.mpf(own.numerator) / own.denominator - exact
             assert abs(off) < error
+
+
+def test_a_constraint_is_kept_to_thirty_digits() -> None:
+    state = [
+        value(number) for number in advanced(begun(INTEGRATORS["DOP853"], 1e-24, ON_A_ROD), 10**6)
+    ]
+    with mpmath.workdps(50):
+        x, y, *_ = (mpmath.mpf(number.numerator) / number.denominator for number in state)
+        assert abs(x * x + y * y - mpmath.mpf(1) / 9) < 1e-32
+        angle, _ = swing(mpmath.mpf(2))
+        assert abs(mpmath.atan2(x, -y) - angle) < 1e-20
