@@ -154,7 +154,8 @@ def measured(system: System, accuracy: float, reference: Reference) -> Row:
         return replace(blank, reason=refusal.problems[0].message)
     if found.t[-1] > reference.times[-1]:
         raise RuntimeError(f"{system.name}: the reference ends at {reference.times[-1]}")
-    wide = ", long double" if found.implementation.endswith("long double") else ""
+    _, _, arithmetic = found.implementation.partition("compiled C, ")
+    wide = f", {arithmetic}" if arithmetic in ("long double", "quadruple") else ""
     return replace(
         blank,
         status=found.status,

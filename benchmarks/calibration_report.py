@@ -155,7 +155,13 @@ def page(rows: Sequence[Row], worst: float, samples: int) -> str:
 def _cell(row: Row) -> str:
     if row.error is None:
         return "refused"
-    mark = "*" if "long double" in row.method else "°" if row.method == "Radau" else ""
+    mark = (
+        "*"
+        if row.method.endswith(("long double", "quadruple"))
+        else "°"
+        if row.method == "Radau"
+        else ""
+    )
     kept = "" if row.status == "ok" else f"to t = {row.held:.4g}: "
     bad = "**" if wrong(row) or below(row) else ""
     return f"{kept}{bad}{row.error:.1e}{bad} / {row.estimate:.1e}{mark}"

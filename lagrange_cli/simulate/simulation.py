@@ -269,12 +269,15 @@ def _wider(
     sides = functions.wider()
     if sides is None:
         return None
+    # A run may go on from another state than the model's start.
+    pairs = zip(model.exact_initial, problem.y0.tolist(), strict=False)
+    exact = tuple(x if x is not None and float(x) == y else None for x, y in pairs)
     wide = replace(
         problem,
         rhs=sides.rhs,
         perturbed=sides.perturbed,
         real=sides.real,
-        exact=tuple(model.exact_initial),
+        exact=exact,
         widens=sides.widens,
         landmarks=sides.landmarks,
     )

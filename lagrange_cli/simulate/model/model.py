@@ -269,8 +269,9 @@ class Model:
 
 def _exact(value: float, decimal: str) -> Fraction | None:
     """Return what a decimal says, if it is what a double has rounded."""
-    exact = Fraction(decimal or value)
-    return exact if decimal and float(exact) == value else None
+    if value == 0:
+        return Fraction(0)  # also of 1e-999999999, which is none to write as a fraction
+    return Fraction(decimal) if decimal and float(decimal) == value else None
 
 
 def _defaults(mark: dict[str, Any] | None, **fields: Any) -> SimulationDefaults:

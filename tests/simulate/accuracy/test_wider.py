@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import mpmath
@@ -21,9 +22,10 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Control
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED, QUADRUPLE
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.request import SimulationOptions, resolve
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run
-from lagrange_cli.simulate.simulation import simulate
+from lagrange_cli.simulate.simulation import problem_of, simulate
 from lagrange_cli.simulate.system import functions as right_hand_side
 from lagrange_cli.simulate.system.rounding import rounding_factors
 from tests.simulate.compiling import compiled_or_skip
@@ -242,6 +244,14 @@ initial: {x: 0.1, dot(x): k/7}
             assert abs(mpmath.mpf(number.numerator) / number.denominator - value) < 1e-38 * value
     others = replace(model.parameters[0], value=0.25), model.parameters[1]
     assert replace(model, parameters=others).exact_numbers[0] is None
+
+
+def test_a_run_from_another_state_knows_its_doubles_alone():
+    model = model_of(loads(OSCILLATOR.replace("x: 1,", "x: 0.1,")).derive().equations)
+    functions, request = with_wider(model), resolve(model, SimulationOptions())
+    assert problem_of(model, request, functions).wider().exact == (Fraction(1, 10), 0)
+    other = replace(request, initial=np.array([0.2, 0.0]))
+    assert problem_of(model, other, functions).wider().exact == (None, 0)
 
 
 def test_constants_of_equations_are_what_the_scene_wrote():
