@@ -184,6 +184,19 @@ def test_right_hand_sides_of_chains_agree_with_newtons_law(tmp_path: Path) -> No
 
 
 @pytest.mark.compiler
+def test_hard_motions_are_right() -> None:
+    _needs_compiler()
+    command = [sys.executable, str(BENCHMARKS / "hard_motions.py"), "e = 0.99, orbits: 1", "top"]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert run.returncode == 0, run.stderr
+    cells = [line.split(" | ") for line in run.stdout.splitlines()[3:]]
+    assert [row[0].removeprefix("| ").split(",")[0] for row in cells] == [
+        *("Kepler", "Kepler", "pendulum 1e-9 from the top")
+    ]
+    assert all(float(row[3]) <= float(row[2]) < 1e-9 for row in cells)
+    assert "compiled C, " in cells[-1][-1]
+
+
 def test_long_runs_are_compared_with_elliptic_functions(tmp_path: Path) -> None:
     _needs_compiler()
     output, page = tmp_path / "long_run.json", tmp_path / "page.md"

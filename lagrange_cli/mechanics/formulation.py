@@ -276,4 +276,5 @@ def _carried_over(origin: Reduced, chart: ReplacedChart, former: InitialState) -
         point[origin.names.t] = origin.reference[origin.names.t]
         q = evaluate([place.position for place in chart.places], point)
         v = evaluate([place.velocity for place in chart.places], point)
-        return state_of(q, v, former.projected)
+        carried = state_of(q, v, former.projected)
+    return carried if former.decimals else replace(carried, decimals=())

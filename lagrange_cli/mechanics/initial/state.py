@@ -45,7 +45,7 @@ from lagrange_cli.scene.conditions import InitialValue
 _TOLERANCE = mpf(10) ** -9
 
 #: Decimal digits carried; a second time twice as many.
-_DIGITS = 50
+_DIGITS = 34
 #: Relative size of rounding errors that remain.
 _ROUNDING = mpf(10) ** -20
 #: Further digits for the metric, whose inverse is huge where a coordinate has no inertia.
@@ -85,14 +85,28 @@ def initial_state(derivation: HasMassMatrix) -> InitialState | None:
     if any(p.name not in reduced.values.exact for p in reduced.scene.parameters):
         return None
     state = _solved(derivation, _DIGITS)
-    if not (_hardly(state.positions) or _hardly(state.velocities)):
-        return state
-    finer = _solved(derivation, 2 * _DIGITS)
-    return replace(
-        state,
-        positions=_without_noise(state.positions, finer.positions),
-        velocities=_without_noise(state.velocities, finer.velocities),
-    )
+    if _hardly(state.positions) or _hardly(state.velocities):
+        finer = _solved(derivation, 2 * _DIGITS)
+        return replace(
+            state,
+            positions=_without_noise(state.positions, finer.positions),
+            velocities=_without_noise(state.velocities, finer.velocities),
+            decimals=finer.decimals,
+        )
+    return replace(state, decimals=_decimals(derivation))
+
+
+def _decimals(derivation: HasMassMatrix) -> tuple[str, ...]:
+    """Solve for the state with more digits; none where its configuration has to be searched for,
+    or no solution shows with these digits."""
+    reduced = derivation.reduced
+    stated = {entry.name for entry in reduced.scene.initial if entry.order == 0}
+    if not {c.name for c in reduced.coordinates} <= stated:
+        return ()
+    try:
+        return _solved(derivation, 2 * _DIGITS).decimals
+    except InputError:
+        return ()
 
 
 def state_of(positions: Sequence[mpf], velocities: Sequence[mpf], projected: float) -> InitialState:

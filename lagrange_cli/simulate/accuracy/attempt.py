@@ -197,7 +197,8 @@ class Attempt:
 
     def _march(self, watch: Callable[[float], None]) -> None:
         samples, at = len(self._problem.times), self._march_at
-        block = max(_TUNING.block, samples // _TUNING.most_blocks)
+        block = _TUNING.block_wider if self.wider else _TUNING.block
+        block = max(block, samples // _TUNING.most_blocks)
         while not at.ended:
             goal = 1 + (at.blocks + 1) * block
             while at.turn < len(self._runs):
