@@ -69,10 +69,21 @@ class Found:
     energy_drift: float | None = None
 
 
+def as_it_is(value: float | str) -> float | str:
+    """A double as a quotient: its decimal is another number, which a separatrix tells apart."""
+    if isinstance(value, str) or float(value).is_integer():
+        return value
+    above, below = float(value).as_integer_ratio()
+    return f"{above}/{below}"
+
+
 def found(case: Case) -> Found:
     """Simulate a case and compare it with its exact motion."""
     try:
-        given = {"parameters": case.parameters, "initial": case.initial}
+        given = {
+            "initial": {name: as_it_is(value) for name, value in case.initial.items()},
+            "parameters": {name: as_it_is(value) for name, value in case.parameters.items()},
+        }
         scene = (
             loads(case.scene, **given)
             if "\n" in case.scene
@@ -232,7 +243,7 @@ def _pendulums() -> Iterator[Case]:
             initial={"theta": start},
             until=12.0,
             samples=25,
-            expected=("holds",) if distance > 1e-5 else ("degraded",),
+            expected=("holds",),
             **shared,
         )
     for periods, long in ((1e2, False), (1e4, True), (1e6, True)):
@@ -504,8 +515,7 @@ def _chaos() -> Iterator[Case]:
         initial={"theta1": 3.0, "theta2": 3.0},
         until=30.0,
         samples=16,
-        expected=("degraded",),
-        says="holds until t = ",
+        expected=("holds",),
     )
 
 

@@ -234,14 +234,14 @@ coordinates: [x]
 potentials: {weight: {gravity: g}}
 initial: {x: 0.5, dot(x): 0}
 """
-    plan = plan_of(text, {"until": 20.0, "accuracy": 1e-9, "samples": 201})
+    plan = plan_of(text, {"until": 60.0, "accuracy": 1e-9, "samples": 601})
     rows = [("1.0",), (repr(math.pi - 1e-9),)]
     block = run_block(Task(plan, 0, tuple(rows)))
     assert block.words["status"] == ["ok", "accuracy_not_reached"]
     assert block.words["method"][0] == "Taylor"
     single = single_of(plan, rows[1])
     assert single.status == "accuracy_not_reached"
-    assert 0 < block.figures["holds_until"][1] < 20
+    assert 0 < block.figures["holds_until"][1] < 60
     assert block.figures["holds_until"][1] == pytest.approx(single.holds_until, abs=4)
     assert block.words["reason"][1].startswith("accuracy 1e-09 holds until")
     kept = int(np.isfinite(block.columns["x"][1]).sum())
@@ -252,12 +252,13 @@ initial: {x: 0.5, dot(x): 0}
 
 @pytest.mark.slow
 def test_chaos_ends_what_wider_arithmetic_was_asked_for():
-    """The last place of the start decides after some time, whatever computes with it."""
+    """The last place of a double decides after some time, whatever computes with it."""
     plan = plan_of("double_pendulum", {"until": 20.0, "accuracy": 1e-9, "samples": 201})
     row = tuple({"a": "2.5", "m2": "1", "dot(b)": "0"}[name] for name in plan.names)
     block, single = run_block(Task(plan, 0, (row,))), single_of(plan, row)
     assert block.words["method"] == ["Taylor"]
-    assert block.words["status"] == ["accuracy_not_reached"] == [single.status]
+    assert block.words["status"] == ["accuracy_not_reached"]
+    assert block.figures["holds_until"][0] <= single.holds_until
     assert block.words["reason"][0].startswith("accuracy 1e-09 holds until")
     assert 2 < block.figures["holds_until"][0] < 20
     assert block.figures["estimated"][0] < 1e-9
