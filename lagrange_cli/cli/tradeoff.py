@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option(
     "--methods",
     cls=options.naming(
-        "With commas between them: auto, {}.  [default: all that can run here]",
+        "With commas between them: auto, {}.  [default: all that can run here, but for slow ones]",
         options.integrators,
     ),
     callback=options.comma_separated,
@@ -34,10 +34,10 @@ if TYPE_CHECKING:
 @click.option(
     "--repeat",
     type=click.IntRange(1, 1000),
-    default=5,
+    default=20,
     show_default=True,
     metavar="N",
-    help="How often each run is timed.",
+    help="How often short runs are timed; long ones are timed once.",
 )
 @options.end_time
 @options.number(

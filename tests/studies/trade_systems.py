@@ -69,6 +69,16 @@ initial: {p: 1.5, q: 2}
 simulate: {until: 70, samples: 141}
 """
 
+STIFF = """
+name: stiff
+particles: {m: {mass: 1, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: x^2/2}
+dissipation: {drag: 1e4*dot(x)^2/2}
+initial: {x: 1}
+simulate: {until: 9, samples: 11}
+"""
+
 RUNAWAY = """
 name: runaway
 particles: {m: {mass: 1, position: [x, 0, 0]}}
@@ -97,6 +107,6 @@ def made(error, seconds=1.0, method="DOP853", evaluations=100, **more):
     given_seconds = (seconds,) if error is not None else ()
     setting = Setting(method, rtol=1e-6)
     point = WorkPrecisionPoint(
-        setting, outcome, "", error, True, 9, evaluations, None, given_seconds
+        setting, outcome, "", error, True, 9, evaluations, None, given_seconds, spent=seconds
     )
     return replace(point, **more)

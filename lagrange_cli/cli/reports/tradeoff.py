@@ -34,10 +34,10 @@ _AUTOMATIC = (
     TableColumn("", 16),
     TableColumn("", 24, before=" "),
     TableColumn("error", 6, ">", " "),
-    TableColumn("evaluations", 11, ">", " "),
+    TableColumn("seconds", 8, ">", " "),
     TableColumn("as good", 8, ">", " "),
     TableColumn("enough", 6, ">", " "),
-    TableColumn("seconds", 8, ">", " "),
+    TableColumn("evaluations", 11, ">", " "),
     TableColumn("as good", 8, ">", " "),
     TableColumn("enough", 6, ">", " "),
 )
@@ -92,6 +92,7 @@ def _measured(point: WorkPrecisionPoint) -> dict[str, Any]:
         "resolved": point.resolved,
         "seconds": point.median if point.seconds else None,
         "quartiles": list(point.quartiles) if point.seconds else None,
+        "timed": len(point.seconds),
         "steps": point.steps,
         "rhs_evaluations": point.evaluations,
         "energy_drift": point.drift if ok else None,
@@ -149,7 +150,7 @@ def tradeoff_text(trade: Trade) -> str:
     return "\n".join(
         [
             f"{trade.name} until t = {trade.until:.9g}: {len(trade.points)} runs,"
-            f" {trade.samples} samples each, timed {trade.repeat} times",
+            f" {trade.samples} samples each, short ones timed up to {trade.repeat} times",
             "",
             *labelled(
                 ("Reference", f"{known.method}, error {known.error:.0e}{checked}"),
@@ -158,7 +159,7 @@ def tradeoff_text(trade: Trade) -> str:
             "",
             *(_compared(trade) if trade.points else ()),
             *_automatics(trade.automatic),
-            *labelled(*(("Left out", reason) for reason in trade.left_out.values())),
+            *labelled(*(("Left out", reason) for reason in dict.fromkeys(trade.left_out.values()))),
         ]
     )
 
@@ -243,12 +244,12 @@ def _automatic_row(ratios: CostRatios) -> list[str]:
         start,
         point.chosen or "",
         f"{point.error:.0e}",
-        f"{point.evaluations}",
-        _times(ratios.evaluations),
-        _times(ratios.evaluations_needed),
         f"{point.median:.1e}",
         _times(ratios.seconds),
         _times(ratios.seconds_needed),
+        f"{point.evaluations}",
+        _times(ratios.evaluations),
+        _times(ratios.evaluations_needed),
     ]
 
 

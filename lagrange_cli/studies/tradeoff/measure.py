@@ -1,16 +1,18 @@
 """Measure speed against accuracy: methods × tolerances on one scene and one machine.
 
-Every run is made once to learn its error, then repeatedly, in turn with all others, with everything
-warm and no garbage collected, to learn its seconds. Its error is the largest distance of any
-coordinate or velocity, relative to its scale, at any sample, from a :mod:`reference <.reference>`
-that is computed before.
+Every run is made once to learn its error, the cheapest methods first, so that those which are far
+behind are known before much is spent on them. Short runs are then made repeatedly, in turn with all
+others, with everything warm and no garbage collected, to learn their seconds. The error is the
+largest distance of any coordinate or velocity, relative to its scale, at any sample, from a
+:mod:`reference <.reference>` that is computed before.
 """
 
 from __future__ import annotations
 
 import gc
+import heapq
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -21,6 +23,7 @@ from lagrange_cli.errors import InputError, Problem, StoppedError
 from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS
+from lagrange_cli.simulate.integrators.native.methods import COMPILED
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import AUTO, SimulationOptions
 from lagrange_cli.simulate.request import Request, method_of, require_fit, resolve
@@ -31,6 +34,7 @@ from lagrange_cli.studies.reference import Reference, no_time, reference
 from lagrange_cli.studies.tradeoff.pareto import cheapest, cost_ratio, pareto
 from lagrange_cli.studies.tradeoff.runs import (
     ACCURACIES,
+    FINE_ENOUGH,
     RESOLVED,
     Bench,
     WorkPrecisionPoint,
@@ -43,6 +47,15 @@ if TYPE_CHECKING:
 
 #: Seconds that each run of the reference may take, in budgets of a run; set by hand.
 _PATIENCE = 30.0
+
+#: Times the seconds of another run that is no less accurate from which on a run is of no use.
+_USELESS = 100.0
+
+#: Useless runs in a row after which a method ends: a first one may have been slow by chance.
+_USELESS_RUNS = 2
+
+#: Seconds that repetitions of one run may take, and longest run that is not repeated; set by hand.
+_TIMED = 0.05
 
 #: Largest error on a front, relative to scales: beyond, a run shows nothing of the motion.
 _NOTHING = 1.0
@@ -102,9 +115,9 @@ class Trade:
     automatic
         Runs of ``auto``.
     left_out
-        Method that cannot run here → the reason.
+        Method that cannot run here, or is too slow → the reason.
     repeat
-        Number of times that each run was timed.
+        Largest number of times that a run was timed.
     budget
         Seconds after which a run was given up.
     """
@@ -139,7 +152,7 @@ def trade(
     model: Model,
     *,
     methods: Sequence[str] | None = None,
-    repeat: int = 5,
+    repeat: int = 20,
     until: float | None = None,
     budget: float = 1.0,
     progress: Callable[[float], None] | None = None,
@@ -152,9 +165,9 @@ def trade(
     ----------
     methods
         Names of :data:`~lagrange_cli.simulate.integrators.INTEGRATORS`, and ``auto``; by
-        default all that can run here.
+        default all that can run here, but for those that are known or seen to be far behind.
     repeat
-        Number of times that each run is timed.
+        Largest number of times that a run is timed; long ones are timed once.
     until
         Time of the last sample; by default the scene's.
     budget
@@ -175,8 +188,11 @@ def trade(
     stages = _Stages(progress)
     functions = functions or right_hand_side(model, cache)
     bench = _bench(model, functions, request, budget, stages.part(0.2))
-    with np.errstate(all="ignore"):
-        points = _explored(bench, chosen, stages.part(0.5))
+    if methods is None and functions.native and not bench.coarse.stiff:
+        left_out |= _stepped_from_python(chosen)
+        chosen = [name for name in chosen if name not in left_out]
+    with np.errstate(all="ignore"), _no_garbage():
+        points, behind = explored_points(bench, chosen, methods is not None, stages.part(0.8))
         timed = timed_points(bench, points, repeat, stages.part(1.0))
     compared = _with_fronts([p for p in timed if p.setting.method != AUTO])
     automatic = [p for p in timed if p.setting.method == AUTO]
@@ -190,7 +206,7 @@ def trade(
         reference=bench.reference,
         points=tuple(compared),
         automatic=tuple(_cost_ratios(p, compared, bench.reference) for p in automatic),
-        left_out=left_out,
+        left_out={**left_out, **behind},
         repeat=repeat,
         budget=budget,
     )
@@ -242,6 +258,20 @@ def _fitting(model: Model, methods: Sequence[str] | None) -> tuple[list[str], di
     return list(dict.fromkeys(methods)), {}
 
 
+def _stepped_from_python(methods: Sequence[str]) -> dict[str, str]:
+    """Return methods whose steps are not compiled → why they are not tried.
+
+    They were on the front of no shipped scene whose equations were compiled, by seconds
+    (``benchmarks/auto.py``).
+    """
+    slow = [name for name in methods if name != AUTO and name not in COMPILED]
+    reason = (
+        f"{', '.join(slow)}: their steps are made from Python, too slowly beside compiled ones;"
+        " they are tried where motion is stiff, and by --methods"
+    )
+    return dict.fromkeys(slow, reason)
+
+
 class _Stages:
     """Makes one progress from 0 to 1 of the progress of parts."""
 
@@ -263,21 +293,60 @@ class _Stages:
 # Which runs.
 
 
-def _explored(
-    bench: Bench, methods: Sequence[str], progress: Callable[[float], None]
-) -> list[WorkPrecisionPoint]:
-    """Run every method from coarse to fine, as long as it gets better and keeps the budget."""
-    points: list[WorkPrecisionPoint] = []
-    for number, name in enumerate(methods):
-        progress(number / len(methods))
-        mine: list[WorkPrecisionPoint] = []
-        for setting in ladder(bench, name):
-            mine.append(bench.explore(setting))
-            if name != AUTO and has_stagnated(mine):
-                break
-        points += mine
+def explored_points(
+    bench: Bench, methods: Sequence[str], wanted: bool, progress: Callable[[float], None]
+) -> tuple[list[WorkPrecisionPoint], dict[str, str]]:
+    """Run methods from coarse to fine, always the one whose last run took the least.
+
+    So all that is cheaper is known when a run is judged.
+
+    Parameters
+    ----------
+    wanted
+        True if methods go on however far they are behind.
+
+    Returns
+    -------
+    The points of each method in turn, and methods left out as far behind → the reason.
+    """
+    ladders = {name: ladder(bench, name) for name in methods}
+    points: dict[str, list[WorkPrecisionPoint]] = {name: [] for name in methods}
+    left_out: dict[str, str] = {}
+    waiting = [(0.0, number, name) for number, name in enumerate(methods)]
+    while waiting:
+        progress(1 - sum(1 / (1 + len(points[name])) for _, _, name in waiting) / len(methods))
+        _, number, name = heapq.heappop(waiting)
+        setting = next(ladders[name], None)
+        if setting is None:
+            continue
+        mine = points[name]
+        mine.append(bench.explore(setting))
+        if name != AUTO and has_stagnated(mine):
+            continue
+        reason = None if wanted or name == AUTO else _far_behind(mine, points)
+        if reason is None:
+            heapq.heappush(waiting, (mine[-1].spent, number, name))
+        elif len(mine) == _USELESS_RUNS:
+            left_out[name] = reason
+            mine.clear()
     progress(1.0)
-    return points
+    return [point for mine in points.values() for point in mine], left_out
+
+
+def _far_behind(
+    mine: Sequence[WorkPrecisionPoint], points: Mapping[str, Sequence[WorkPrecisionPoint]]
+) -> str | None:
+    """Say how far the last runs of a method are behind; None if one of them is of use."""
+    known = [p for name, run in points.items() if name != AUTO for p in run if p.seconds]
+    for point in mine[-_USELESS_RUNS:]:
+        as_good = [p for p in known if p.distance <= point.distance]
+        best = min(as_good, key=lambda p: p.median, default=point)
+        if len(mine) < _USELESS_RUNS or point.spent < _USELESS * best.median:
+            return None
+    return (
+        f"{point.setting.method} takes {point.spent / best.median:.0f} times the seconds of"
+        f" {best.setting.method} for the same error"
+    )
 
 
 # How long they take.
@@ -301,24 +370,35 @@ def timed_points(
     repeat: int,
     progress: Callable[[float], None],
 ) -> list[WorkPrecisionPoint]:
-    """Measure the seconds of all points, ``repeat`` times each, in turn."""
+    """Time all points in turn, up to ``repeat`` times each, long ones not again."""
     seconds: list[list[float]] = [[] for _ in points]
-    with _no_garbage():
-        for turn in range(repeat):
-            gc.collect()
-            for number, point in enumerate(points):
-                if point.outcome == "ok":
-                    seconds[number].append(bench.seconds(point.setting))
-                progress((turn + (number + 1) / len(points)) / repeat)
-    return [replace(p, seconds=tuple(s)) for p, s in zip(points, seconds, strict=True)]
+    turns = [_turns(point, repeat) for point in points]
+    work, done = sum(n * p.spent for n, p in zip(turns, points, strict=True)), 0.0
+    gc.collect()
+    for turn in range(max(turns, default=0)):
+        for point, times, of_point in zip(points, turns, seconds, strict=True):
+            if turn < times:
+                of_point.append(bench.seconds(point.setting))
+                done += point.spent
+                progress(done / work)
+    progress(1.0)
+    return [replace(p, seconds=tuple(s) or p.seconds) for p, s in zip(points, seconds, strict=True)]
+
+
+def _turns(point: WorkPrecisionPoint, repeat: int) -> int:
+    """Return how often a run is timed after its first time; 0 if that was long enough."""
+    if point.outcome != "ok" or point.spent > _TIMED:
+        return 0
+    return min(repeat, math.ceil(_TIMED / point.spent))
 
 
 # What they are worth.
 
 
 def _with_fronts(points: Sequence[WorkPrecisionPoint]) -> list[WorkPrecisionPoint]:
-    """Mark the points that no other one beats."""
-    errors = [p.distance if p.distance <= _NOTHING else math.inf for p in points]
+    """Mark the points that no other one beats; errors that are fine enough are equal."""
+    errors = [max(p.distance, FINE_ENOUGH) for p in points]
+    errors = [error if error <= _NOTHING else math.inf for error in errors]
     fast = pareto([(error, p.median) for error, p in zip(errors, points, strict=True)])
     cheap = pareto([(error, float(p.evaluations)) for error, p in zip(errors, points, strict=True)])
     return [
@@ -335,7 +415,7 @@ def _cost_ratios(
         return CostRatios(point)
     seconds = [(p.distance, p.median) for p in points]
     evaluations = [(p.distance, float(p.evaluations)) for p in points]
-    reached = max(point.error, RESOLVED * known.error)
+    reached = max(point.error, RESOLVED * known.error, FINE_ENOUGH)
     needed = point.setting.accuracy - known.error
     return CostRatios(
         point,

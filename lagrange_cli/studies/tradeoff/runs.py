@@ -30,6 +30,9 @@ from lagrange_cli.studies.reference import Motion, Reference, errors, motion_of
 #: Accuracies that ``auto`` is asked for, and that runs are recommended for.
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 
+#: Smallest error that is told from none, relative to scales: nothing smaller is asked of any run.
+FINE_ENOUGH = ACCURACIES[-1] / 10
+
 #: Coarsest tolerance of adaptive methods: 10 to minus this.
 _COARSEST = 3
 
@@ -111,6 +114,8 @@ class WorkPrecisionPoint:
         Method that ``auto`` took; None for other runs.
     pareto, pareto_evaluations
         True if no other run is more accurate in as little time, or as few right-hand sides.
+    spent
+        Seconds of the first run, with the estimate of ``auto``.
     """
 
     setting: Setting
@@ -125,6 +130,7 @@ class WorkPrecisionPoint:
     chosen: str | None = None
     pareto: bool = False
     pareto_evaluations: bool = False
+    spent: float = 0.0
 
     @property
     def distance(self) -> float:
@@ -183,27 +189,33 @@ class Bench:
 
     def explore(self, setting: Setting) -> WorkPrecisionPoint:
         """Run once, within the budget, and measure the error."""
-        if setting.accuracy is not None:
-            return self._explore_auto(setting, setting.accuracy)
+        started = time.perf_counter()
         try:
-            run = self.run(setting)  # which may import its method first
+            if setting.accuracy is not None:
+                point = self._explore_auto(setting, setting.accuracy)
+            else:
+                run = self.run(setting)  # which may import and compile its method first
+                started = time.perf_counter()
+                point = self._explore_run(setting, run, started)
         except InputError as refusal:
-            return WorkPrecisionPoint(setting, "failed", refusal.problems[0].message)
-        deadline = time.perf_counter() + self.budget
+            point = WorkPrecisionPoint(setting, "failed", refusal.problems[0].message)
+        return replace(point, spent=time.perf_counter() - started)
+
+    def _explore_run(self, setting: Setting, run: Run, started: float) -> WorkPrecisionPoint:
         while run.go(len(self.problem.times)):
-            if time.perf_counter() > deadline:
+            if time.perf_counter() > started + self.budget:
                 return _unfinished(setting, "given_up", f"t = {run.t:.9g} reached", run)
+        seconds = time.perf_counter() - started
         if run.failure is not None:
             return _unfinished(setting, "failed", run.failure.reason, run)
-        return self._point(setting, measured_run(run, self.problem), motion_of(run))
+        measured = replace(measured_run(run, self.problem), run_seconds=seconds)
+        return self._point(setting, measured, motion_of(run))
 
     def _explore_auto(self, setting: Setting, accuracy: float) -> WorkPrecisionPoint:
         started, limit = time.perf_counter(), _ESTIMATE * self.budget
-        try:
-            watch = Watch(deadline=Deadline.after(limit))
-            measured = integrate_to_accuracy(self.problem, accuracy, watch)
-        except InputError as refusal:
-            return WorkPrecisionPoint(setting, "failed", refusal.problems[0].message)
+        measured = integrate_to_accuracy(
+            self.problem, accuracy, Watch(deadline=Deadline.after(limit))
+        )
         if measured.stopped and time.perf_counter() - started < limit:
             raise KeyboardInterrupt
         ended = status(self.problem, measured)
@@ -231,6 +243,7 @@ class Bench:
             measured.steps,
             measured.evaluations,
             self._drift(measured),
+            seconds=(measured.run_seconds,),
         )
 
     def _drift(self, measured: Measured) -> float | None:
@@ -244,8 +257,9 @@ class Bench:
             if measured.stopped:
                 raise KeyboardInterrupt
             return measured.run_seconds
+        run = self.run(setting)
         started = time.perf_counter()
-        self.run(setting).advance(len(self.problem.times), _UNLIMITED)
+        run.advance(len(self.problem.times), _UNLIMITED)
         return time.perf_counter() - started
 
 
@@ -284,7 +298,9 @@ def _parts(first: int, method: type[Integrator]) -> list[int]:
 def has_stagnated(points: Sequence[WorkPrecisionPoint]) -> bool:
     """Say whether finer runs of a method have nothing to add."""
     last = points[-1]
-    if last.outcome == "given_up" or (last.outcome == "ok" and not last.resolved):
+    if last.outcome == "given_up" or last.distance <= FINE_ENOUGH:
+        return True
+    if last.outcome == "ok" and not last.resolved:
         return True
     errors_of_runs = [p.distance if p.distance < _LARGE else math.inf for p in points]
     before, latest = errors_of_runs[:-_STAGNANT], errors_of_runs[-_STAGNANT:]
