@@ -36,6 +36,9 @@ _TOLERANCES = {False: 1e-16, True: 1e-13}
 #: Factor of the distance of two runs that counts as error: more than all of it may be of one.
 _WEIGHT = 2.0
 
+#: Part of the budget that explicit runs have of stiff motion: most would spend all of it.
+_EXPLICIT_PART = 0.1
+
 #: Part of the rounding error of a step that shows in its error estimate; set by hand.
 _NOISE_PART = 1 / 16
 
@@ -199,9 +202,13 @@ class _Makers:
         if wider is None:
             return []
         finer = self._coarse.finer(wider.epsilon / self._problem.epsilon)
-        made = [self._run("DOP853", wider, finer, x) for x in _WIDER_TOLERANCES]
-        ended = [(run, "DOP853") for run in made if run is not None]
-        return ended if len(ended) == len(_WIDER_TOLERANCES) else []
+        ended: list[_Ended] = []
+        for tolerance in _WIDER_TOLERANCES:
+            run = self._run("DOP853", wider, finer, tolerance)
+            if run is None:
+                return []
+            ended.append((run, "DOP853"))
+        return ended
 
     def doubles(self, number: int) -> Iterator[_Ended]:
         """Yield ``number`` runs in doubles by different methods, fewer if they do not end."""
@@ -227,7 +234,9 @@ class _Makers:
         absolute = np.maximum(tolerance * coarse.scales[-1], _noise(problem, coarse) + LEAST)
         steps = coarse.first_step, problem.longest_step
         run = Run(INTEGRATORS[name], problem, Control(np.zeros_like(absolute), absolute, *steps))
-        watch = Watch(RunProgress(self._progress), Deadline.after(self._budget))
+        hopeless = self._coarse.stiff and not run.method.implicit
+        budget = self._budget * (_EXPLICIT_PART if hopeless else 1.0)
+        watch = Watch(RunProgress(self._progress), Deadline.after(budget))
         try:
             while run.go(len(problem.times)):
                 watch((run.t - problem.start) / problem.span)
