@@ -26,6 +26,9 @@ ACCURACIES = (1e-3, 1e-6, 1e-9)
 #: Largest multiple of the front's seconds that is within the bar.
 BAR = 2.0
 
+#: Errors below this are as good as none.
+FINE_ENOUGH = 1e-13
+
 #: Seconds of runs that are too short to be compared.
 SHORT = 0.2e-3
 
@@ -68,7 +71,8 @@ def _fastest(report: dict[str, Any], run: dict[str, Any]) -> str | None:
     """Return the method and setting that is the fastest with the same error."""
     if run["error"] is None:
         return None
-    good = [r for r in report["runs"] if r["error"] is not None and r["error"] <= run["error"]]
+    most = max(run["error"], FINE_ENOUGH)
+    good = [r for r in report["runs"] if r["error"] is not None and r["error"] <= most]
     best = min(good, key=lambda r: r["seconds"], default=None)
     return None if best is None else f"{best['method']} {best['rtol'] or best['step']:.0e}"
 

@@ -34,6 +34,7 @@ from lagrange_cli.studies.reference import Reference, no_time, reference
 from lagrange_cli.studies.tradeoff.pareto import cheapest, cost_ratio, pareto
 from lagrange_cli.studies.tradeoff.runs import (
     ACCURACIES,
+    ESTIMATE,
     FINE_ENOUGH,
     RESOLVED,
     Bench,
@@ -54,7 +55,7 @@ _USELESS = 100.0
 #: Useless runs in a row after which a method ends: a first one may have been slow by chance.
 _USELESS_RUNS = 2
 
-#: Seconds that repetitions of one run may take, and longest run that is not repeated; set by hand.
+#: Seconds that repetitions of one run may take, and longest run that is repeated; set by hand.
 _TIMED = 0.05
 
 #: Largest error on a front, relative to scales: beyond, a run shows nothing of the motion.
@@ -387,9 +388,10 @@ def timed_points(
 
 def _turns(point: WorkPrecisionPoint, repeat: int) -> int:
     """Return how often a run is timed after its first time; 0 if that was long enough."""
-    if point.outcome != "ok" or point.spent > _TIMED:
+    limit = _TIMED if point.setting.accuracy is None else ESTIMATE * _TIMED
+    if point.outcome != "ok" or point.spent > limit:
         return 0
-    return min(repeat, math.ceil(_TIMED / point.spent))
+    return min(repeat, math.ceil(limit / point.spent))
 
 
 # What they are worth.

@@ -57,8 +57,8 @@ _LARGE = 0.1
 #: Evaluations of the coarse run for each step that a method of fixed step begins with.
 _PER_STEP = 16
 
-#: Seconds that ``auto`` may take with its estimate, in budgets of a run.
-_ESTIMATE = 5.0
+#: Seconds that ``auto`` may take with its estimate, in those of a run.
+ESTIMATE = 5.0
 
 #: More steps than any run makes: it is known to end.
 _UNLIMITED = 2**62
@@ -212,7 +212,7 @@ class Bench:
         return self._point(setting, measured, motion_of(run))
 
     def _explore_auto(self, setting: Setting, accuracy: float) -> WorkPrecisionPoint:
-        started, limit = time.perf_counter(), _ESTIMATE * self.budget
+        started, limit = time.perf_counter(), ESTIMATE * self.budget
         measured = integrate_to_accuracy(
             self.problem, accuracy, Watch(deadline=Deadline.after(limit))
         )
