@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -17,11 +18,13 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.scene.model import Scene
+    from lagrange_cli.scene.reader import SceneText
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+    from lagrange_cli.simulate.ensemble.members import NumericMembers, Recipe
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.results.streaming import Stream
-    from lagrange_cli.simulate.system.functions import RightHandSide
+    from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
     from lagrange_cli.studies.tradeoff.measure import Trade
 
 GivenValues = Mapping[str, "float | str"]
@@ -61,11 +64,11 @@ def load(
     >>> load("systems/pendulums/pendulum.yaml", parameters={"l": 2.0})
     <LoadedScene pendulum>
     """
-    from lagrange_cli.scene import read_file
+    from lagrange_cli.files import read_bytes
 
-    return LoadedScene(
-        read_file(os.fspath(path), parameters=_texts(parameters), initial=_texts(initial))
-    )
+    file = os.fspath(path)
+    name = "<stdin>" if file == "-" else file
+    return loads(read_bytes(file), file=name, parameters=parameters, initial=initial)
 
 
 def loads(
@@ -86,17 +89,19 @@ def loads(
     >>> loads("particles: {ball: {mass: 1, position: [x, y, z]}}", file="ball.yaml")
     <LoadedScene ball>
     """
-    from lagrange_cli.scene import read_text
+    from lagrange_cli.scene import SceneText
 
-    texts = {"parameters": _texts(parameters), "initial": _texts(initial), "times": _texts(times)}
-    return LoadedScene(read_text(text, file, **texts))
+    data = text if isinstance(text, bytes) else text.encode("utf-8", "surrogatepass")
+    written = SceneText(file, data, _texts(parameters), _texts(initial), _texts(times))
+    return LoadedScene(written.read(), written)
 
 
 @dataclass(frozen=True)
 class LoadedScene:
-    """A scene that was read; ``scene`` is its content."""
+    """A scene that was read: its content, and the text that it was read from."""
 
     scene: Scene
+    source: SceneText
 
     def derive(
         self, *, digits: int = 30, forces: bool = False, formulation: Formulation | None = "auto"
@@ -132,7 +137,7 @@ class LoadedScene:
 
         wanted = self.scene.simulate.formulation_for(formulation)
         equations = derive(self.scene, digits=digits, forces=forces, formulation=wanted)
-        return Derivation(equations, self.scene if wanted == "auto" else None)
+        return Derivation(equations, self.source, wanted, forces)
 
     def __repr__(self) -> str:
         return f"<LoadedScene {self.scene.name}>"
@@ -148,13 +153,19 @@ class Derivation:
     ----------
     equations
         The equations, with all that is known of the system.
-    scene
-        The scene, if the formulation was the program's choice: a simulation may then take the
-        other one at singular configurations. Else None.
+    source
+        The scene's text, with the values that were derived.
+    formulation
+        The formulation that was asked for; where it was the program's choice, a simulation may
+        take the other one at singular configurations.
+    forces
+        Constraint forces were derived.
     """
 
     equations: Equations
-    scene: Scene | None = None
+    source: SceneText
+    formulation: Formulation = "auto"
+    forces: bool = False
 
     def report(self, *, form: str = "lagrange") -> dict[str, Any]:
         """Return what ``lagrange derive --format json`` writes.
@@ -196,6 +207,16 @@ class Derivation:
     def simulate(
         self,
         *,
+        parameters: GivenValues | None = None,
+        initial: GivenValues | None = None,
+        until: float | None = None,
+        accuracy: float | None = None,
+        method: str | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+        samples: int | None = None,
+        budget: float | None = None,
         progress: Callable[[float], None] | None = None,
         reached: Callable[[float], None] | None = None,
         stop: Callable[[], bool] | None = None,
@@ -203,9 +224,23 @@ class Derivation:
         cache: Cache | None = None,
         stream: Stream | None = None,
         checkpoint: Checkpoint | None = None,
-        **options: Any,
     ) -> Trajectory:
-        """Integrate; see :func:`lagrange_cli.simulate.simulate` for the options.
+        """Integrate the equations of motion; what was built and compiled serves further calls.
+
+        Parameters
+        ----------
+        parameters, initial
+            Values that replace those of the scene, as for :func:`load`. If they may change the
+            equations, these are derived and certified again.
+        until, accuracy, method, rtol, atol, step, samples, budget
+            See :class:`.simulate.request.SimulationOptions`; by default the scene's.
+        progress, reached, stop, functions, cache, stream, checkpoint
+            See :class:`.simulate.simulation.RunContext`.
+
+        Raises
+        ------
+        InputError
+            As :func:`.simulate.simulation.simulate`.
 
         Examples
         --------
@@ -213,18 +248,40 @@ class Derivation:
         >>> trajectory = derivation.simulate(until=1.0, accuracy=1e-9)
         >>> trajectory.status, round(trajectory.state["theta"], 6)
         ('ok', -1.491035)
+        >>> derivation.simulate(until=1.0, initial={"theta": 0.1}).status
+        'ok'
         """
         from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
         from lagrange_cli.simulate.options import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext
 
-        asked = SimulationOptions(**options)
-        context = RunContext(functions, cache, stream, checkpoint, progress, reached, stop)
-        wanted = "auto" if self.scene is None else self.scene.simulate.formulation or "auto"
-        if wanted == "multiplier":
-            return simulate_past_singularities(self._with_multipliers(), asked, None, context)
-        maker = None if self.scene is None else self._with_multipliers
-        return simulate_past_singularities(self.model(), asked, maker, context)
+        options = SimulationOptions(
+            until=until,
+            accuracy=accuracy,
+            method=method,
+            rtol=rtol,
+            atol=atol,
+            step=step,
+            samples=samples,
+            budget=budget,
+        )
+        context = RunContext(
+            functions=functions,
+            kept=self._functions if cache is None else None,
+            cache=cache,
+            stream=stream,
+            checkpoint=checkpoint,
+            progress=progress,
+            reached=reached,
+            stop=stop,
+        )
+        values = _texts(parameters), _texts(initial)
+        free = self.formulation == "auto"
+        if free and self.equations.simulate.formulation == "multiplier":
+            model = self._with_multipliers(*values)
+            return simulate_past_singularities(model, options, None, context)
+        maker = partial(self._with_multipliers, *values) if free else None
+        return simulate_past_singularities(self._varied(*values), options, maker, context)
 
     def tradeoff(self, **options: Any) -> Trade:
         """Measure speed against accuracy; see
@@ -235,17 +292,75 @@ class Derivation:
 
     def model(self) -> Model:
         """Return the equations as code, without symbols, as simulations run them."""
+        return self._model
+
+    # Made once, at the first simulation that needs it.
+
+    @cached_property
+    def _model(self) -> Model:
         from lagrange_cli.simulate.model.build import model_of
 
         return model_of(self.equations)
 
-    def _with_multipliers(self) -> Model:
-        from lagrange_cli.mechanics import derive
-        from lagrange_cli.simulate.model.build import model_of
+    @cached_property
+    def _multiplier_model(self) -> Model:
+        return self._derived({}, {}, "multiplier")
 
-        assert self.scene is not None
-        forces = self.equations.constraint_forces is not None
-        return model_of(derive(self.scene, forces=forces, formulation="multiplier"))
+    @cached_property
+    def _recipe(self) -> Recipe:
+        from lagrange_cli.simulate.ensemble.members import Recipe
+
+        return Recipe(self.source, self.forces, self.formulation)
+
+    @cached_property
+    def _functions(self) -> KeptFunctions:
+        from lagrange_cli.simulate.system.functions import KeptFunctions
+
+        return KeptFunctions()
+
+    @cached_property
+    def _numeric(self) -> dict[frozenset[str], NumericMembers | None]:
+        """By names that change: what makes models of other values; None if these matter more."""
+        return {}
+
+    def _varied(self, parameters: Mapping[str, str], initial: Mapping[str, str]) -> Model:
+        """Return the model with other values."""
+        from lagrange_cli.simulate.ensemble.members import (
+            MemberValues,
+            NumericMembers,
+            differ_in_numbers,
+        )
+
+        if not (parameters or initial):
+            return self._model
+        member, names = MemberValues(parameters, initial), frozenset({*parameters, *initial})
+        if names in self._numeric:
+            numeric = self._numeric[names]
+            model = None if numeric is None else numeric.of(member)
+            return self._derived(parameters, initial) if model is None else model
+        model = self._derived(parameters, initial)
+        if model.code == self._model.code:
+            model = replace(model, code=self._model.code)
+        alone = differ_in_numbers(self._recipe, member, model)
+        self._numeric[names] = NumericMembers(self._recipe, member, model) if alone else None
+        return model
+
+    def _with_multipliers(self, parameters: Mapping[str, str], initial: Mapping[str, str]) -> Model:
+        """Return the model of the multiplier formulation."""
+        if not (parameters or initial):
+            return self._multiplier_model
+        return self._derived(parameters, initial, "multiplier")
+
+    def _derived(
+        self,
+        parameters: Mapping[str, str],
+        initial: Mapping[str, str],
+        formulation: Formulation | None = None,
+    ) -> Model:
+        """Derive the model of other values, or of another formulation."""
+        from lagrange_cli.simulate.ensemble.members import MemberValues
+
+        return self._recipe.model(MemberValues(parameters, initial), formulation)
 
     def _repr_latex_(self) -> str:
         """Return the equations of motion as notebooks typeset them."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import doctest
 import json
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from click.testing import CliRunner
@@ -55,6 +56,39 @@ def test_parameters_and_initial_values_replace_those_of_the_scene():
     changed = load(HOLE, parameters={"M": 3}, initial={"dot(theta)": "2*pi"}).derive().equations
     assert {p.name: p.value for p in changed.parameters}["M"] == 3.0
     assert changed.initial.velocities[1] == pytest.approx(6.283185307179586, rel=1e-15)
+
+
+def test_further_simulations_build_and_compile_nothing(derivation, monkeypatch):
+    first = derivation.simulate(until=1.0)
+    refuse = Mock(side_effect=AssertionError)
+    monkeypatch.setattr("lagrange_cli.simulate.model.build.model_of", refuse)
+    monkeypatch.setattr("lagrange_cli.simulate.system.functions.Libraries", refuse)
+    assert (derivation.simulate(until=1.0).energy == first.energy).all()
+
+
+def test_values_of_a_simulation_are_those_of_a_scene_with_them():
+    path, values = ROOT / "systems" / "pendulums/double_pendulum.yaml", {"m1": 2.0, "l2": "1/2"}
+    derivation = load(path).derive()
+    for changed in (values, {**values, "m1": 3}, values):
+        ours = derivation.simulate(parameters=changed, initial={"theta1": 1}, until=1.0)
+        alone = load(path, parameters=changed, initial={"theta1": 1}).derive().simulate(until=1.0)
+        assert ours.state == alone.state
+
+
+def test_values_may_change_the_equations():
+    path = ROOT / "systems" / "pendulums/double_pendulum.yaml"
+    derivation = load(path).derive()
+    for g in (1, 0):  # of another sign
+        alone = load(path, parameters={"g": g}).derive().simulate(until=1.0)
+        assert derivation.simulate(parameters={"g": g}, until=1.0).state == alone.state
+
+
+def test_a_trajectory_shows_itself_in_a_line(derivation):
+    trajectory = derivation.simulate(until=1.0)
+    assert repr(trajectory) == (
+        "<Trajectory of masses_through_hole: 501 samples, t = 0 to 1, ok,"
+        f" error {trajectory.estimated:.1g}>"
+    )
 
 
 def test_notebook_shows_the_equations_typeset(derivation):

@@ -49,10 +49,12 @@ class SceneRequest:
 
     def recipe(self) -> Recipe:
         """Return the same for runs of many models."""
+        from lagrange_cli.scene import SceneText
         from lagrange_cli.simulate.ensemble.members import Recipe
 
         texts = self.parameters, self.initial, self.times
-        return Recipe(self.source.file, self.source.data, *texts, self.forces, self.formulation)
+        text = SceneText(self.source.file, self.source.data, *texts)
+        return Recipe(text, self.forces, self.formulation)
 
 
 @dataclass(frozen=True)

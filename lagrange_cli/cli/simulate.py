@@ -245,7 +245,12 @@ def _integrated(
             return interrupt.asked
 
         context = RunContext(
-            None, session.cache, stream, checkpoint, progress, progress.reached, stop
+            cache=session.cache,
+            stream=stream,
+            checkpoint=checkpoint,
+            progress=progress,
+            reached=progress.reached,
+            stop=stop,
         )
         with heard_by(Listener(ends=stop)):
             trajectory = simulate_past_singularities(

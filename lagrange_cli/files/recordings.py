@@ -74,6 +74,15 @@ class Recording:
         """The file as messages name it."""
         return os.path.join(self.folder, self.file)
 
+    @property
+    def stamp(self) -> tuple[int, ...]:
+        """Numbers that differ once the file is another one, as a rule; none if it is missing."""
+        try:
+            status = os.stat(self.path)
+        except OSError:
+            return ()
+        return status.st_mtime_ns, status.st_size, status.st_ino
+
 
 @dataclass(frozen=True, slots=True)
 class Recorded:

@@ -12,9 +12,10 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.checks.table import declares
     from lagrange_cli.scene.language.families import read_equation as parse_equation
     from lagrange_cli.scene.language.families import read_expression as parse_expression
-    from lagrange_cli.scene.reader import expected_error, read_file, read_text
+    from lagrange_cli.scene.reader import SceneText, expected_error, read_file, read_text
 
 __all__ = [
+    "SceneText",
     "declares",
     "expected_error",
     "parse_equation",
@@ -24,6 +25,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "SceneText": "reader.SceneText",
     "declares": "checks.table.declares",
     "expected_error": "reader.expected_error",
     "parse_equation": "language.families.read_equation",

@@ -12,7 +12,7 @@ import os
 import re
 from collections.abc import Callable
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import Any
 
@@ -81,6 +81,41 @@ SECTIONS: dict[str, _Section] = {
     "simulate": _Section(conditions.read_simulate),
     "expect": _Section(conditions.read_expect),
 }
+
+
+@dataclass(frozen=True)
+class SceneText:
+    """The text of a scene, and values that replace some of it.
+
+    Attributes
+    ----------
+    file
+        Name used in messages.
+    data
+        Text, in UTF-8.
+    parameters, initial, times
+        As :func:`read_text` takes them.
+    """
+
+    file: str
+    data: bytes
+    parameters: AbstractMapping[str, str] = field(default_factory=dict)
+    initial: AbstractMapping[str, str] = field(default_factory=dict)
+    times: AbstractMapping[str, str] = field(default_factory=dict)
+
+    def read(
+        self,
+        parameters: AbstractMapping[str, str] | None = None,
+        initial: AbstractMapping[str, str] | None = None,
+    ) -> Scene:
+        """Read the scene, with further values; refuses as :func:`read_text`."""
+        return read_text(
+            self.data,
+            self.file,
+            parameters={**self.parameters, **(parameters or {})},
+            initial={**self.initial, **(initial or {})},
+            times=self.times,
+        )
 
 
 def read_file(

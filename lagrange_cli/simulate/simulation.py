@@ -38,9 +38,9 @@ from lagrange_cli.simulate.samples.buffer import SampleBuffer
 from lagrange_cli.simulate.samples.rows import Grid, RowSequence
 from lagrange_cli.simulate.sharpness.unwatched import unseen_forces
 from lagrange_cli.simulate.system.functions import (
+    KeptFunctions,
     RightHandSide,
     WiderArithmetic,
-    right_hand_side,
 )
 from lagrange_cli.simulate.system.singular_guard import guard_signs
 from lagrange_cli.simulate.verification.branching import without_branches
@@ -64,8 +64,9 @@ class RunContext:
     Attributes
     ----------
     functions
-        What evaluates the model; by default compiled where there is a C
-        compiler, else interpreted.
+        What evaluates the model; by default as ``kept`` or ``cache`` make it.
+    kept
+        Makes functions, and keeps what it has compiled in memory; None if that is not wanted.
     cache
         Keeps what is compiled; by default the user's.
     stream
@@ -82,12 +83,20 @@ class RunContext:
     """
 
     functions: RightHandSide | None = None
+    kept: KeptFunctions | None = None
     cache: Cache | None = None
     stream: Stream | None = None
     checkpoint: Checkpoint | None = None
     progress: Callable[[float], None] | None = None
     reached: Callable[[float], None] | None = None
     stop: Callable[[], bool] | None = None
+
+    def functions_of(self, model: Model, budget: float | None) -> RightHandSide:
+        """Return what evaluates a model, compiled if there is a C compiler, else interpreted."""
+        if self.functions is not None:
+            return self.functions
+        kept = KeptFunctions(self.cache) if self.kept is None else self.kept
+        return kept(model, budget)
 
     def resolved(self, model: Model, options: SimulationOptions) -> Request:
         """Resolve options with these means; refuses as :func:`.request.resolve`."""
@@ -143,7 +152,15 @@ def simulate(
         samples=samples,
         budget=budget,
     )
-    context = RunContext(functions, cache, stream, checkpoint, progress, reached, stop)
+    context = RunContext(
+        functions=functions,
+        cache=cache,
+        stream=stream,
+        checkpoint=checkpoint,
+        progress=progress,
+        reached=reached,
+        stop=stop,
+    )
     return integrate(model, context.resolved(model, options), context)
 
 
@@ -199,7 +216,7 @@ def _simulated(
 ) -> Trajectory:
     started = time.perf_counter()
     stream, checkpoint = context.stream, context.checkpoint
-    functions = context.functions or right_hand_side(model, context.cache, request.budget)
+    functions = context.functions_of(model, request.budget)
     problem = problem_of(model, request, functions, buffer)
     if functions.recorded_inputs is not None:
         functions.recorded_inputs.require(problem.start, problem.until)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.files import read_bytes
+from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.ensemble.members import Recipe
 from lagrange_cli.studies.stress import runs as stress_runs
 from lagrange_cli.studies.stress.measure import stress
@@ -18,9 +19,9 @@ from lagrange_cli.studies.stress.points import STRESS_AXES
 SYSTEMS = Path(__file__).parents[2] / "systems"
 
 
-def recipe(scene, **more):
+def recipe(scene, times=None, **more):
     path = str(SYSTEMS / f"{scene}.yaml")
-    return Recipe(path, read_bytes(path), **more)
+    return Recipe(SceneText(path, read_bytes(path), times=times or {}), **more)
 
 
 def found(scene, *axes, times=None, **more):

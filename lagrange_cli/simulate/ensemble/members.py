@@ -20,6 +20,7 @@ from lagrange_cli.simulate.model.model import Model
 if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.scene.model import Scene
+    from lagrange_cli.scene.reader import SceneText
     from lagrange_cli.simulate.ensemble.input_file import Members
 
 
@@ -52,23 +53,15 @@ class Recipe:
 
     Attributes
     ----------
-    file
-        Name of the scene's file.
-    data
-        Text of the scene.
-    parameters, initial, times
-        Texts of expressions by name, in place of the scene's.
+    text
+        Text of the scene, with values that all members have.
     forces
         Constraint forces are derived.
     formulation
         Formulation of the equations; None for the scene's.
     """
 
-    file: str
-    data: bytes
-    parameters: Mapping[str, str] = field(default_factory=dict)
-    initial: Mapping[str, str] = field(default_factory=dict)
-    times: Mapping[str, str] = field(default_factory=dict)
+    text: SceneText
     forces: bool = False
     formulation: Formulation | None = None
 
@@ -80,16 +73,8 @@ class Recipe:
         InputError
             Located: what is wrong with it.
         """
-        from lagrange_cli.scene import read_text
-
         member = member or MemberValues()
-        return read_text(
-            self.data,
-            self.file,
-            parameters={**self.parameters, **member.parameters},
-            initial={**self.initial, **member.initial},
-            times=self.times,
-        )
+        return self.text.read(member.parameters, member.initial)
 
     def model(self, member: MemberValues, formulation: Formulation | None = None) -> Model:
         """Derive the model of a member.

@@ -36,7 +36,7 @@ from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.simulation import RunContext, trajectory_of
-from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_sides
+from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.store import Store
@@ -118,7 +118,7 @@ class _Runner:
         self.plan = plan
         self.scene = plan.recipe.scene()
         self._numbers = NumericMembers(plan.recipe, plan.member, plan.model) if plan.alone else None
-        self._functions: Callable[[Model], RightHandSide] | None = None
+        self._bound = KeptFunctions()
         sizes = {size.name for size in self.scene.sizes}
         self._parameters = sizes | {p.name for p in self.scene.parameters}
 
@@ -226,11 +226,6 @@ class _Runner:
                 value = float(text)
             varied[name] = _one(value)
         return varied
-
-    def _bound(self, model: Model) -> RightHandSide:
-        if self._functions is None:
-            self._functions = right_hand_sides(self.plan.model)
-        return self._functions(model)
 
     def _simulated(
         self, member: MemberValues, model: Model, functions: RightHandSide | None

@@ -166,6 +166,12 @@ class Trajectory:
         """0 where the run did what was asked, else 1."""
         return 0 if self.status == "ok" else 1
 
+    def __repr__(self) -> str:
+        """Return a line: a notebook would show all numbers."""
+        error = "" if self.estimated is None else f", error {self.estimated:.1g}"
+        span = f"t = {self.t[0]:g} to {self.t[-1]:g}"
+        return f"<Trajectory of {self.name}: {len(self.t)} samples, {span}, {self.status}{error}>"
+
     @property
     def state(self) -> dict[str, float]:
         """Every name at the last sample."""

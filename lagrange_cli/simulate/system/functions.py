@@ -18,7 +18,7 @@ from lagrange_cli.simulate.integrators.base import Rhs, Shift
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, WIDER_TYPES, NativeReal
 from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import with_projection
-from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.model.model import Code, Model
 from lagrange_cli.simulate.system.contact_functions import (
     ContactFunctions,
     InterpretedContacts,
@@ -151,11 +151,7 @@ def right_hand_side(
     InputError
         A file of inputs cannot be read.
     """
-    seconds = math.inf if budget is None else budget
-    try:
-        return compiled(model, open_cache() if cache is None else cache, seconds)
-    except CompileError as error:
-        return interpreted(model, error.reason)
+    return KeptFunctions(cache)(model, budget)
 
 
 def _sided(model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None) -> RightHandSide:
@@ -221,30 +217,45 @@ def compiled(model: Model, cache: Cache, budget: float = math.inf) -> RightHandS
     InputError
         A file of inputs cannot be read.
     """
-    started = time.perf_counter()
-    recorded = read_recorded_inputs(model.recordings)
-    libraries = Libraries(model, recorded, cache, DOUBLE, started + _COMPILING * budget)
-    return _native(libraries, cache, started + budget)
+    return KeptFunctions(cache).compiled(model, budget)
 
 
-def right_hand_sides(model: Model, cache: Cache | None = None) -> Callable[[Model], RightHandSide]:
-    """Make a function from models that differ from this one in numbers alone to their functions.
+class KeptFunctions:
+    """Makes functions of models; of those that differ in numbers alone, it compiles one.
 
-    They are compiled once, now, where the machine has a C compiler.
-
-    Raises
-    ------
-    InputError
-        A file of inputs cannot be read.
+    Parameters
+    ----------
+    cache
+        Keeps what is compiled; by default the user's.
     """
-    kept = open_cache() if cache is None else cache
-    recorded = read_recorded_inputs(model.recordings)
-    try:
-        libraries = Libraries(model, recorded, kept, DOUBLE, math.inf)
-    except CompileError as error:
-        reason = error.reason
-        return lambda varied: interpreted(varied, reason)
-    return lambda varied: _native(libraries.of(varied), kept, math.inf)
+
+    def __init__(self, cache: Cache | None = None) -> None:
+        self._cache = cache
+        self._libraries: dict[int, tuple[Code, Libraries]] = {}
+        self._inputs: dict[tuple[Any, ...], RecordedInputs | None] = {}
+
+    def __call__(self, model: Model, budget: float | None = None) -> RightHandSide:
+        """Make the functions of a model, as :func:`right_hand_side`."""
+        try:
+            return self.compiled(model, math.inf if budget is None else budget)
+        except CompileError as error:
+            return interpreted(model, error.reason)
+
+    def compiled(self, model: Model, budget: float = math.inf) -> RightHandSide:
+        """Make compiled functions of a model, as :func:`compiled`."""
+        started = time.perf_counter()
+        cache = self._cache = open_cache() if self._cache is None else self._cache
+        # A file of inputs may have changed since it was read.
+        files = model.recordings, tuple(recording.stamp for recording in model.recordings)
+        if files not in self._inputs:
+            self._inputs = {files: read_recorded_inputs(model.recordings)}
+        recorded, kept = self._inputs[files], self._libraries.get(id(model.code))
+        if kept is None:
+            deadline = started + _COMPILING * budget
+            libraries = Libraries(model, recorded, cache, DOUBLE, deadline)
+            # The code is kept as well, so that no other one has its number.
+            kept = self._libraries[id(model.code)] = model.code, libraries
+        return _native(kept[1].of(model, recorded), cache, started + budget)
 
 
 def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSide:

@@ -97,10 +97,10 @@ class Libraries:
         self.model, self._real, self.recorded_inputs = model, real, recorded
         self._functions = sources[0].functions
 
-    def of(self, model: Model) -> Libraries:
-        """Return the same libraries for a model of other numbers."""
+    def of(self, model: Model, recorded: RecordedInputs | None) -> Libraries:
+        """Return the same libraries for a model of other numbers and inputs."""
         libraries = copy.copy(self)
-        libraries.model = model
+        libraries.model, libraries.recorded_inputs = model, recorded
         return libraries
 
     def function(

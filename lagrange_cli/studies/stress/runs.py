@@ -186,7 +186,8 @@ def _recipe(task: StressTask) -> Recipe:
     until = task.point.until
     if until is None:
         return task.recipe
-    return replace(task.recipe, times={**task.recipe.times, "until": until})
+    text = task.recipe.text
+    return replace(task.recipe, text=replace(text, times={**text.times, "until": until}))
 
 
 def _judged(task: StressTask, trajectory: Trajectory, compared: _Compared | None) -> StressRun:

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.errors import InputError
+from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.ensemble import run as ensemble
 from lagrange_cli.simulate.ensemble.input_file import MOST_MEMBERS, grid, read_members
@@ -82,7 +83,7 @@ simulate: {until: 1, samples: 21, accuracy: 1e-6}
 
 
 def recipe(text, **more):
-    return Recipe("scene.yaml", text.encode(), **more)
+    return Recipe(SceneText("scene.yaml", text.encode()), **more)
 
 
 def plan_of(text, names, first, **more):
@@ -151,7 +152,7 @@ def test_members_are_single_runs(names):
 )
 def test_members_of_shipped_scenes_are_single_runs(scene, values, alone, together):
     path = SYSTEMS / f"{scene}.yaml"
-    found = Recipe(str(path), path.read_bytes())
+    found = Recipe(SceneText(str(path), path.read_bytes()))
     first, own = (
         MemberValues.of({name: both[k] for name, both in values.items()}, found.scene())
         for k in (0, 1)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.api import loads
+from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.ensemble import batched as together
 from lagrange_cli.simulate.ensemble.batched_results import batched_results
@@ -93,7 +94,7 @@ def require_compiler():
 
 def plan_of(name, how=HOW, **more):
     title = name if name in SCENES else "scene"
-    found = Recipe("scene.yaml", f"name: {title}\n{SCENES.get(name, name)}".encode())
+    found = Recipe(SceneText("scene.yaml", f"name: {title}\n{SCENES.get(name, name)}".encode()))
     names = tuple(VARIED.get(name, ("x",)))
     first = dict(zip(names, (row[0] for row in rows_of(name, 2)[:1]), strict=False))
     own = MemberValues.of(first, found.scene())
