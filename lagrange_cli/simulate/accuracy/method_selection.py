@@ -166,12 +166,13 @@ def _followed(
         return run, method, 0
     h = coarse_run.step_at(run.t)
     least = NOISE_PART * noise_of_step(problem, run.t, run.y, h, run.closed)
-    probed = stiffness_trial(problem, run.t, run.y, tolerance, coarse_run.seen(), least, watch)
+    scales = coarse_run.motion.scales
+    probed = stiffness_trial(problem, run.t, run.y, tolerance, scales, least, watch)
     spent = probed.evaluations
     if probed.stiff:
         method, spent = INTEGRATORS["Radau"], spent + run.evaluations
         run = coarse_run.implicit()
-    coarse_run.go(run, None)
+    coarse_run.go(run)
     return run, method, spent
 
 

@@ -46,8 +46,12 @@ def start_integrator(
         return SurfaceMotion(partial(start_integrator, method), rhs, t0, y0, t_end, control)
     implementation = _implementation(method, rhs)
     if implementation is method and input_pieces(rhs) is not None:
-        return in_pieces(method, rhs, t0, y0, t_end, control)
-    return implementation(rhs, t0, y0, t_end, control)
+        integrator = in_pieces(method, rhs, t0, y0, t_end, control)
+    else:
+        integrator = implementation(rhs, t0, y0, t_end, control)
+    if control.observed is not None:
+        integrator.observe(control.observed)
+    return integrator
 
 
 def _implementation(method: type[Integrator], rhs: Rhs) -> type[Integrator]:

@@ -63,6 +63,7 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.event_functions import TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.event_location import EventSearch
+from lagrange_cli.simulate.integrators.observed_motion import ObservedMotion
 
 Rhs: TypeAlias = Callable[[float, Array], Array]
 
@@ -142,6 +143,8 @@ class Control:
         The step of methods that are not adaptive, None for others.
     autonomous
         Whether rhs is known not to depend on t, so that what rests goes on to.
+    observed
+        What is seen of the motion on the way, whose scales ``atol`` follows; None if nothing is.
     """
 
     rtol: Array
@@ -150,6 +153,7 @@ class Control:
     max_step: float
     step: float | None = None
     autonomous: bool = False
+    observed: ObservedMotion | None = None
 
 
 #: Of event functions: their signs, noise and reach (:mod:`.event_functions`).
@@ -230,6 +234,7 @@ class Integrator(ABC):
     remade: int = 0
     _projection: Projection | None = None
     _search: EventSearch | None = None
+    _observed: ObservedMotion | None = None
 
     @property
     def dips(self) -> Sequence[ZeroCrossing]:
@@ -260,6 +265,10 @@ class Integrator(ABC):
         if not self.interpolates:
             raise ValueError(f"steps of {self.name} have no interpolant to find events on")
         self._search = EventSearch(events)
+
+    def observe(self, motion: ObservedMotion) -> None:
+        """Let a motion see each step of :meth:`advance` from here on."""
+        self._observed = motion
 
     def again(self, t0: float, y0: Array, first_step: float, event_start: EventStart) -> bool:
         """Stand at another state with the same right-hand side, control and event functions, as
@@ -301,13 +310,16 @@ class Integrator(ABC):
             and self.end_event is None
             and self.steps - first_steps < most_steps
             and self.evaluations - first_evaluations < most_evaluations
+            and not (self._observed is not None and self._observed.ended)
         ):
             try:
-                start = self.t
+                start, before = self.t, self.y
                 self.step(self.t_end if self.interpolates else float(times[filled]))
                 self.steps += 1
                 self.last_step = self.t - start
                 event = self._event(start)
+                if self._observed is not None:
+                    self._observed.add(self.t, before, self.y)
                 end = np.searchsorted(times, event[0], side="right") if event else len(times)
                 filled = self.take(times[:end], states, filled)
                 if event is not None:

@@ -208,6 +208,7 @@ int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step
     *filled = 0;
     status = take(run, interpolate, times, count, states, filled);
     while (!status && *filled < count && run->steps - steps < most_steps &&
+           !(run->observed && run->observed->ended) &&
            run->evaluations - evaluations < most_evaluations) {
         if (run->events && run->t < run->t_new) {
             return LAGRANGE_ENDED;
@@ -228,6 +229,9 @@ int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step
                 status = locate(run, start, step, interpolate, &ended);
             }
             run->steps += 1;
+            if (!status && run->observed) {
+                lagrange_observe(run);
+            }
             status = status ? status : take(run, interpolate, times, count, states, filled);
             status = status ? status : ended;
         }

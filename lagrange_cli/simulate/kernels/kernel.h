@@ -51,6 +51,33 @@ typedef struct {
     int64_t remade; /* steps that were made again */
 } lagrange_landmarks;
 
+/* What is seen of a motion step by step (observed.c); n coordinates. */
+typedef struct {
+    const double *origin; /* n: where it began */
+    const double *angle;  /* n: not 0 for angles */
+    const int64_t *kind;  /* n: number of its kind, from 0 */
+    double *moved;        /* 2 n: largest distances from there, and largest speeds */
+    double *scales;       /* 2 n: of the motion so far */
+    double *way;          /* n: how far each coordinate went, back and forth */
+    double *closest;      /* n: least distance from the origin in short steps, over its scale */
+    double *ends;         /* the ends of steps, as many as it has room for */
+    double *size;         /* n, and */
+    double *state;        /* 2 n: workspace */
+    double tolerance;     /* absolute tolerances over scales, */
+    double least;         /* and the least of them */
+    double span;          /* of the whole run */
+    double brief;         /* steps are short below this part of the longest so far, */
+    double longest;       /* which is this */
+    double nearest;       /* closer than this the run ends */
+    double slowest;       /* so does one that comes no further in `window` steps */
+    double since;         /* time at which these began */
+    int64_t recorded;     /* ends of steps in `ends` */
+    int64_t passed;       /* steps in all */
+    int64_t settling;     /* first steps, whose lengths say nothing */
+    int64_t window;
+    int64_t ended;
+} lagrange_observed;
+
 /* One run of a method. Its caller sets everything above `t` and may change the
  * tolerances and max_step between calls. */
 typedef struct {
@@ -61,7 +88,7 @@ typedef struct {
     const void *p;
     double *work;
     const double *rtol;
-    const double *atol;
+    double *atol;
     double *memory; /* rows of n numbers, as many as the method says */
     struct lagrange_events *events; /* or null */
     int64_t n;
@@ -91,6 +118,7 @@ typedef struct {
     lagrange_landmarks *landmarks; /* or null */
     lagrange_series series; /* or null */
     int64_t series_rows;
+    lagrange_observed *observed; /* or null */
 } lagrange_run;
 
 #ifdef LAGRANGE_DIM
@@ -150,6 +178,9 @@ int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step
                      lagrange_interpolate interpolate, const double *times, int64_t count,
                      double *states, int64_t *filled, int64_t most_steps,
                      int64_t most_evaluations);
+
+/* Take note of the last step; the absolute tolerances follow. */
+void lagrange_observe(lagrange_run *run);
 
 /* The length with which the last step resolves sharp functions when it is made again: its own
  * length if it does. */

@@ -173,6 +173,12 @@ class RunningScales:
         return scales_from(self._problem, largest, speed)
 
 
+def moved_scales(problem: InitialValueProblem, moved: Array) -> Array:
+    """Return the scales of largest motions and speeds, both of shape (2n,)."""
+    n = len(problem.kinds)
+    return np.asarray(scales_from(problem, moved[None, :n], moved[None, n:])[0])
+
+
 def last_scales(problem: InitialValueProblem, states: RowSequence) -> Array:
     """Return the last row of :func:`running_scales`, of states that may be in a file."""
     scales, last = RunningScales(problem, states[0]), np.empty(0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import lru_cache
 from random import Random
 from typing import Any
 
@@ -26,8 +27,13 @@ def rounding_factors(number: int, pattern: int, real: NativeReal = DOUBLE) -> An
 def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:
     """Move each value by one unit in the last place, up or down by ``pattern``; 0 stays."""
     array = np.asarray(values, dtype=float)
-    signs = np.reshape(Random(pattern).choices((-1.0, 1.0), k=array.size), array.shape)
+    signs = np.reshape(_signs(array.size, pattern), array.shape)
     return np.where(array == 0, 0.0, array + signs * np.spacing(np.abs(array)))
+
+
+@lru_cache(maxsize=16)
+def _signs(number: int, pattern: int) -> tuple[float, ...]:
+    return tuple(Random(pattern).choices((-1.0, 1.0), k=number))
 
 
 def in_arithmetic(

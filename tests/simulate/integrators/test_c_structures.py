@@ -23,6 +23,7 @@ from lagrange_cli.simulate.integrators.native.c_structures import (
     events_type,
     landmarks_type,
     members_type,
+    observed_type,
     run_type,
 )
 from lagrange_cli.simulate.integrators.native.c_types import (
@@ -85,6 +86,13 @@ def test_a_run_is_the_same_in_both_languages(real: NativeReal, tmp_path: Path) -
     ]
     sources = kernels.in_arithmetic(kernels.kernel_files(), real)
     done = compiled(tmp_path, sources, "events.h", claimed)
+    assert done.returncode == 0, done.stderr[:2000]
+
+
+@pytest.mark.compiler
+def test_what_is_seen_of_a_motion_is_the_same_in_both_languages(tmp_path: Path) -> None:
+    claimed = list(claims("lagrange_observed", observed_type()))
+    done = compiled(tmp_path, kernels.kernel_files(), "kernel.h", claimed)
     assert done.returncode == 0, done.stderr[:2000]
 
 

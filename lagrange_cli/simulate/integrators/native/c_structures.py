@@ -47,6 +47,7 @@ def run_type(real: NativeReal) -> Any:
         *((name, LONG) for name in ("width", "pieces", "piece")),
         *((name, POINTER) for name in ("shift", "landmarks", "series")),
         ("series_rows", LONG),
+        ("observed", POINTER),
     )
     return _structure("Run", fields)
 
@@ -72,6 +73,19 @@ def landmarks_type() -> Any:
         *((name, LONG) for name in ("count", "remade")),
     )
     return _structure("Landmarks", fields)
+
+
+@cache
+def observed_type() -> Any:
+    """``lagrange_observed`` of kernel.h: doubles, since coarse runs are made in these alone."""
+    fields = (
+        *((name, POINTER) for name in ("origin", "angle", "kind", "moved", "scales", "way")),
+        *((name, POINTER) for name in ("closest", "ends", "size", "state")),
+        *((name, ctypes.c_double) for name in ("tolerance", "least", "span", "brief", "longest")),
+        *((name, ctypes.c_double) for name in ("nearest", "slowest", "since")),
+        *((name, LONG) for name in ("recorded", "passed", "settling", "window", "ended")),
+    )
+    return _structure("Observed", fields)
 
 
 @cache

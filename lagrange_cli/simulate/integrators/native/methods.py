@@ -33,6 +33,7 @@ from lagrange_cli.simulate.integrators.event_functions import (
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.native.c_structures import KernelStatus, run_type
 from lagrange_cli.simulate.integrators.native.c_types import (
+    DOUBLE,
     LONG,
     POINTER,
     aligned_zeros,
@@ -40,6 +41,8 @@ from lagrange_cli.simulate.integrators.native.c_types import (
 from lagrange_cli.simulate.integrators.native.events import EventBuffer
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.native.landmarks import LandmarkBuffer
+from lagrange_cli.simulate.integrators.native.observed import ObservedBuffer
+from lagrange_cli.simulate.integrators.observed_motion import ROOM, ObservedMotion
 from lagrange_cli.simulate.integrators.rattle import Rattle, require_shift
 from lagrange_cli.simulate.integrators.scipy_explicit import DOP853, RK4
 from lagrange_cli.simulate.integrators.scipy_implicit import Radau
@@ -77,6 +80,7 @@ class _Compiled:
         self._native, self._control = rhs, control
         self._landmarks: LandmarkBuffer | None = None
         self._events: EventBuffer | None = None
+        self._seen: ObservedBuffer | None = None
         self._fresh = b""
         self.ended = False
         self.end_event: int | None = None
@@ -149,6 +153,11 @@ class _Compiled:
         self._events.read_inputs(self._run.u)
         self._run.events = self._events.address
 
+    def observe(self, motion: ObservedMotion) -> None:
+        assert self._native.real is DOUBLE
+        self._seen = ObservedBuffer(motion)
+        self._run.observed = self._seen.address
+
     def stop_at(self, events: TerminalEvents) -> None:
         assert events.native is not None
         self.watch(events.native)
@@ -206,6 +215,9 @@ class _Compiled:
         filled, run = LONG(), self._run
         run.max_step = real.number(self._control.max_step)
         self._tolerances[:] = real.array([self._control.rtol, self._control.atol])
+        if self._seen is not None:
+            self._seen.give()
+            most_steps = min(most_steps, ROOM)
         status = self._advance(
             ctypes.byref(run),
             times.ctypes.data,
@@ -218,6 +230,8 @@ class _Compiled:
         if out is not states:
             states[: filled.value] = real.doubles(out[: filled.value])
         self.ended = status == KernelStatus.ENDED
+        if self._seen is not None:
+            self._seen.take()
         self._read()
         if self.ended:
             self.end_event = self.events[-1].index

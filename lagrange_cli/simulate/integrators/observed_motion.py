@@ -1,0 +1,157 @@
+"""What is seen of a motion step by step: its scales so far, its way, and the lengths of steps.
+
+The tolerance of a run whose scales are not known before it follows what it has seen of them.
+Compiled integrators do the same in machine code (kernels/observed.c).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+
+#: First steps whose lengths say nothing: they grow until they fit the motion.
+SETTLING = 12
+
+#: Steps whose ends there is room for between two looks at them.
+ROOM = 1024
+
+#: A motion is close to the origin where its steps are below this part of the longest so far; set by
+#: hand.
+BRIEF = 0.05
+
+#: A run is lost that would need more steps than this at the pace of its last ones: if it is coarse
+#: it may fall into a singularity that the motion passes.
+_MOST_STEPS = 1e9
+
+#: Number of these last steps.
+WINDOW = 2**14
+
+
+class ObservedMotion:
+    """A motion as far as it has been seen.
+
+    Parameters
+    ----------
+    y0
+        State at the start, shape (2n,).
+    kinds
+        Coordinates that are measured together have the same word; ``angle``: by 1 each.
+    span
+        Time of the whole run, from ``start``.
+    tolerance, least
+        Absolute tolerances over scales, and the least of them.
+    moved
+        Motion and speeds that are taken for seen at the start, shape (2n,).
+    nearest
+        Distance from the origin over scales below which the run ends.
+    scales_of
+        Largest motions and speeds, shape (2n,) → scales, shape (2n,).
+
+    Attributes
+    ----------
+    moved
+        Largest distances from the start, and largest speeds, shape (2n,).
+    scales
+        Scales of the motion so far, shape (2n,).
+    way
+        How far coordinates went, back and forth, shape (n,).
+    closest
+        Least distance of each coordinate from the origin in short steps, others of its kind with
+        it, relative to scales; 1 if it came no closer; shape (n,).
+    atol
+        Absolute tolerances, which follow the scales, shape (2n,).
+    ended
+        1 if the run shall end: it is too close to the origin, or comes no further.
+    """
+
+    def __init__(
+        self,
+        y0: Array,
+        kinds: tuple[str, ...],
+        *,
+        start: float,
+        span: float,
+        tolerance: float,
+        least: float,
+        moved: Array,
+        nearest: float,
+        scales_of: Callable[[Array], Array],
+    ) -> None:
+        n = len(kinds)
+        numbers = {kind: number for number, kind in enumerate(dict.fromkeys(kinds))}
+        self.origin, self.moved = y0[:n].copy(), moved.copy()
+        self.kind = np.array([numbers[kind] for kind in kinds], dtype=np.int64)
+        self.angle = np.array([float(kind == "angle") for kind in kinds])
+        self.way, self.closest = np.zeros(n), np.ones(n)
+        self.tolerance, self.least, self.span, self.nearest = tolerance, least, span, nearest
+        self.slowest, self.since = WINDOW * span / _MOST_STEPS, start
+        self._scales_of, self._start = scales_of, start
+        self.scales = scales_of(self.moved)
+        self.atol = np.maximum(tolerance * self.scales, least)
+        self.longest, self.passed, self.ended = 0.0, 0, 0
+        self._ends: list[float] = [start]
+
+    def begin_anew(self) -> None:
+        """Forget the way and the steps: another run begins at the start."""
+        self.way[:], self._ends, self.passed = 0.0, [self._start], 0
+        self.since = self._start
+        self.__dict__.pop("lengths", None)
+
+    def add(self, t: float, before: Array, after: Array) -> None:
+        """Take note of a step that ended at ``t``, from state to state, shapes (2n,)."""
+        n, h = len(self.way), t - self._ends[-1]
+        slower = np.minimum(np.abs(before[n:]), np.abs(after[n:]))
+        self.way += np.maximum(np.abs(after[:n] - before[:n]), slower * h)
+        seen = np.concatenate([np.abs(after[:n] - self.origin), np.abs(after[n:])])
+        np.fmax(self.moved, seen, out=self.moved)
+        self.scales[:] = self._scales_of(self.moved)
+        self.extend([t])
+        if self.passed > SETTLING:
+            self.longest = max(self.longest, h)
+            if h < BRIEF * self.longest:
+                self.approach(after, h)
+        if self.passed % WINDOW == 0:
+            self.ended |= t - self.since < self.slowest
+            self.since = t
+
+    def extend(self, ends: list[float]) -> None:
+        """Append the ends of steps; absolute tolerances follow the scales."""
+        np.maximum(self.tolerance * self.scales, self.least, out=self.atol)
+        self._ends += ends
+        self.passed = len(self._ends) - 1
+        self.__dict__.pop("lengths", None)
+
+    def approach(self, y: Array, h: float) -> None:
+        """Note the distance from the origin of a state, or of its step, relative to the scales."""
+        n = len(self.way)
+        sizes = np.maximum(np.abs(y[:n]), h * np.abs(y[n:]))
+        for kind in range(int(self.kind.max(initial=-1)) + 1):
+            alike = self.kind == kind
+            size = sizes[alike].max() / self.scales[:n][alike].max()
+            if size > 0:
+                self.closest[alike] = np.minimum(self.closest[alike], size)
+        self.ended |= bool(((self.closest < self.nearest) & (self.angle == 0)).any())
+
+    @property
+    def first_step(self) -> float | None:
+        """Length of the step at which they have settled; None before it."""
+        if self.passed < SETTLING:
+            return None
+        return self._ends[SETTLING] - self._ends[SETTLING - 1]
+
+    @cached_property
+    def lengths(self) -> Array:
+        """Lengths of all steps, shape (steps,)."""
+        return np.diff(self._ends)
+
+    def step_at(self, t: float) -> float | None:
+        """Return the length of the step around a time; None if none has settled."""
+        if self.passed <= SETTLING:
+            return None
+        k = bisect_left(self._ends, t) - 1
+        return float(self.lengths[min(max(k, SETTLING), self.passed - 1)])
