@@ -18,16 +18,14 @@ from lagrange_cli.simulate.accuracy.event_agreement import (
     first_zeno_time,
 )
 from lagrange_cli.simulate.accuracy.grazes import Grazes, first_graze
-from lagrange_cli.simulate.accuracy.method_selection import CoarseResult, suits_gauss
+from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
 from lagrange_cli.simulate.accuracy.tolerances import ToleranceSchedule
 from lagrange_cli.simulate.accuracy.tuning import AttemptTuning
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
-from lagrange_cli.simulate.integrators.base import SavedState, projection
+from lagrange_cli.simulate.integrators.base import SavedState
 from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
-from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
-from lagrange_cli.simulate.integrators.native.function import NativeRhs
-from lagrange_cli.simulate.runs.problem import InitialValueProblem, RunningScales
+from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Failure, Run
 from lagrange_cli.simulate.samples.rows import window_rows
 
@@ -70,7 +68,7 @@ class Attempt:
         last: bool = True,
     ) -> None:
         self._problem, self._eps, self._coarse = problem, eps, coarse
-        self.tolerance, self._last, self._given_up = tolerance, last, 0
+        self.tolerance, self._last = tolerance, last
         self._tolerances = ToleranceSchedule(problem, coarse, number)
         method = coarse.method
         # Where the longest step rules instead of the tolerance, it must differ too.
@@ -84,8 +82,9 @@ class Attempt:
         self._looser = looser or self._start(
             method, tolerance * _TUNING.looser, longer=longer, off=1
         )
-        vain = before is not None and before._given_up
-        self._perturbed = self._perturb(method if vain else self._other_method())
+        self._perturbed = self._start(
+            method, tolerance * _TUNING.perturbed, longer=_TUNING.perturbed_step, off=2
+        )
         expected = max(coarse.evaluations, _TUNING.few_evaluations)
         self._most: float = _TUNING.lost * self._growth(tolerance) * expected
         self._march_at = _March()
@@ -119,26 +118,6 @@ class Attempt:
         self._controls[run] = control, tolerance
         return run
 
-    def _other_method(self) -> type[Integrator]:
-        """Select the perturbed companion's method: the run's own if no other is as good."""
-        rhs, stiff = self._problem.rhs, self._coarse.stiff
-        if self.wider:
-            return self.run.method
-        if isinstance(rhs, NativeRhs):
-            by_gauss = self.run.method is INTEGRATORS["Gauss16"]
-            explicit = INTEGRATORS["Gauss16" if suits_gauss(rhs) and not by_gauss else "DOP853"]
-            return self.run.method if stiff else explicit
-        lsoda = INTEGRATORS["LSODA"]
-        possible = self.tolerance >= _TUNING.lsoda_from and (lsoda.projects or not projection(rhs))
-        possible = possible and surfaces_of(rhs) is None
-        return lsoda if possible else self.run.method
-
-    def _perturb(self, method: type[Integrator]) -> Run:
-        factor = _TUNING.perturbed_tolerance if method is self.run.method else 1.0
-        if method is INTEGRATORS["LSODA"]:
-            factor = _TUNING.lsoda_tolerance
-        return self._start(method, self.tolerance * factor, off=2)
-
     @property
     def _runs(self) -> tuple[Run, Run, Run]:
         return self.run, self._looser, self._perturbed
@@ -150,22 +129,10 @@ class Attempt:
 
     @property
     def evaluations(self) -> int:
-        return self._given_up + sum(run.evaluations for run in self._own_runs)
-
-    @property
-    def _by_other_method(self) -> bool:
-        return self._perturbed.method is not self.run.method
-
-    def _allowed(self, run: Run) -> float:
-        """Return the evaluations that a run may take."""
-        if run is self._perturbed and self._by_other_method:
-            by_lsoda = run.method is INTEGRATORS["LSODA"]
-            cost = _TUNING.lsoda_cost if by_lsoda else _TUNING.other_cost
-            return cost * self.run.evaluations + _TUNING.other_start
-        return self._most
+        return sum(run.evaluations for run in self._own_runs)
 
     def _spent(self, run: Run) -> bool:
-        return run in self._controls and run.evaluations > self._allowed(run)
+        return run in self._controls and run.evaluations > self._most
 
     @property
     def lost(self) -> bool:
@@ -184,18 +151,6 @@ class Attempt:
 
     def go(self, watch: Callable[[float], None]) -> None:
         """Advance the runs side by side until the end, a failure, or a hopeless error."""
-        self._march(watch)
-        if self._by_other_method and not self.settled and self._other_is_worse():
-            self._given_up += self._perturbed.evaluations
-            self._perturb_alike()
-            self._march(watch)
-
-    def _perturb_alike(self) -> None:
-        """Start the perturbed companion anew by the run's own method."""
-        self._perturbed = self._perturb(self.run.method)
-        self._march_at = _March()
-
-    def _march(self, watch: Callable[[float], None]) -> None:
         samples, at = len(self._problem.times), self._march_at
         block = _TUNING.block_wider if self.wider else _TUNING.block
         block = max(block, samples // _TUNING.most_blocks)
@@ -218,27 +173,18 @@ class Attempt:
         return {
             "runs": runs,
             "march": vars(self._march_at),
-            "methods": [run.method.name for run in self._runs],
-            "given_up": self._given_up,
             "seconds": self.run_seconds,
         }
 
     def restore(self, state: SavedState) -> bool:
         """Go on where an attempt at this tolerance stood; False where its samples are lost."""
-        if self._perturbed.method.name != state["methods"][-1]:
-            self._perturb_alike()
         self._march_at = _March(**state["march"])
-        self._given_up, self.run_seconds = state["given_up"], state["seconds"]
+        self.run_seconds = state["seconds"]
         known = True
         for run, (run_state, atol) in zip(self._own_runs, state["runs"], strict=True):
             self._controls[run][0].atol[:] = atol
             known = run.restore(run_state) and known
         return known
-
-    @property
-    def methods(self) -> set[type[Integrator]]:
-        """Methods of the runs."""
-        return {run.method for run in self._runs}
 
     def _loosen(self, run: Run) -> None:
         """Let the absolute tolerance grow with the motion."""
@@ -251,31 +197,13 @@ class Attempt:
         start, span = self._problem.start, self._problem.span
         try:
             while run.filled < samples and not self._spent(run):
-                evaluations_left = self._allowed(run) - run.evaluations
+                evaluations_left = self._most - run.evaluations
                 if not run.go(samples, most_evaluations=max(evaluations_left, 1.0)):
                     break
                 watch((min(r.t for r in self._runs) - start) / span)
         finally:
             if run is self.run:
                 self.run_seconds += time.perf_counter() - started
-
-    def _other_is_worse(self) -> bool:
-        """Tell if the other method's cost or its own error stands in the way."""
-        if self.lost:
-            return False
-        if self._spent(self._perturbed):
-            return True
-        whole = self._coarse.scales[-1]
-        scales = RunningScales(self._problem, self.run.rows[0])
-        worse = 0.0
-        for first, last in self._windows():
-            states, looser = self.run.rows[first:last], self._looser.rows[first:last]
-            largest = scales.add(states)[-1]
-            worse = np.maximum(worse, np.abs(looser - states).max(axis=0))
-        # By the own method the perturbed run may be off by as much, and more so at the end.
-        both = (_TUNING.looser_weight + _TUNING.rounding_weight) / self._reached**2
-        weight = _TUNING.looser_weight if self._last else both
-        return bool((weight * worse < self._eps * np.maximum(whole, largest)).all())
 
     @property
     def _common(self) -> int:
@@ -305,14 +233,9 @@ class Attempt:
     @property
     def _weights(self) -> tuple[float, float, float]:
         """Weights of the distances of the run, the looser and the perturbed one from the run."""
-        weight = (
-            _TUNING.rounding_weight
-            if self._looser in self._controls
-            else _TUNING.only_rounding_weight
-        )
-        # LSODA's own error is larger than what rounding does.
-        by_lsoda = self._perturbed.method is INTEGRATORS["LSODA"]
-        return 0.0, _TUNING.looser_weight, 1.0 if by_lsoda else weight
+        alone = self._looser not in self._controls
+        weight = _TUNING.only_rounding_weight if alone else _TUNING.rounding_weight
+        return 0.0, _TUNING.looser_weight, weight
 
     @property
     def events(self) -> EventAgreement | None:

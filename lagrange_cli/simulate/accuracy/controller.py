@@ -1,10 +1,10 @@
 """Keep the accuracy that a user states, by measuring the error of each run.
 
 A coarse run finds the scales. Then three runs pass through the samples side by side: the *run*
-that is returned, a *looser* companion of ten times its tolerance, and a *perturbed* one by another
-method if one is as accurate. In the companions every given number and every operation of the
-right-hand side is off by its rounding error, in different patterns (stochastic arithmetic: Vignes,
-*Math. Comput. Simul.* 35 (1993) 233). The difference to the looser run bounds the truncation error
+that is returned, a *looser* companion of ten times its tolerance, and a *perturbed* one whose steps
+fall on other times. In the companions every given number and every operation of the right-hand side
+is off by its rounding error, in different patterns (stochastic arithmetic: Vignes, *Math. Comput.
+Simul.* 35 (1993) 233). The difference to the looser run bounds the truncation error
 from above, since its own error is the larger; the difference to the perturbed one shows how
 rounding and the last place of the initial state grow. If the sum exceeds eps, the tolerance is
 tightened; if rounding stands in the way, the same is done in wider arithmetic, if the machine has
@@ -40,6 +40,7 @@ from lagrange_cli.simulate.accuracy.tuning import ScheduleTuning
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch
+from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
 from lagrange_cli.simulate.samples.rows import RowSequence, first_rows, windows
 from lagrange_cli.simulate.sharpness.peaks import watching
@@ -74,8 +75,7 @@ def integrate_to_accuracy(
     stopped = False
     with np.errstate(all="ignore"):
         try:
-            part = _TUNING.first_read_off if problem.read_off else _TUNING.first
-            first = min(part * eps, _TUNING.largest)
+            first = _first_tolerance(problem, eps, explicit_method(problem))
             coarse = restored_or_coarse_result(problem, first, watch, keeper)
             problem = replace(problem, unsampled=coarse.between)
             problem = watching(problem) if coarse.sharp else problem
@@ -93,6 +93,14 @@ def integrate_to_accuracy(
     seconds = time.perf_counter() - started
     with np.errstate(all="ignore"):
         return _measured(problem, eps, coarse, attempts, stopped, seconds)
+
+
+def _first_tolerance(
+    problem: InitialValueProblem, eps: float, method: type[Integrator]
+) -> float:
+    """Return the tolerance of the first attempt, relative to scales."""
+    part = _TUNING.first_gauss if method is INTEGRATORS["Gauss16"] else _TUNING.first
+    return min(part * eps * (_TUNING.read_off if problem.read_off else 1.0), _TUNING.largest)
 
 
 def _refuse_below_floor(problem: InitialValueProblem, eps: float, scales: Array) -> None:
@@ -148,8 +156,7 @@ def _go_on(attempt: Attempt, number: int, keeper: CheckpointWriter) -> None:
     InputError
         Its samples are damaged, or a method cannot go on.
     """
-    for method in sorted(attempt.methods, key=lambda method: method.name):
-        keeper.require(method)
+    keeper.require(attempt.run.method)
     before = () if keeper.before is None else keeper.before["attempts"]
     if number < len(before) and not attempt.restore(before[number]):
         raise keeper.damaged()
@@ -177,7 +184,7 @@ def _attempt_wider(
             last = attempts[-1]
             excess = min(last.expected_excess, costing_as(_TUNING.most_excess_wider, last))
             first = min(last.tolerance, _TUNING.first_wider) / excess
-            method = explicit_method(wider, first)
+            method = explicit_method(wider)
             finer = replace(coarse.finer(wider.epsilon / problem.epsilon), method=method)
             _attempt(wider, eps, finer, first, attempts, watch, keeper)
             lasts.append(attempts[-1])

@@ -42,10 +42,6 @@ _MOST = 2**20
 #: Right-hand sides after which the explicit run pauses to ask whether the system is stiff.
 _PROBE_AFTER = 20_000
 
-#: The tolerance from which on Gauss16 takes about as few right-hand sides as DOP853, or fewer;
-#: side by side, eight cost little more than one or two.
-_FINE = 2e-11
-
 
 @dataclass(frozen=True)
 class CoarseResult:
@@ -161,7 +157,7 @@ def _followed(
     problem: InitialValueProblem, coarse_run: CoarseRun, tolerance: float, watch: Watch
 ) -> tuple[Run, type[Integrator], int]:
     """A coarse run to the end, the method for further ones, and what it cost to find that."""
-    run, method = coarse_run.explicit, explicit_method(problem, tolerance)
+    run, method = coarse_run.explicit, explicit_method(problem)
     if coarse_run.go(run, _PROBE_AFTER) or coarse_run.too_close:
         return run, method, 0
     h = coarse_run.step_at(run.t)
@@ -191,14 +187,13 @@ def _suits_taylor(rhs: Rhs, size: int) -> bool:
     return smooth and not isinstance(rhs, NativeRhs) and Taylor.suits(rhs, size)
 
 
-def explicit_method(problem: InitialValueProblem, tolerance: float) -> type[Integrator]:
+def explicit_method(problem: InitialValueProblem) -> type[Integrator]:
     """The method for motion that is not stiff."""
     if isinstance(problem.rhs, NativeRhs) and problem.rhs.series is not None:
         return CompiledTaylor
     if _suits_taylor(problem.rhs, len(problem.y0)):
         return INTEGRATORS["taylor"]
-    fits = tolerance <= _FINE and suits_gauss(problem.rhs)
-    return INTEGRATORS["Gauss16" if fits else "DOP853"]
+    return INTEGRATORS["Gauss16" if suits_gauss(problem.rhs) else "DOP853"]
 
 
 def reason_for_method(coarse: CoarseResult) -> str:

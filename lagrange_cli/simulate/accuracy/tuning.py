@@ -12,9 +12,12 @@ class ScheduleTuning:
     Attributes
     ----------
     first
-        First tolerance as a part of eps: errors grow over a run.
-    first_read_off
-        The same if coordinates are read off positions later, which may take digits.
+        First tolerance as a part of eps: errors are 5 tolerances in the median of the shipped
+        scenes, 500 in one of twenty (benchmarks/tolerances.py).
+    first_gauss
+        The same for Gauss16, whose errors are one tolerance in the median, 14 in one of twenty.
+    read_off
+        Further part if coordinates are read off positions later, which may take digits.
     largest
         Largest first tolerance: differences of coarser runs say little of their errors.
     near_smallest
@@ -35,8 +38,9 @@ class ScheduleTuning:
     """
 
     first: float = 1e-4
-    first_read_off: float = 1e-5
-    largest: float = 1e-8
+    first_gauss: float = 1e-3
+    read_off: float = 0.1
+    largest: float = 1e-6
     near_smallest: float = 10.0
     smallest_explicit: float = 1e-16
     smallest_implicit: float = 1e-13
@@ -61,18 +65,9 @@ class AttemptTuning:
     shorter
         Factor by which the longest step shrinks from attempt to attempt: companions may differ
         because one passed over something sharp. If they differ little, none did.
-    lsoda_tolerance
-        Tolerance of LSODA that makes it about as accurate, as a multiple of the run's.
-    lsoda_from
-        Tolerance of the run below which LSODA is not as accurate.
-    perturbed_tolerance
-        Tolerance of a perturbed companion by the run's own method, as a multiple of the run's. Its
-        steps fall on other times, so that it meets what lies between the steps of the run.
-    other_cost, lsoda_cost
-        Right-hand sides of another method, as a multiple of the run's, beyond which it is given
-        up; LSODA earlier, so that the whole stays within five runs if it was in vain.
-    other_start
-        Right-hand sides that another method may take besides.
+    perturbed, perturbed_step
+        Tolerance and longest step of the perturbed companion, as multiples of the run's: so its
+        steps fall on other times, and it meets what lies between the steps of the run.
     reused, reused_in_other_arithmetic
         Excess up to which a run is the looser companion of the next attempt: its own error is
         smaller than the estimate, in other arithmetic less so.
@@ -110,12 +105,8 @@ class AttemptTuning:
 
     looser: float = 10.0
     shorter: float = 3.0
-    lsoda_tolerance: float = 0.01
-    lsoda_from: float = 1e-12
-    perturbed_tolerance: float = 2.0
-    other_cost: float = 1.75
-    lsoda_cost: float = 1.6
-    other_start: float = 300.0
+    perturbed: float = 2.0
+    perturbed_step: float = 0.9
     reused: float = 7.0
     reused_in_other_arithmetic: float = 3.0
     hopeless: float = 10.0
