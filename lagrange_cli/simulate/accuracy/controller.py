@@ -95,9 +95,7 @@ def integrate_to_accuracy(
         return _measured(problem, eps, coarse, attempts, stopped, seconds)
 
 
-def _first_tolerance(
-    problem: InitialValueProblem, eps: float, method: type[Integrator]
-) -> float:
+def _first_tolerance(problem: InitialValueProblem, eps: float, method: type[Integrator]) -> float:
     """Return the tolerance of the first attempt, relative to scales."""
     part = _TUNING.first_gauss if method is INTEGRATORS["Gauss16"] else _TUNING.first
     return min(part * eps * (_TUNING.read_off if problem.read_off else 1.0), _TUNING.largest)
