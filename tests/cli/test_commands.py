@@ -335,7 +335,7 @@ class TestInterruption:
 class TestInternalErrors:
     def run(self, *words: str):
         program = (
-            "import sys, lagrange_cli.scene as s\n"
+            "import sys, lagrange_cli.scene.reader as s\n"
             "def broken(*a, **k): raise KeyError('no such thing\\x1b')\n"
             "s.read_text = broken\n"
             "from lagrange_cli.cli.main import main\n"

@@ -168,7 +168,7 @@ def test_every_method_serves(pendulum, trajectory, name):
 
 def test_auto_method_with_a_tolerance(pendulum):
     found = simulate(pendulum, until=1.0, method="auto", rtol=1e-8)
-    assert found.method == "DOP853"
+    assert found.method in ("Gauss16", "taylor", "DOP853")  # compiled; by heyoka; by neither
     assert "stiff" in found.choice
 
 

@@ -13,7 +13,7 @@ from lagrange_cli.simulate.accuracy.coarse_run import (
     CoarseRun,
     steady_time,
 )
-from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART, noise_of_step
+from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART, noise_of_steps
 from lagrange_cli.simulate.accuracy.stiffness import stiffness_trial
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
@@ -161,7 +161,7 @@ def _followed(
     if coarse_run.go(run, _PROBE_AFTER) or coarse_run.too_close:
         return run, method, 0
     h = coarse_run.step_at(run.t)
-    least = NOISE_PART * noise_of_step(problem, run.t, run.y, h, run.closed)
+    least = NOISE_PART * noise_of_steps(problem, [run.t], run.y[None], [h], [run.closed])[0]
     scales = coarse_run.motion.scales
     probed = stiffness_trial(problem, run.t, run.y, tolerance, scales, least, watch)
     spent = probed.evaluations
@@ -215,11 +215,11 @@ def _noise(problem: InitialValueProblem, run: Run, step_at: Callable[[float], fl
         return np.zeros((1, len(problem.y0)))
     picked = np.linspace(0, run.filled - 1, _NOISE_SAMPLES).round().astype(int)
     most = min(run.mean_step, problem.longest_step)
-    steady, each = steady_time(problem, most / _STEADY_STEPS, run.began), []
-    for k in picked.tolist():
-        t = float(problem.times[k])
-        # At the start steps are short because motion that begins has no scale yet.
-        least = _STEADY_STEPS * steady if k == 0 else 0.0
-        h = min(max(step_at(t), least), most)
-        each.append(noise_of_step(problem, t, run.states[k], h, run.closed_at(t)))
-    return np.maximum.accumulate(np.array(each), axis=0)
+    steady = steady_time(problem, most / _STEADY_STEPS, run.began)
+    # At the start steps are short because motion that begins has no scale yet.
+    least = [_STEADY_STEPS * steady if k == 0 else 0.0 for k in picked.tolist()]
+    times = [float(problem.times[k]) for k in picked.tolist()]
+    lengths = [min(max(step_at(t), h), most) for t, h in zip(times, least, strict=True)]
+    closed = [run.closed_at(t) for t in times]
+    each = noise_of_steps(problem, times, run.states[picked], lengths, closed)
+    return np.asarray(np.maximum.accumulate(each, axis=0))

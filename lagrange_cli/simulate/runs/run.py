@@ -24,6 +24,9 @@ from lagrange_cli.simulate.samples.rows import RowSequence
 #: Seconds between two looks at the clock, roughly: what a person takes for at once.
 _GLANCE = 0.02
 
+#: Steps until the first look: those of the largest systems take a hundredth of a second each.
+_FIRST_PACE = 16
+
 
 @dataclass(frozen=True)
 class Failure:
@@ -85,7 +88,7 @@ class Run:
         self._samples = problem.samples()
         self._samples.unfilled(0, 1)[0] = problem.real.doubles(first)
         self.filled = 1
-        self._pace = 1
+        self._pace = _FIRST_PACE
         with _fitting(method):
             self._integrator = start_integrator(
                 method,

@@ -10,7 +10,7 @@ import pytest
 
 from lagrange_cli import loads
 from lagrange_cli.simulate.accuracy.method_selection import coarse_result
-from lagrange_cli.simulate.accuracy.roundoff import noise_of_step
+from lagrange_cli.simulate.accuracy.roundoff import noise_of_steps
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions
@@ -117,7 +117,7 @@ def test_rounding_is_seen_where_equal_numbers_move_alike():
     of = model(SPRING)
     stated = problem(of, interpreted(of, "for this test"))
     h = 1e-6
-    noise = noise_of_step(stated, 0.0, stated.y0, h)
+    noise = noise_of_steps(stated, [0.0], stated.y0[None], [h], [()])[0]
     ulp = np.spacing(1.0)
     assert h * 1e10 * ulp / 2 <= noise[2] <= 4 * h * 1e10 * ulp
     assert noise[0] >= h * noise[2]
@@ -130,7 +130,7 @@ def test_without_disturbed_functions_nothing_is_known_of_rounding():
         np.linspace(0.0, 1.0, 11),
         ("length",),
     )
-    assert noise_of_step(stated, 0.0, stated.y0, 0.1).tolist() == [0.0, 0.0]
+    assert noise_of_steps(stated, [0.0], stated.y0[None], [0.1], [()])[0].tolist() == [0.0, 0.0]
 
 
 def test_a_stiff_oscillation_is_not_taken_for_a_stiff_system():
