@@ -121,7 +121,8 @@ def test_attempts_that_share_a_run_go_on(attempts, tmp_path):
         looks = iter(range(10**9))
         found = simulate(
             pendulum,
-            accuracy=1e-6, until=15.0,
+            accuracy=1e-6,
+            until=15.0,
             checkpoint=Checkpoint(str(path), resume=path.exists()),
             stop=lambda looks=looks, most=8 * (parts + 1): next(looks) >= most,
         )
