@@ -22,6 +22,7 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import Rhs, SavedState
 from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.native.methods import CompiledTaylor
 from lagrange_cli.simulate.integrators.piecewise import input_pieces
@@ -173,11 +174,9 @@ def _followed(
 
 
 def suits_gauss(rhs: Rhs) -> bool:
-    """Tell if Gauss16 is fast: its stages side by side, and no rows of inputs, which make steps so
-    short that DOP853 is cheaper."""
-    return (
-        isinstance(rhs, NativeRhs) and rhs.lanes_address is not None and input_pieces(rhs) is None
-    )
+    """Tell if Gauss16 is fast: compiled, for doubles, and without rows of inputs, which make steps
+    so short that DOP853 is cheaper."""
+    return isinstance(rhs, NativeRhs) and rhs.real is DOUBLE and input_pieces(rhs) is None
 
 
 def _suits_taylor(rhs: Rhs, size: int) -> bool:
@@ -204,7 +203,7 @@ def reason_for_method(coarse: CoarseResult) -> str:
     if coarse.method is INTEGRATORS["taylor"]:
         reason = "series that are compiled without a compiler of C"
     elif coarse.method is INTEGRATORS["Gauss16"]:
-        reason = "collocation, whose eight stages are evaluated side by side"
+        reason = "compiled collocation of order 16"
     return f"no stiffness was found: {reason}"
 
 
