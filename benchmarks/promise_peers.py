@@ -1,10 +1,10 @@
 """The whole promise of an accuracy, beside SciPy's DOP853 without any estimate, at equal error.
 
 Five systems at two accuracies, from Python. What is timed of lagrange is everything between the
-call and the trajectory, estimate included, compiled and warm. SciPy's ``solve_ivp`` runs DOP853 over
-the same equations through SymPy's ``lambdify`` (mass matrix, forces and what closes loops as NumPy
-arrays, solved at every evaluation; Kepler and Pleiades in closed form, the latter as vectorised
-NumPy), at tolerances from loose to tight with atol = rtol/100. Of its runs the fastest one counts
+call and the trajectory, estimate included, compiled and warm. SciPy's ``solve_ivp`` runs DOP853
+over the same equations through SymPy's ``lambdify`` (mass matrix, forces and what closes loops as
+NumPy arrays, solved at every evaluation; Kepler and Pleiades in closed form, the latter as
+vectorised NumPy), at tolerances from loose to tight with atol = rtol/100. Of its runs the fastest one counts
 whose measured error is no larger than that of lagrange. Both take turns in one process.
 
     python benchmarks/promise_peers.py

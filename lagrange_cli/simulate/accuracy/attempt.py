@@ -86,7 +86,8 @@ class Attempt:
             method, tolerance * _TUNING.perturbed, longer=_TUNING.perturbed_step, off=2
         )
         expected = max(coarse.evaluations, _TUNING.few_evaluations)
-        self._most: float = _TUNING.lost * self._growth(tolerance) * expected
+        each = _TUNING.gauss if method is INTEGRATORS["Gauss16"] else 1.0
+        self._most: float = _TUNING.lost * each * self._growth(tolerance) * expected
         self._march_at = _March()
         self._estimated: tuple[object, ErrorEstimate] | None = None
         self.run_seconds = 0.0

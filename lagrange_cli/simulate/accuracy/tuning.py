@@ -98,6 +98,8 @@ class AttemptTuning:
     lost
         Right-hand sides, as a multiple of what the coarse run lets expect, that show a run to be
         lost in its own rounding.
+    gauss
+        Right-hand sides of a step of Gauss16, some 50, as a multiple of those of DOP853.
     few_evaluations
         Right-hand sides that are expected at least: a coarse run at rest takes next to none, and
         perturbed runs do not rest.
@@ -122,4 +124,5 @@ class AttemptTuning:
     close: float = 0.01
     same_end: float = 1e-3
     lost: float = 4.0
+    gauss: float = 4.0
     few_evaluations: int = 500
