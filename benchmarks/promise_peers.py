@@ -4,8 +4,8 @@ Five systems at two accuracies, from Python. What is timed of lagrange is everyt
 call and the trajectory, estimate included, compiled and warm. SciPy's ``solve_ivp`` runs DOP853
 over the same equations through SymPy's ``lambdify`` (mass matrix, forces and what closes loops as
 NumPy arrays, solved at every evaluation; Kepler and Pleiades in closed form, the latter as
-vectorised NumPy), at tolerances from loose to tight with atol = rtol/100. Of its runs the fastest one counts
-whose measured error is no larger than that of lagrange. Both take turns in one process.
+vectorised NumPy), at tolerances from loose to tight with atol = rtol/100. Of its runs the fastest
+one counts whose measured error is no larger than that of lagrange. Both take turns in one process.
 
     python benchmarks/promise_peers.py
 """
