@@ -19,7 +19,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
-from lagrange_cli.simulate.integrators.base import Rhs, SavedState
+from lagrange_cli.simulate.integrators.base import Rhs, SavedState, projection
 from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
@@ -175,8 +175,10 @@ def _followed(
 
 def suits_gauss(rhs: Rhs) -> bool:
     """Tell if Gauss16 is fast: compiled, for doubles, and without rows of inputs, which make steps
-    so short that DOP853 is cheaper."""
-    return isinstance(rhs, NativeRhs) and rhs.real is DOUBLE and input_pieces(rhs) is None
+    so short that DOP853 is cheaper. Where constraints are kept it is no faster, and its iteration
+    ends at singular configurations that explicit stages pass."""
+    fast = isinstance(rhs, NativeRhs) and rhs.real is DOUBLE and input_pieces(rhs) is None
+    return fast and projection(rhs) is None
 
 
 def _suits_taylor(rhs: Rhs, size: int) -> bool:

@@ -63,7 +63,7 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.event_functions import TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.event_location import EventSearch
-from lagrange_cli.simulate.integrators.observed_motion import ObservedMotion
+from lagrange_cli.simulate.integrators.observed_motion import SETTLING, ObservedMotion
 
 Rhs: TypeAlias = Callable[[float, Array], Array]
 
@@ -318,12 +318,13 @@ class Integrator(ABC):
                 self.steps += 1
                 self.last_step = self.t - start
                 event = self._event(start)
-                if self._observed is not None:
-                    self._observed.add(self.t, before, self.y)
                 end = np.searchsorted(times, event[0], side="right") if event else len(times)
                 filled = self.take(times[:end], states, filled)
                 if event is not None:
                     self._stop(*event)
+                if self._observed is not None:
+                    grown = self.steps > SETTLING and event is None
+                    self._observed.add(start, before, self.t, self.y, grown)
             except StepError as error:
                 return Advance(filled, error.reason)
         return Advance(filled)

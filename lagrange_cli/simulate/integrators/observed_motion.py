@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 
@@ -65,6 +64,8 @@ class ObservedMotion:
         it, relative to scales; 1 if it came no closer; shape (n,).
     atol
         Absolute tolerances, which follow the scales, shape (2n,).
+    lengths
+        Those of the steps, in time.
     ended
         1 if the run shall end: it is too close to the origin, or comes no further.
     """
@@ -94,24 +95,28 @@ class ObservedMotion:
         self.scales = scales_of(self.moved)
         self.atol = np.maximum(tolerance * self.scales, least)
         self.longest, self.passed, self.ended = 0.0, 0, 0
-        self._ends: list[float] = [start]
+        self._ends: list[float] = []
+        self.lengths: list[float] = []
 
     def begin_anew(self) -> None:
         """Forget the way and the steps: another run begins at the start."""
-        self.way[:], self._ends, self.passed = 0.0, [self._start], 0
+        self.way[:], self._ends, self.lengths, self.passed = 0.0, [], [], 0
         self.since = self._start
-        self.__dict__.pop("lengths", None)
 
-    def add(self, t: float, before: Array, after: Array) -> None:
-        """Take note of a step that ended at ``t``, from state to state, shapes (2n,)."""
-        n, h = len(self.way), t - self._ends[-1]
+    def add(self, start: float, before: Array, t: float, after: Array, grown: bool) -> None:
+        """Take note of a step between two times, from state to state, shapes (2n,).
+
+        ``grown``: the step is as long as the motion lets it be, neither one of the first of a run
+        nor cut by an event.
+        """
+        n, h = len(self.way), t - start
         slower = np.minimum(np.abs(before[n:]), np.abs(after[n:]))
         self.way += np.maximum(np.abs(after[:n] - before[:n]), slower * h)
         seen = np.concatenate([np.abs(after[:n] - self.origin), np.abs(after[n:])])
         np.fmax(self.moved, seen, out=self.moved)
         self.scales[:] = self._scales_of(self.moved)
-        self.extend([t])
-        if self.passed > SETTLING:
+        self.extend([t], [h])
+        if grown:
             self.longest = max(self.longest, h)
             if h < BRIEF * self.longest:
                 self.approach(after, h)
@@ -119,12 +124,12 @@ class ObservedMotion:
             self.ended |= t - self.since < self.slowest
             self.since = t
 
-    def extend(self, ends: list[float]) -> None:
-        """Append the ends of steps; absolute tolerances follow the scales."""
+    def extend(self, ends: list[float], lengths: list[float]) -> None:
+        """Append the ends and lengths of steps; absolute tolerances follow the scales."""
         np.maximum(self.tolerance * self.scales, self.least, out=self.atol)
         self._ends += ends
-        self.passed = len(self._ends) - 1
-        self.__dict__.pop("lengths", None)
+        self.lengths += lengths
+        self.passed = len(self._ends)
 
     def approach(self, y: Array, h: float) -> None:
         """Note the distance from the origin of a state, or of its step, relative to the scales."""
@@ -140,18 +145,10 @@ class ObservedMotion:
     @property
     def first_step(self) -> float | None:
         """Length of the step at which they have settled; None before it."""
-        if self.passed < SETTLING:
-            return None
-        return self._ends[SETTLING] - self._ends[SETTLING - 1]
-
-    @cached_property
-    def lengths(self) -> Array:
-        """Lengths of all steps, shape (steps,)."""
-        return np.diff(self._ends)
+        return self.lengths[SETTLING - 1] if self.passed >= SETTLING else None
 
     def step_at(self, t: float) -> float | None:
         """Return the length of the step around a time; None if none has settled."""
         if self.passed <= SETTLING:
             return None
-        k = bisect_left(self._ends, t) - 1
-        return float(self.lengths[min(max(k, SETTLING), self.passed - 1)])
+        return self.lengths[min(max(bisect_left(self._ends, t), SETTLING), self.passed - 1)]

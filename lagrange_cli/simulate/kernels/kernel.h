@@ -60,7 +60,8 @@ typedef struct {
     double *scales;       /* 2 n: of the motion so far */
     double *way;          /* n: how far each coordinate went, back and forth */
     double *closest;      /* n: least distance from the origin in short steps, over its scale */
-    double *ends;         /* the ends of steps, as many as it has room for */
+    double *ends;         /* the ends of steps, as many as there is room for, */
+    double *lengths;      /* and their lengths */
     double *size;         /* n, and */
     double *state;        /* 2 n: workspace */
     double tolerance;     /* absolute tolerances over scales, */
@@ -71,7 +72,7 @@ typedef struct {
     double nearest;       /* closer than this the run ends */
     double slowest;       /* so does one that comes no further in `window` steps */
     double since;         /* time at which these began */
-    int64_t recorded;     /* ends of steps in `ends` */
+    int64_t recorded;     /* steps in these */
     int64_t passed;       /* steps in all */
     int64_t settling;     /* first steps, whose lengths say nothing */
     int64_t window;

@@ -78,9 +78,11 @@ void lagrange_observe(lagrange_run *run)
         run->atol[i] = fmax(o->tolerance*o->scales[i], o->least);
     }
     o->ends[o->recorded] = run->t;
+    o->lengths[o->recorded] = h;
     o->recorded += 1;
     o->passed += 1;
-    if (o->passed > o->settling) {
+    /* As long as the motion lets it be: not one of the first, nor cut by an event. */
+    if (run->steps > o->settling && !(run->t < run->t_new)) {
         o->longest = fmax(o->longest, h);
         if (h < o->brief*o->longest) {
             approach(o, o->state, h, n);

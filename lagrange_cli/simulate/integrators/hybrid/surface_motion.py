@@ -98,6 +98,7 @@ class SurfaceMotion(HybridMotion):
         while (
             filled < len(times)
             and run.end_event is None
+            and not (self._control.observed is not None and self._control.observed.ended)
             and run.steps - steps < most_steps
             and run.evaluations - evaluations < most_evaluations
         ):

@@ -80,7 +80,7 @@ def observed_type() -> Any:
     """``lagrange_observed`` of kernel.h: doubles, since coarse runs are made in these alone."""
     fields = (
         *((name, POINTER) for name in ("origin", "angle", "kind", "moved", "scales", "way")),
-        *((name, POINTER) for name in ("closest", "ends", "size", "state")),
+        *((name, POINTER) for name in ("closest", "ends", "lengths", "size", "state")),
         *((name, ctypes.c_double) for name in ("tolerance", "least", "span", "brief", "longest")),
         *((name, ctypes.c_double) for name in ("nearest", "slowest", "since")),
         *((name, LONG) for name in ("recorded", "passed", "settling", "window", "ended")),

@@ -24,11 +24,12 @@ class ObservedBuffer:
 
     def __init__(self, motion: ObservedMotion) -> None:
         self._motion = motion
-        self._ends, n = np.empty(ROOM), len(motion.way)
+        self._steps, n = np.empty((2, ROOM)), len(motion.way)
         arrays = {
             **{name: getattr(motion, name) for name in ("origin", "angle", "kind", "moved")},
             **{name: getattr(motion, name) for name in ("scales", "way", "closest")},
-            "ends": self._ends,
+            "ends": self._steps[0],
+            "lengths": self._steps[1],
             "size": np.empty(n),
             "state": np.empty(2 * n),
         }
@@ -46,7 +47,7 @@ class ObservedBuffer:
 
     def take(self) -> None:
         """Bring the motion up to date with what the kernel has seen."""
-        self._motion.extend(self._ends[: self._c.recorded].tolist())
+        self._motion.extend(*self._steps[:, : self._c.recorded].tolist())
         self._c.recorded = 0
         for name in _CHANGED:
             setattr(self._motion, name, getattr(self._c, name))
