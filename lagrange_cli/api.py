@@ -7,9 +7,9 @@ value is frozen; the modules behind a step are imported when it is taken.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.reader import SceneText
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
-    from lagrange_cli.simulate.ensemble.members import NumericMembers, Recipe
+    from lagrange_cli.simulate.ensemble.result import Ensemble
+    from lagrange_cli.simulate.ensemble.variants import Variants
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
@@ -29,13 +30,16 @@ if TYPE_CHECKING:
 
 GivenValues = Mapping[str, "float | str"]
 
+DrivenInputs = Mapping[str, Callable[[float], float]]
+
+
+def _text(value: float | str) -> str:
+    """Write a number as the shortest text that reads back the same; keep an expression."""
+    return value if isinstance(value, str) else repr(float(value))
+
 
 def _texts(values: GivenValues | None) -> dict[str, str]:
-    """Write numbers as the shortest text that reads back the same; keep expressions."""
-    return {
-        name: value if isinstance(value, str) else repr(float(value))
-        for name, value in (values or {}).items()
-    }
+    return {name: _text(value) for name, value in (values or {}).items()}
 
 
 def load(
@@ -209,6 +213,7 @@ class Derivation:
         *,
         parameters: GivenValues | None = None,
         initial: GivenValues | None = None,
+        inputs: DrivenInputs | None = None,
         until: float | None = None,
         accuracy: float | None = None,
         method: str | None = None,
@@ -232,6 +237,11 @@ class Derivation:
         parameters, initial
             Values that replace those of the scene, as for :func:`load`. If they may change the
             equations, these are derived and certified again.
+        inputs
+            Functions of time that replace the scene's inputs of these names, as ``{"F": f}``;
+            ``f(t)`` is a finite number. They are to be smooth: they are called wherever a method
+            evaluates forces, and what they do between is not known. Python then evaluates the
+            equations too, some 100 times slower than compiled code.
         until, accuracy, method, rtol, atol, step, samples, budget
             See :class:`.simulate.request.SimulationOptions`; by default the scene's.
         progress, reached, stop, functions, cache, stream, checkpoint
@@ -252,8 +262,10 @@ class Derivation:
         'ok'
         """
         from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
+        from lagrange_cli.simulate.ensemble.members import MemberValues
         from lagrange_cli.simulate.options import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext
+        from lagrange_cli.simulate.system.functions import KeptFunctions
 
         options = SimulationOptions(
             until=until,
@@ -265,9 +277,10 @@ class Derivation:
             samples=samples,
             budget=budget,
         )
+        alike = cache is None and not inputs
         context = RunContext(
             functions=functions,
-            kept=self._functions if cache is None else None,
+            kept=self._functions if alike else KeptFunctions(cache, inputs or {}),
             cache=cache,
             stream=stream,
             checkpoint=checkpoint,
@@ -275,20 +288,127 @@ class Derivation:
             reached=reached,
             stop=stop,
         )
-        values = _texts(parameters), _texts(initial)
-        free = self.formulation == "auto"
-        if free and self.equations.simulate.formulation == "multiplier":
-            model = self._with_multipliers(*values)
-            return simulate_past_singularities(model, options, None, context)
-        maker = partial(self._with_multipliers, *values) if free else None
-        return simulate_past_singularities(self._varied(*values), options, maker, context)
+        variants = self._variants(frozenset(inputs or ()))
+        values = MemberValues(_texts(parameters), _texts(initial))
+        free = variants.recipe.formulation == "auto"
+        maker = partial(variants.with_multipliers, values) if free else None
+        return simulate_past_singularities(variants.of(values), options, maker, context)
 
-    def tradeoff(self, **options: Any) -> Trade:
-        """Measure speed against accuracy; see
-        :func:`lagrange_cli.studies.tradeoff.measure.trade`."""
+    def ensemble(
+        self,
+        members: Mapping[str, Iterable[float | str]] | Sequence[GivenValues],
+        *,
+        until: float | None = None,
+        accuracy: float | None = None,
+        method: str | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+        samples: int | None = None,
+        extra: Sequence[str] = (),
+        jobs: int | None = 1,
+        progress: Callable[[float], None] | None = None,
+    ) -> Ensemble:
+        """Simulate many motions, each with an accuracy of its own; all samples are in memory.
+
+        Parameters
+        ----------
+        members
+            Parameters and initial values, numbers or expressions. A mapping of names to values
+            combines all of them, the last name varies fastest; a sequence of mappings with the
+            same names has them one by one.
+        until, accuracy, method, rtol, atol, step, samples
+            As for :meth:`simulate`.
+        extra
+            Further columns: ``energy``, ``forces``.
+        jobs
+            Members that are simulated at a time: 1 in this process alone, more in threads and
+            other processes, None as joblib is configured.
+        progress
+            Called with the part of the members that are finished.
+
+        Raises
+        ------
+        InputError
+            None of a few members can be derived, or an option is wrong. Others that cannot be
+            begun have the status ``refused``.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> ensemble = derivation.ensemble({"theta": [0.1, 0.2], "l": [1, 2, 3]}, until=1.0)
+        >>> ensemble
+        <Ensemble of pendulum: 6 members, 401 samples; 6 ok>
+        >>> ensemble.columns["theta"].shape, ensemble.given["l"].tolist()
+        ((6, 401), [1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
+        """
+        from lagrange_cli.simulate.ensemble.input_file import members_of
+        from lagrange_cli.simulate.ensemble.planning import simulate_members
+        from lagrange_cli.simulate.options import SimulationOptions
+
+        options = SimulationOptions(
+            until=until,
+            accuracy=accuracy,
+            method=method,
+            rtol=rtol,
+            atol=atol,
+            step=step,
+            samples=samples,
+        )
+        if isinstance(members, Mapping):
+            values = members_of({name: list(map(_text, axis)) for name, axis in members.items()})
+        else:
+            values = members_of([_texts(member) for member in members])
+        return simulate_members(
+            self._variants(frozenset()),
+            values,
+            options,
+            extra=tuple(extra),
+            jobs=jobs,
+            progress=progress,
+        )
+
+    def tradeoff(
+        self,
+        *,
+        methods: Sequence[str] | None = None,
+        repeat: int = 20,
+        until: float | None = None,
+        budget: float = 1.0,
+        progress: Callable[[float], None] | None = None,
+    ) -> Trade:
+        """Measure speed against accuracy, of the methods of this program on this machine.
+
+        Parameters
+        ----------
+        methods, repeat, until, budget, progress
+            As :func:`lagrange_cli.studies.tradeoff.measure.trade` has them.
+
+        Raises
+        ------
+        InputError
+            A method is unknown or cannot run here; the scene cannot be simulated.
+        AccuracyError
+            There is no reference that is accurate enough.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> derivation.tradeoff(methods=["DOP853"], repeat=1).points[0].setting.method
+        'DOP853'
+        """
         from lagrange_cli.studies.tradeoff.measure import trade
 
-        return trade(self.model(), **options)
+        model = self._variants(frozenset()).model
+        return trade(
+            model,
+            methods=methods,
+            repeat=repeat,
+            until=until,
+            budget=budget,
+            progress=progress,
+            functions=self._functions(model),
+        )
 
     def model(self) -> Model:
         """Return the equations as code, without symbols, as simulations run them."""
@@ -303,64 +423,19 @@ class Derivation:
         return model_of(self.equations)
 
     @cached_property
-    def _multiplier_model(self) -> Model:
-        return self._derived({}, {}, "multiplier")
-
-    @cached_property
-    def _recipe(self) -> Recipe:
-        from lagrange_cli.simulate.ensemble.members import Recipe
-
-        return Recipe(self.source, self.forces, self.formulation)
-
-    @cached_property
     def _functions(self) -> KeptFunctions:
         from lagrange_cli.simulate.system.functions import KeptFunctions
 
         return KeptFunctions()
 
     @cached_property
-    def _numeric(self) -> dict[frozenset[str], NumericMembers | None]:
-        """By names that change: what makes models of other values; None if these matter more."""
-        return {}
+    def _variants(self) -> Callable[[frozenset[str]], Variants]:
+        """Names of inputs that are driven → models with other values."""
+        from lagrange_cli.simulate.ensemble.members import Recipe
+        from lagrange_cli.simulate.ensemble.variants import variants_of
 
-    def _varied(self, parameters: Mapping[str, str], initial: Mapping[str, str]) -> Model:
-        """Return the model with other values."""
-        from lagrange_cli.simulate.ensemble.members import (
-            MemberValues,
-            NumericMembers,
-            differ_in_numbers,
-        )
-
-        if not (parameters or initial):
-            return self._model
-        member, names = MemberValues(parameters, initial), frozenset({*parameters, *initial})
-        if names in self._numeric:
-            numeric = self._numeric[names]
-            model = None if numeric is None else numeric.of(member)
-            return self._derived(parameters, initial) if model is None else model
-        model = self._derived(parameters, initial)
-        if model.code == self._model.code:
-            model = replace(model, code=self._model.code)
-        alone = differ_in_numbers(self._recipe, member, model)
-        self._numeric[names] = NumericMembers(self._recipe, member, model) if alone else None
-        return model
-
-    def _with_multipliers(self, parameters: Mapping[str, str], initial: Mapping[str, str]) -> Model:
-        """Return the model of the multiplier formulation."""
-        if not (parameters or initial):
-            return self._multiplier_model
-        return self._derived(parameters, initial, "multiplier")
-
-    def _derived(
-        self,
-        parameters: Mapping[str, str],
-        initial: Mapping[str, str],
-        formulation: Formulation | None = None,
-    ) -> Model:
-        """Derive the model of other values, or of another formulation."""
-        from lagrange_cli.simulate.ensemble.members import MemberValues
-
-        return self._recipe.model(MemberValues(parameters, initial), formulation)
+        recipe = partial(Recipe, self.source, self.forces, self.formulation)
+        return lru_cache(lambda driven: variants_of(self.equations, recipe(driven), self.model))
 
     def _repr_latex_(self) -> str:
         """Return the equations of motion as notebooks typeset them."""

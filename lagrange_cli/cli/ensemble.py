@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -14,18 +13,12 @@ from lagrange_cli.cli.models import SceneRequest, SimulationRequest, model_of_sc
 from lagrange_cli.cli.remembered import Answer, remembered
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.cli.terminal.output import print_report
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.model import Scene
     from lagrange_cli.simulate.ensemble.input_file import Members
-    from lagrange_cli.simulate.ensemble.members import MemberValues
-    from lagrange_cli.simulate.ensemble.run import Plan
+    from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
     from lagrange_cli.simulate.model.model import Model
-    from lagrange_cli.simulate.options import SimulationOptions
-
-#: Members that are tried until one can be derived.
-_MOST_TRIED = 3
 
 #: The options of a command that runs ensembles.
 ensemble_options = shared.in_order(
@@ -137,15 +130,16 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
         The scene, the members or the options are wrong.
     """
     from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
-    from lagrange_cli.simulate.ensemble.members import require_known_names
+    from lagrange_cli.simulate.ensemble.planning import plan_members
     from lagrange_cli.simulate.ensemble.run import run_members, tasks_of
     from lagrange_cli.simulate.ensemble.store import open_store
 
     started = perf_counter()
     members = _members(choice, asked.output)
-    scene = asked.scene.recipe().scene()
-    require_known_names(members, scene)
-    plan, times = _plan(session, asked, members, scene)
+    models, columns = _RememberedModels(session, asked.scene), asked.output is not None
+    plan, times = plan_members(models, members, asked.options, extra=asked.columns, columns=columns)
+    if not plan.alone:
+        session.remark("each member is derived by itself: its values may change the equations")
     tasks = tasks_of(plan, members.rows)
     sizes = [len(task.rows) for task in tasks]
     store = open_store(asked.output, plan.key, sizes, resume=choice.resume)
@@ -166,121 +160,31 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
     return INTERRUPTED if budget is None else 1
 
 
-# What all members share.
+@dataclass(frozen=True)
+class _RememberedModels:
+    """Models of members, kept in the cache."""
 
+    session: Session
+    asked: SceneRequest
 
-def _require_common_times(scene: Scene, values: MemberValues, members: Members) -> None:
-    """Refuse sample times that differ between members."""
-    from lagrange_cli.scene.language.expression import names_in
-    from lagrange_cli.simulate.ensemble.members import varied_parameters
+    @property
+    def recipe(self) -> Recipe:
+        return self.asked.recipe()
 
-    different = varied_parameters(scene, values)
-    for entry in fields(scene.simulate):
-        expression = getattr(scene.simulate, entry.name)
-        node = getattr(expression, "node", None)
-        if node is not None and {name.name for name in names_in(node)} & different:
-            raise InputError(
-                Problem(
-                    f"'{entry.name}' differs between members: it rests on what they vary,"
-                    f" {', '.join(members.names)}",
-                    expression.mark(),
-                    hint="give a number, as --until 10",
-                    rule="ensemble",
-                )
-            )
+    def of(self, member: MemberValues) -> Model:
+        parameters = {**self.asked.parameters, **member.parameters}
+        initial = {**self.asked.initial, **member.initial}
+        request = replace(self.asked, parameters=parameters, initial=initial)
+        return model_of_scene(self.session, request)
 
+    def differ_in_numbers(self, member: MemberValues, model: Model) -> bool:
+        asked = self.asked
 
-def _plan(
-    session: Session, asked: SimulationRequest, members: Members, scene: Scene
-) -> tuple[Plan, Any]:
-    """Plan the runs of all members; return the times of the samples as well."""
-    from lagrange_cli.simulate.ensemble.members import MemberValues
-    from lagrange_cli.simulate.ensemble.run import Plan
-    from lagrange_cli.simulate.request import resolve
+        def work() -> Answer:
+            from lagrange_cli.simulate.ensemble.members import differ_in_numbers
 
-    _require_common_times(scene, MemberValues.of(members.values(0), scene), members)
-    values, model = _first_model(session, asked.scene, members, scene)
-    # The budget is that of all members together.
-    options = replace(asked.options, budget=None)
-    times = resolve(model, options).times
-    plan = Plan(
-        key=_key(asked, options, members),
-        recipe=asked.scene.recipe(),
-        names=members.names,
-        member=values,
-        model=model,
-        alone=_differ_in_numbers(session, asked.scene, values, model),
-        samples=len(times),
-        options=options,
-        extra=asked.columns,
-        columns=asked.output is not None,
-    )
-    if not plan.alone:
-        session.remark("each member is derived by itself: its values may change the equations")
-    return plan, times
+            return Answer(differ_in_numbers(asked.recipe(), member, model))
 
-
-def _first_model(
-    session: Session, asked: SceneRequest, members: Members, scene: Scene
-) -> tuple[MemberValues, Model]:
-    """Return the values and the model of a member that can be derived, of the few that are tried.
-
-    Raises
-    ------
-    InputError
-        None of them can; that of the first, located at its values.
-    """
-    from lagrange_cli.simulate.ensemble.members import MemberValues
-
-    refusals = []
-    for member in list(dict.fromkeys((0, len(members) - 1, len(members) // 2)))[:_MOST_TRIED]:
-        values = MemberValues.of(members.values(member), scene)
-        parameters = {**asked.parameters, **values.parameters}
-        initial = {**asked.initial, **values.initial}
-        try:
-            request = replace(asked, parameters=parameters, initial=initial)
-            return values, model_of_scene(session, request)
-        except InputError as refusal:
-            refusals.append(_located(refusal, members, member, scene))
-    raise refusals[0]
-
-
-def _located(refusal: InputError, members: Members, member: int, scene: Scene) -> InputError:
-    """Put the problems with a member's values at their places in the file or range."""
-    from lagrange_cli.scene import declares
-
-    problems = []
-    for problem in refusal.problems:
-        mark = problem.mark or Mark("", 0, 0)
-        option, _, name = mark.file.partition(" ")
-        if option in ("-p", "-i") and name in members.names:
-            head = members.heads[members.names.index(name)]
-            wrong_name = mark.column == 1 and not declares(scene, name)
-            problem = replace(problem, mark=head if wrong_name else members.mark(member, name))
-        problems.append(problem)
-    return InputError(*problems)
-
-
-def _differ_in_numbers(
-    session: Session, asked: SceneRequest, values: MemberValues, model: Model
-) -> bool:
-    """Say whether members differ in numbers alone; the answer is kept in the cache."""
-
-    def work() -> Answer:
-        from lagrange_cli.simulate.ensemble.members import differ_in_numbers
-
-        return Answer(differ_in_numbers(asked.recipe(), values, model))
-
-    member = [sorted(texts.items()) for texts in (values.parameters, values.initial)]
-    question = [*asked.values, *member, asked.forces, asked.formulation]
-    return bool(remembered(session, "ensemble", asked.source, question, work))
-
-
-def _key(asked: SimulationRequest, options: SimulationOptions, members: Members) -> str:
-    """Hash all that results depend on."""
-    from lagrange_cli.cache import digest, fingerprint
-
-    scene, choices = asked.scene, sorted(vars(options).items())
-    question = [scene.values, scene.formulation, asked.columns, choices]
-    table = [members.names, members.rows]
-    return digest("ensemble", fingerprint(), scene.source.data, *map(json.dumps, (question, table)))
+        values = [sorted(texts.items()) for texts in (member.parameters, member.initial)]
+        question = [*asked.values, *values, asked.forces, asked.formulation]
+        return bool(remembered(self.session, "ensemble", asked.source, question, work))

@@ -77,15 +77,21 @@ class Input:
     name, symbol
         Its name in the scene, and its symbol.
     expression
-        Its value over t and parameters, None if it is recorded.
+        Its value over t and parameters, None if it is recorded or driven.
     recording
-        The file that holds its values, read when they are needed; None if it is an expression.
+        The file that holds its values, read when they are needed; None if it is an expression or
+        driven.
     """
 
     name: str
     symbol: Symbol
     expression: Expr | None
     recording: Recording | None = None
+
+    @property
+    def driven(self) -> bool:
+        """Its values are given by whoever evaluates the equations, and unknown before."""
+        return self.expression is None and self.recording is None
 
 
 @dataclass(frozen=True)

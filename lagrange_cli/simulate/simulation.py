@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.errors import InputError, Mark, placed
+from lagrange_cli.errors import InputError, Mark, Problem, placed
 from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.accuracy.user_method import integrate_with_method
@@ -186,6 +186,8 @@ def integrate(
     if checkpoint is not None and request.method is not None:
         # Before any file is made.
         CheckpointWriter.require(request.method)
+    if model.driven:
+        _require_kept_functions(context)
     span = float(request.times[0]), float(request.times[-1])
     progress = RunProgress(context.progress, context.reached, span)
     watch = Watch(progress, Deadline.after(request.budget), context.stop)
@@ -195,6 +197,15 @@ def integrate(
             return _simulated(model, request.refined(every), watch, context)
         with buffers(stream, model, request, checkpoint) as buffer:
             return _simulated(model, request, watch, context, buffer, look)
+
+
+def _require_kept_functions(context: RunContext) -> None:
+    """Refuse what does not go with inputs that are Python functions."""
+    if context.functions is not None:
+        raise InputError(Problem("'functions' have their own inputs", rule="inputs"))
+    if context.checkpoint is not None:
+        said = "a run whose inputs are Python functions cannot go on from a file, which lacks them"
+        raise InputError(Problem(said, rule="resume"))
 
 
 @contextmanager

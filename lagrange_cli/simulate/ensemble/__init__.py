@@ -4,4 +4,4 @@ A scene and values of its members go in; a result with an accuracy of its own fo
 stepped side by side in vectors where that is faster. Read :mod:`.run` first.
 """
 
-__all__ = ["input_file", "members", "run", "store"]
+__all__ = ["input_file", "members", "planning", "result", "run", "store", "variants"]

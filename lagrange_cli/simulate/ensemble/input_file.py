@@ -1,4 +1,4 @@
-"""Members of an ensemble: what differs between them, from a file or as ranges.
+"""Members of an ensemble: what differs between them, from a file, as ranges, or from Python.
 
 A CSV file has a header of names, ``m``, ``theta``, ``dot(theta)``, and a row a member; a
 YAML file is a list of mappings with the same names. Values are expressions of the scene
@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -212,14 +212,21 @@ def grid(specifications: Sequence[str]) -> Members:
     InputError
         Located in the option: it is no range.
     """
-    parts = [_axis(text) for text in specifications]
-    if math.prod(len(axis) for _, _, axis in parts) > MOST_MEMBERS:
-        raise _too_many(parts[-1][1])
-    cells = [list(row) for row in itertools.product(*(axis for _, _, axis in parts))]
-    return _checked([name for name, _, _ in parts], [head for _, head, _ in parts], cells)
+    return _combined([_axis(text) for text in specifications])
 
 
-def _axis(text: str) -> tuple[str, Mark, list[_Cell]]:
+def _combined(axes: Sequence[_Axis]) -> Members:
+    if math.prod(len(cells) for _, _, cells in axes) > MOST_MEMBERS:
+        raise _too_many(axes[-1][1])
+    cells = [list(row) for row in itertools.product(*(cells for _, _, cells in axes))]
+    return _checked([name for name, _, _ in axes], [head for _, head, _ in axes], cells)
+
+
+#: Name, its place and values.
+_Axis = tuple[str, Mark, list[_Cell]]
+
+
+def _axis(text: str) -> _Axis:
     """Name, place and values of one range."""
     name, equals, written = text.partition("=")
     head = Mark("--vary", 1, 1, text, max(1, len(name)))
@@ -278,3 +285,46 @@ def _number(text: str, mark: Mark) -> float:
     from lagrange_cli.scene import parse_expression
 
     return nearest_double(to_sympy(parse_expression(written, mark), lambda name: None))
+
+
+# From Python.
+
+
+def members_of(
+    values: Mapping[str, Sequence[str]] | Sequence[Mapping[str, str]],
+) -> Members:
+    """Combine all values of some names, the last one varies fastest; or take members one by one.
+
+    Raises
+    ------
+    InputError
+        There is none, or members have different names.
+    """
+    if isinstance(values, Mapping):
+        members = _combined([_axis_of(name, texts) for name, texts in values.items()])
+    else:
+        names = list(values[0]) if values else []
+        if len(values) > MOST_MEMBERS:
+            raise _too_many(Mark("members", 1, 1))
+        cells = [_row_of(member, names, number) for number, member in enumerate(values)]
+        heads = [Mark(f"members[0] {name}", 1, 1, name, len(name)) for name in names]
+        members = _checked([_without_blanks(name) for name in names], heads, cells)
+    if not (members.names and members.rows):
+        raise _refused("there is no member", Mark("members", 1, 1), "{'theta': [0.1, 0.2]}")
+    return members
+
+
+def _axis_of(name: str, texts: Sequence[str]) -> _Axis:
+    head = Mark(f"members {name}", 1, 1, name, len(name))
+    cells = [(text, replace(head, text=text, length=len(text))) for text in texts]
+    return _without_blanks(name), head, cells
+
+
+def _row_of(member: Mapping[str, str], names: Sequence[str], number: int) -> list[_Cell]:
+    """Return the values of a member in the order of the first one."""
+    mark = Mark(f"members[{number}]", 1, 1)
+    for name in sorted(member.keys() ^ set(names)):
+        has = "has" if name in member else "has no"
+        raise _refused(f"this member {has} {quoted_cell(name)}, unlike the first one", mark)
+    marks = [replace(mark, text=member[name], length=len(member[name])) for name in names]
+    return [(member[name], place) for name, place in zip(names, marks, strict=True)]

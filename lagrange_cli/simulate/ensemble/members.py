@@ -59,11 +59,14 @@ class Recipe:
         Constraint forces are derived.
     formulation
         Formulation of the equations; None for the scene's.
+    driven
+        Names of inputs whose values whoever simulates gives.
     """
 
     text: SceneText
     forces: bool = False
     formulation: Formulation | None = None
+    driven: frozenset[str] = frozenset()
 
     def scene(self, member: MemberValues | None = None) -> Scene:
         """Read the scene with the values of a member.
@@ -86,14 +89,16 @@ class Recipe:
         """
         scene = self.scene(member)
         wanted = scene.simulate.formulation_for(formulation or self.formulation)
-        return _derived(scene, self.forces, wanted)
+        return self.derived(scene, wanted)
 
+    def derived(self, scene: Scene, formulation: Formulation) -> Model:
+        """Derive the model of a scene that was read; refuses as :meth:`model`."""
+        from lagrange_cli.mechanics import derive
+        from lagrange_cli.simulate.model.build import model_of
+        from lagrange_cli.simulate.model.inputs import with_driven_inputs
 
-def _derived(scene: Scene, forces: bool, formulation: Formulation) -> Model:
-    from lagrange_cli.mechanics import derive
-    from lagrange_cli.simulate.model.build import model_of
-
-    return model_of(derive(scene, forces=forces, formulation=formulation))
+        equations = derive(scene, forces=self.forces, formulation=formulation)
+        return model_of(with_driven_inputs(equations, self.driven))
 
 
 def numeric_values(scene: Scene) -> tuple[dict[str, float | None], dict[str, float | None]]:
@@ -164,7 +169,7 @@ def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> boo
     if NumericMembers(recipe, member, model).of(member) != model:
         return False
     try:
-        without = _derived(_without_values(scene), recipe.forces, "minimal")
+        without = recipe.derived(_without_values(scene), "minimal")
     except InputError:
         return False
     return _equations(without) == _equations(model)

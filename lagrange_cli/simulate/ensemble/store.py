@@ -1,8 +1,8 @@
-"""Finished blocks of an ensemble: kept one by one, and put together in one NPZ at the end.
+"""Finished blocks of an ensemble: kept one by one, and put together at the end.
 
-While members are run, a folder ``FILE.parts`` beside the result has a file for each
-finished block, written whole or not at all, and ``ensemble.json``, which says what they are
-blocks of.
+While members are run whose result is a file, a folder ``FILE.parts`` beside it has a file for
+each finished block, written whole or not at all, and ``ensemble.json``, which says what they are
+blocks of. Otherwise they are kept in memory.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ import json
 import re
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeAlias
 
 import numpy as np
 
@@ -23,6 +23,10 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, discard, is_temporary, whole_file, write_file
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.blocks import MEMBER_FIGURES, MEMBER_WORDS, MemberBlock
+from lagrange_cli.simulate.ensemble.result import Ensemble
+
+#: Name, shape, and parts along the first axis, of an array.
+_Entry: TypeAlias = tuple[str, tuple[int, ...], Iterable[Array]]
 
 _NOTE = "ensemble.json"
 _BLOCK = re.compile(r"block-([0-9]{6})\.npz", re.ASCII)
@@ -39,10 +43,7 @@ def _refused(message: str, hint: str = "") -> InputError:
 
 @dataclass
 class Store:
-    """Blocks by their numbers; all but the columns is in memory.
-
-    ``folder`` None: columns are not kept.
-    """
+    """Blocks by their numbers; in memory, but for the columns if there is a ``folder``."""
 
     folder: Path | None
     finished: dict[int, MemberBlock] = field(default_factory=dict)
@@ -57,7 +58,8 @@ class Store:
         """
         if self.folder is not None:
             write_file(self._path(block.number), _serialized(block))
-        self.finished[block.number] = replace(block, columns={})
+            block = replace(block, columns={})
+        self.finished[block.number] = block
 
     def _path(self, number: int) -> Path:
         assert self.folder is not None
@@ -109,44 +111,61 @@ class Store:
         discard(self.folder)
 
     def _write(self, stream: BinaryIO, t: Array) -> None:
-        """Write one array a name: times, columns (members, samples), and figures of members."""
+        with zipfile.ZipFile(stream, "w") as archive:
+            for name, shape, parts in self._entries(t):
+                _put(archive, name, shape, parts)
+
+    def ensemble(self, name: str, t: Array) -> Ensemble:
+        """Put all blocks together in memory."""
+        entries = self._entries(t)
+        return Ensemble(name, {entry: np.concatenate(list(parts)) for entry, _, parts in entries})
+
+    def _entries(self, t: Array) -> Iterator[_Entry]:
+        """Yield one array a name: times, columns (members, samples), and figures of members."""
         numbers = sorted(self.finished)
         members = sum(len(self.finished[k].words["status"]) for k in numbers)
-        with zipfile.ZipFile(stream, "w") as archive:
-            _put(archive, "t", t.shape, [t])
-            for name in self._column_names():
-                parts = (self._column(k, name, len(t)) for k in numbers)
-                _put(archive, name, (members, len(t)), parts)
-            for name in self.finished[numbers[0]].varied:
-                varied = [self.finished[k].varied[name] for k in numbers]
-                _put(archive, f"given/{name}", (members,), varied)
-            for name in dict.fromkeys(n for k in numbers for n in self.finished[k].scales):
-                _put(archive, f"scale/{name}", (members,), [self._scales(name)])
-            for name in MEMBER_FIGURES:
-                _put(archive, f"member/{name}", (members,), [self.figures(name)])
-            for name in MEMBER_WORDS:
-                _put(archive, f"member/{name}", (members,), [np.array(self.words(name))])
+        yield "t", t.shape, [t]
+        for name in self._column_names():
+            yield name, (members, len(t)), (self._column(k, name, len(t)) for k in numbers)
+        for name in self.finished[numbers[0]].varied:
+            yield f"given/{name}", (members,), [self.finished[k].varied[name] for k in numbers]
+        for name in dict.fromkeys(n for k in numbers for n in self.finished[k].scales):
+            yield f"scale/{name}", (members,), [self._scales(name)]
+        for name in MEMBER_FIGURES:
+            yield f"member/{name}", (members,), [self.figures(name)]
+        for name in MEMBER_WORDS:
+            yield f"member/{name}", (members,), [np.array(self.words(name))]
 
     def _column_names(self) -> list[str]:
         names = dict[str, None]()
         for number in sorted(self.finished):
-            with zipfile.ZipFile(self._path(number)) as archive:
-                inside = [name.removesuffix(".npy") for name in archive.namelist()]
-            names |= dict.fromkeys(n.removeprefix("c/") for n in inside if n.startswith("c/"))
+            names |= dict.fromkeys(self._names_in(number))
         return list(names)
 
+    def _names_in(self, number: int) -> list[str]:
+        """Return the columns of a finished block."""
+        if self.folder is None:
+            return list(self.finished[number].columns)
+        with zipfile.ZipFile(self._path(number)) as archive:
+            inside = [name.removesuffix(".npy") for name in archive.namelist()]
+        return [name.removeprefix("c/") for name in inside if name.startswith("c/")]
+
     def _column(self, number: int, name: str, samples: int) -> Array:
-        with np.load(self._path(number), allow_pickle=False) as arrays:
-            if f"c/{name}" in arrays:
-                return np.asarray(arrays[f"c/{name}"], dtype=np.float64)
-        return np.full((len(self.finished[number].words["status"]), samples), np.nan)
+        block = self.finished[number]
+        if name in block.columns:
+            return block.columns[name]
+        if self.folder is not None:
+            with np.load(self._path(number), allow_pickle=False) as arrays:
+                if f"c/{name}" in arrays:
+                    return np.asarray(arrays[f"c/{name}"], dtype=np.float64)
+        return np.full((len(block.words["status"]), samples), np.nan)
 
 
 def _put(
     archive: zipfile.ZipFile,
     name: str,
     shape: tuple[int, ...],
-    parts: Sequence[Any] | Iterator[Any],
+    parts: Iterable[Array],
 ) -> None:
     """Write an array that comes in parts along its first axis."""
     waiting = iter(parts)

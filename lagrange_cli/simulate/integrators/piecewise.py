@@ -35,15 +35,21 @@ class InputPieces:
     """Numbers ``rows[k]``, which hold from ``starts[k]`` (ascending) to the next start.
 
     The first row holds before the first start too; at a start the new row does.
-    ``rows`` has shape (len(starts), width).
+    ``rows`` has shape (len(starts), width). The values of ``functions`` of time follow the numbers
+    of a row; they are smooth, and evaluated by Python at every time.
     """
 
     starts: Array
     rows: Array
+    functions: tuple[Callable[[float], float], ...] = ()
 
     def at(self, t: float) -> int:
         """Return the number of the piece that holds at a time, and on from there."""
         return max(int(np.searchsorted(self.starts, t, side="right")) - 1, 0)
+
+    def values(self, t: float) -> list[float]:
+        """Return all numbers at a time."""
+        return [*self.rows[self.at(t)].tolist(), *(function(t) for function in self.functions)]
 
     def first(self, t: float) -> int:
         """Return the piece in which a run begins: not one that ends within the rounding of t.

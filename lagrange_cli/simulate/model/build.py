@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
-from sympy import I, Integer, Symbol, nan, oo, zoo
+from sympy import Integer
 
 from lagrange_cli.emit.c.projection import workspace_size
 from lagrange_cli.emit.force_wording import force_columns
 from lagrange_cli.emit.python.functions import module_source, program_of
-from lagrange_cli.errors import InputError, Mark, NotRealError, Problem, placed
-from lagrange_cli.files.interpolation import COEFFICIENTS
-from lagrange_cli.mechanics.equations import Input, Parameter
+from lagrange_cli.errors import InputError, Mark, placed
+from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.program.constraint_programs import (
     constraint_programs,
     contact_programs,
@@ -29,6 +27,7 @@ from lagrange_cli.simulate.model.charts import (
     singular_source,
 )
 from lagrange_cli.simulate.model.expressions import outputs_program, with_accelerations
+from lagrange_cli.simulate.model.inputs import substitute_inputs
 from lagrange_cli.simulate.model.model import Code, Model, ModelParameter
 from lagrange_cli.simulate.model.peak_exponents import peak_exponents
 from lagrange_cli.simulate.model.switching_surfaces import (
@@ -50,8 +49,6 @@ from lagrange_cli.simulate.native.sources import (
 )
 
 if TYPE_CHECKING:
-    from sympy import Expr
-
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.program.program import Program
 
@@ -102,6 +99,7 @@ def _model_of(equations: Equations) -> Model:
         forces=tuple(name for name, _ in force_columns(equations)),
         contacts=tuple(c.name for c in equations.contacts),
         recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),
+        driven=tuple(u.name for u in equations.inputs if u.driven),
         singular=chart_singularities(equations),
         chart=former_chart(equations),
         massless=_massless(equations),
@@ -120,70 +118,6 @@ def _massless(equations: Equations) -> tuple[str, ...]:
         for c, inertia in zip(equations.coordinates, diagonal, strict=False)
         if not vanished.keys().isdisjoint(inertia.free_symbols) and inertia.xreplace(vanished) == 0
     )
-
-
-def substitute_inputs(equations: Equations) -> Equations:
-    """Put the scene's functions of time in place of its inputs.
-
-    Those from files become polynomials whose coefficients are inputs.
-
-    Raises
-    ------
-    InputError
-        They make an expression that is no finite real number, as 1/u with u = 0.
-    """
-    if not equations.inputs:
-        return equations
-    replacements, inputs = {}, list[Input]()
-    for u in equations.inputs:
-        numbers = tuple(_numbers(u))
-        replacements[u.symbol] = _polynomial(numbers, equations.t) if numbers else u.expression
-        inputs += numbers
-
-    def put(expression: Expr) -> Expr:
-        substituted = expression.xreplace(replacements)
-        if substituted.has(zoo, nan, oo, -oo, I):
-            names = ", ".join(f"'{u.name}'" for u in equations.inputs)
-            raise NotRealError(
-                Problem(
-                    f"with the values of {names} a force or an energy is no finite real number",
-                    hint="look at what stands below fractions and under roots",
-                    rule="not-real",
-                )
-            )
-        return substituted
-
-    return replace(
-        equations,
-        inputs=tuple(inputs),
-        forcing=tuple(map(put, equations.forcing)),
-        energy=put(equations.energy),
-        kinetic=put(equations.kinetic),
-        potential=put(equations.potential),
-        lagrangian=put(equations.lagrangian),
-        outputs=tuple((name, put(e)) for name, e in equations.outputs),
-    )
-
-
-def _numbers(recorded: Input) -> Iterator[Input]:
-    """Make the inputs that stand for a recorded one: the numbers of a piece; none otherwise."""
-    if recorded.recording is None:
-        return
-    coefficients = COEFFICIENTS[recorded.recording.interpolation]
-    for k in range(coefficients + (coefficients > 1)):
-        name = f"{recorded.name}|{k}"
-        yield Input(name, Symbol(name, real=True), None)
-
-
-def _polynomial(numbers: Sequence[Input], t: Symbol) -> Expr:
-    """Write a polynomial in the time since the first number, in Horner's form; or a number."""
-    first, *coefficients = (u.symbol for u in numbers)
-    if not coefficients:
-        return first
-    value = coefficients[-1]
-    for coefficient in reversed(coefficients[:-1]):
-        value = coefficient + (t - first) * value
-    return value
 
 
 def programs_of(equations: Equations) -> dict[str, Program]:

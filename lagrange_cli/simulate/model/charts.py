@@ -35,6 +35,8 @@ def singular_source(equations: Equations) -> str:
     """Write a function whose numbers vanish at singular configurations; empty if there are none."""
     if not equations.singular:
         return ""
+    # Inertia holds no inputs.
+    equations = replace(equations, inputs=())
     places = (place.where for place in equations.singular)
     return module_source({"outputs": outputs_program(equations, places)})
 

@@ -171,6 +171,8 @@ class Model:
     recordings
         Inputs whose values are read from files at each run; the code takes the numbers of their
         present pieces (:mod:`.system.inputs`) as ``u``.
+    driven
+        Inputs whose values whoever simulates gives; in ``u`` they follow those of recordings.
     contacts
         One-sided constraints, for which the code has the functions of
         :mod:`lagrange_cli.program.systems.contact_systems`.
@@ -210,6 +212,7 @@ class Model:
     suggested: tuple[tuple[str, str], ...] = ()
     forces: tuple[str, ...] = ()
     recordings: tuple[Recording, ...] = ()
+    driven: tuple[str, ...] = ()
     contacts: tuple[str, ...] = ()
     singular: tuple[ChartSingularity, ...] = ()
     chart: FormerChart | None = None
@@ -253,7 +256,7 @@ class Model:
         fields = dict(value)
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
-        lists += ("steep", "initial_decimals")
+        lists += ("steep", "initial_decimals", "driven")
         for name in lists:
             fields[name] = tuple(fields[name])
         fields["parameters"] = tuple(ModelParameter(**p) for p in fields["parameters"])

@@ -34,7 +34,7 @@ _MOST_ARGUMENTS = 16
 _LARGEST_ARGUMENT = 200
 
 
-def _steep_arguments(equations: Equations) -> tuple[Expr, ...]:
+def steep_arguments(equations: Equations) -> tuple[Expr, ...]:
     """Find expressions that vanish where a force or an inertia has an unbounded slope.
 
     These are the bases of powers with exponents between 0 and 1 (the argument of an absolute
@@ -66,7 +66,7 @@ def _steep(expression: Expr, numbers: Mapping[Expr, Expr]) -> Iterator[Expr]:
 
 def steep_places(equations: Equations) -> tuple[str, ...]:
     """Write the places where arguments vanish as equations in words of the scene."""
-    return tuple(f"{in_scene_language(equations, g)} = 0" for g in _steep_arguments(equations))
+    return tuple(f"{in_scene_language(equations, g)} = 0" for g in steep_arguments(equations))
 
 
 def steep_source(equations: Equations) -> str:
@@ -76,7 +76,7 @@ def steep_source(equations: Equations) -> str:
     argument depends on velocities. It reads accelerations behind the parameters. The text is
     empty if there are no arguments.
     """
-    arguments = _steep_arguments(equations)
+    arguments = steep_arguments(equations)
     if not arguments:
         return ""
     first, second = rates(arguments, equations, derivative)

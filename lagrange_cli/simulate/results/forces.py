@@ -42,7 +42,7 @@ def _interpreted(model: Model, functions: RightHandSide) -> ParameterTable:
     forces, recorded = functions_of(model.code.forces), functions.recorded_inputs
 
     def row(time: float, state: Array, known: Array) -> Array:
-        inputs = [lambda *_: recorded.pieces.rows[recorded.pieces.at(time)]] if recorded else []
+        inputs = [lambda t, *_: recorded.pieces.values(t)] if recorded else []
         return np.asarray(forces["outputs"](time, state, known.tolist(), *inputs))
 
     def rows(t: Array, y: Array, known: Array) -> Array:

@@ -28,7 +28,17 @@ _PART = 1 / 64
 def unseen_forces(
     model: Model, functions: RightHandSide, problem: InitialValueProblem, states: RowSequence
 ) -> tuple[str, ...]:
-    """The remark, where an exponent changes so fast somewhere that a step may pass its peak."""
+    """The remark, where an exponent changes so fast somewhere that a step may pass its peak.
+
+    There is one on driven inputs as well, which nothing is known of between two evaluations.
+    """
+    part = round(problem.span / problem.longest_step)
+    if model.driven:
+        return (
+            f"of {' and '.join(model.driven)} steps see the values where they evaluate a Python"
+            f" function; what acts for less than a step, of up to 1/{part} of the time, they may"
+            " miss: simulate its neighbourhood separately",
+        )
     watched = functions.native and not model.contacts
     if watched or not model.landmarks or len(states) < 2:
         return ()
@@ -37,7 +47,6 @@ def unseen_forces(
     if not _is_sharp(functions, problem, np.asarray(times[: len(rows)]), np.asarray(rows)):
         return ()
     where = "beside contacts" if functions.native else "without compiled code"
-    part = round(problem.span / problem.longest_step)
     return (
         f"exp, tanh, a quotient or a high power can act for less than a step, of up to 1/{part} of"
         f" the time; {where} steps do not look for that: simulate its neighbourhood separately",

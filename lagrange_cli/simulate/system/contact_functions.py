@@ -181,10 +181,8 @@ class InterpretedContacts:
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
     ) -> tuple[Array | None, Array]:
-        pieces, inputs = self._pieces, []
-        if pieces is not None:
-            row = pieces.rows[pieces.at(t)].tolist()
-            inputs = [lambda *_: row]
+        pieces = self._pieces
+        inputs = [] if pieces is None else [lambda t, *_: pieces.values(t)]
         numbers = parameters.tolist()
         state, flags = self._functions["reset"](t, y, numbers, *inputs, event, bounce)
         return None if state is None else np.array(state), np.array(flags)

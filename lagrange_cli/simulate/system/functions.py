@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from lagrange_cli.simulate.system.contact_functions import (
     NativeContacts,
 )
 from lagrange_cli.simulate.system.contacts import ContactRhs
-from lagrange_cli.simulate.system.inputs import RecordedInputs, read_recorded_inputs
+from lagrange_cli.simulate.system.inputs import RecordedInputs, read_recorded_inputs, with_functions
 from lagrange_cli.simulate.system.libraries import Libraries, pieces_of
 from lagrange_cli.simulate.system.parameters import SURFACE_NUMBERS, parameter_values
 from lagrange_cli.simulate.system.singular_guard import guarded_rhs
@@ -48,6 +49,9 @@ from lagrange_cli.simulate.system.tables import (
 )
 from lagrange_cli.simulate.system.tracing import functions_of, tracer
 from lagrange_cli.simulate.toolchain.compiler import CompileError
+
+#: No driven inputs.
+_NONE: Mapping[str, Callable[[float], float]] = MappingProxyType({})
 
 #: Part of a budget after which the compiler is given up, so that the rest is for Python.
 _COMPILING = 0.5
@@ -109,7 +113,7 @@ class RightHandSide:
     widens
         ``wider`` may give some.
     recorded_inputs
-        Recorded inputs; None if there are none.
+        Recorded and driven inputs; None if there are none.
     forces
         Constraint forces, in machine code alone; None if they were not derived.
     guarded
@@ -231,16 +235,23 @@ class KeptFunctions:
     ----------
     cache
         Keeps what is compiled; by default the user's.
+    driven
+        Functions of time for the driven inputs of models, by their names.
     """
 
-    def __init__(self, cache: Cache | None = None) -> None:
-        self._cache = cache
+    def __init__(
+        self, cache: Cache | None = None, driven: Mapping[str, Callable[[float], float]] = _NONE
+    ) -> None:
+        self._cache, self._driven = cache, driven
         self._libraries: dict[int, tuple[Code, Libraries]] = {}
         self._inputs: dict[tuple[Any, ...], RecordedInputs | None] = {}
         self._last = threading.local()
 
     def __call__(self, model: Model, budget: float | None = None) -> RightHandSide:
         """Make the functions of a model, as :func:`right_hand_side`."""
+        if model.driven:
+            driven = {name: self._driven[name] for name in model.driven}
+            return interpreted(model, "an input is a Python function", driven)
         try:
             return self.compiled(model, math.inf if budget is None else budget)
         except CompileError as error:
@@ -372,8 +383,12 @@ def _shift(functions: dict[str, Any], parameters: list[float]) -> Shift | None:
     return lambda t, q, there: np.asarray(change(t, np.concatenate([q, there]), parameters))
 
 
-def interpreted(model: Model, reason: str) -> RightHandSide:
+def interpreted(
+    model: Model, reason: str, driven: Mapping[str, Callable[[float], float]] = _NONE
+) -> RightHandSide:
     """Make functions of a model run by Python; ``reason`` says why they are not compiled.
+
+    ``driven``: its driven inputs, by their names in order.
 
     Raises
     ------
@@ -381,7 +396,7 @@ def interpreted(model: Model, reason: str) -> RightHandSide:
         A file of inputs cannot be read.
     """
     functions = functions_of(model.code.python)
-    inputs = read_recorded_inputs(model.recordings)
+    inputs = with_functions(read_recorded_inputs(model.recordings), driven)
 
     def given_to(name: str, pattern: int = 0) -> Rhs:
         parameters = parameter_values(model, pattern)

@@ -1,14 +1,15 @@
-"""Inputs from files: their pieces side by side, and where they are known.
+"""Inputs from files: their pieces side by side, and where they are known; and from Python.
 
 The coefficients of :mod:`lagrange_cli.files.interpolation` are numbers that change from piece to
-piece; nothing is compiled for them.
+piece; nothing is compiled for them. Functions of Python are called at every evaluation.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,12 +28,12 @@ MOST_TABLE_NUMBERS = 20_000_000
 
 @dataclass(frozen=True)
 class RecordedInputs:
-    """Inputs of a model that are read from files.
+    """Inputs of a model that are read from files, or are functions of Python.
 
     Attributes
     ----------
     pieces
-        Coefficients of all inputs, piece by piece.
+        Coefficients of all recorded inputs, piece by piece, and the functions.
     recordings
         File and column of each input.
     spans
@@ -57,7 +58,53 @@ class RecordedInputs:
 
     def perturbed(self, pattern: int) -> InputPieces:
         """Return the pieces with every number off by its rounding error."""
-        return InputPieces(self.pieces.starts, off_by_one_ulp(self.pieces.rows, pattern))
+        pieces = self.pieces
+        ends = off_by_one_ulp(np.ones(len(pieces.functions)), pattern) > 1
+        functions = zip(pieces.functions, np.where(ends, math.inf, -math.inf).tolist(), strict=True)
+        return InputPieces(
+            pieces.starts,
+            off_by_one_ulp(pieces.rows, pattern),
+            tuple(partial(_beside, function, end) for function, end in functions),
+        )
+
+
+def _beside(function: Callable[[float], float], end: float, t: float) -> float:
+    return math.nextafter(function(t), end)
+
+
+def with_functions(
+    recorded: RecordedInputs | None, functions: Mapping[str, Callable[[float], float]]
+) -> RecordedInputs | None:
+    """Put functions of time, by the names of their inputs, behind recorded inputs."""
+    if not functions:
+        return recorded
+    nothing = RecordedInputs(InputPieces(np.array([-math.inf]), np.empty((1, 0))), (), ())
+    inputs = recorded or nothing
+    checked = tuple(partial(_value, name, function) for name, function in functions.items())
+    return replace(inputs, pieces=replace(inputs.pieces, functions=checked))
+
+
+def _value(name: str, function: Callable[[float], float], t: float) -> float:
+    """Evaluate an input.
+
+    Raises
+    ------
+    InputError
+        It has no value, or none that is finite.
+    """
+    try:
+        value = float(function(float(t)))
+    except (ArithmeticError, ValueError) as error:
+        # The code of the equations would take them for its own.
+        raise _without_value(name, t, f"{type(error).__name__}: {error}") from error
+    if not math.isfinite(value):
+        raise _without_value(name, t, repr(value))
+    return value
+
+
+def _without_value(name: str, t: float, what: str) -> InputError:
+    said = f"the input '{name}' has no finite value at t = {float(t)!r}: {what}"
+    return InputError(Problem(said, rule="inputs"))
 
 
 def _beyond(

@@ -135,19 +135,22 @@ class _Bound:
         Values of its inputs; None without inputs.
     trace
         Runs it over objects; None if that is not wanted.
+    driven
+        Functions of time whose values follow those of its inputs.
     """
 
     function: Callable[..., Any]
     parameters: list[float]
     inputs: Array | None
     trace: Tracer | None
+    driven: tuple[Callable[[float], float], ...] = ()
 
     @cached_property
     def _arguments(self) -> list[Any]:
         if self.inputs is None:
             return [self.parameters]
-        values = self.inputs.tolist()
-        return [self.parameters, lambda *_: values]
+        values, driven = self.inputs.tolist(), self.driven
+        return [self.parameters, lambda t, *_: [*values, *(function(t) for function in driven)]]
 
     def __call__(self, t: float, y: Array) -> Any:
         return self.function(t, y, *self._arguments)
@@ -173,4 +176,7 @@ def bound(
     """
     if pieces is None:
         return _Bound(function, parameters, None, trace)
-    return PiecewiseRhs(pieces, lambda row: _Bound(function, parameters, row, trace))
+    driven = pieces.functions
+    # No object that stands for all times goes through a user's function.
+    trace = None if driven else trace
+    return PiecewiseRhs(pieces, lambda row: _Bound(function, parameters, row, trace, driven))

@@ -88,7 +88,7 @@ def _contradicted(
 
 def _in_digits(model: Model, seen: MotionFunctions) -> ExactEnergy | None:
     """Make the energy in ``_DIGITS`` digits, less what impacts took; None if it is not known."""
-    if model.recordings:
+    if model.recordings or model.driven:
         return None
     # Imported where a conviction is looked at again: most runs need none of it.
     from mpmath import mp, mpf

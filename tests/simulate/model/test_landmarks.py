@@ -12,7 +12,8 @@ from lagrange_cli import load, loads
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Watch
-from lagrange_cli.simulate.model.build import model_of, substitute_inputs
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.inputs import substitute_inputs
 from lagrange_cli.simulate.model.peak_exponents import peak_exponents
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import resolve

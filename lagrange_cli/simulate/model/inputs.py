@@ -1,0 +1,130 @@
+"""Inputs of a scene as a simulation knows them: functions of time, numbers of pieces, or driven."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence, Set
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from sympy import I, Symbol, nan, oo, zoo
+
+from lagrange_cli.errors import InputError, NotRealError, Problem, nearest
+from lagrange_cli.files.interpolation import COEFFICIENTS
+from lagrange_cli.mechanics.equations import Input
+from lagrange_cli.simulate.model.switching_surfaces import one_sided
+from lagrange_cli.simulate.model.unbounded_slopes import steep_arguments
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+
+
+def with_driven_inputs(equations: Equations, names: Set[str]) -> Equations:
+    """Leave the values of some inputs to whoever simulates.
+
+    Raises
+    ------
+    InputError
+        There is no such input, or its rate would be needed: a force has a kink where an
+        expression with the input vanishes.
+    """
+    if not names:
+        return equations
+    known = [u.name for u in equations.inputs]
+    for name in sorted(names - set(known)):
+        hint = nearest(name, known) or "inputs: [F] declares one"
+        raise _refused(f"the scene has no input '{name}'", hint)
+    inputs = tuple(
+        replace(u, expression=None, recording=None) if u.name in names else u
+        for u in equations.inputs
+    )
+    driven = replace(equations, inputs=inputs)
+    _require_smooth(driven)
+    return driven
+
+
+def _require_smooth(equations: Equations) -> None:
+    """Refuse driven inputs in what is followed by its rate."""
+    driven = {u.symbol: u.name for u in equations.inputs if u.driven}
+    substituted = substitute_inputs(equations)
+    sided = one_sided(substituted)
+    followed = (*(sided.surfaces if sided else ()), *steep_arguments(substituted))
+    for expression in followed:
+        for symbol in sorted(expression.free_symbols & driven.keys(), key=str):
+            raise _refused(
+                f"a force has a kink, a jump or an infinite slope that depends on the input"
+                f" '{driven[symbol]}', whose rate a Python function does not tell",
+                "record the input in a file, or give it as an expression in t",
+            )
+
+
+def _refused(message: str, hint: str) -> InputError:
+    return InputError(Problem(message, hint=hint, rule="inputs"))
+
+
+def substitute_inputs(equations: Equations) -> Equations:
+    """Put the scene's functions of time in place of its inputs.
+
+    Those from files become polynomials whose coefficients are inputs; driven ones stay, behind
+    these.
+
+    Raises
+    ------
+    InputError
+        They make an expression that is no finite real number, as 1/u with u = 0.
+    """
+    if not equations.inputs:
+        return equations
+    replacements, inputs = {}, list[Input]()
+    for u in equations.inputs:
+        if u.driven:
+            continue
+        numbers = tuple(_numbers(u))
+        replacements[u.symbol] = _polynomial(numbers, equations.t) if numbers else u.expression
+        inputs += numbers
+
+    def put(expression: Expr) -> Expr:
+        substituted = expression.xreplace(replacements)
+        if substituted.has(zoo, nan, oo, -oo, I):
+            names = ", ".join(f"'{u.name}'" for u in equations.inputs)
+            raise NotRealError(
+                Problem(
+                    f"with the values of {names} a force or an energy is no finite real number",
+                    hint="look at what stands below fractions and under roots",
+                    rule="not-real",
+                )
+            )
+        return substituted
+
+    return replace(
+        equations,
+        inputs=(*inputs, *(u for u in equations.inputs if u.driven)),
+        forcing=tuple(map(put, equations.forcing)),
+        energy=put(equations.energy),
+        kinetic=put(equations.kinetic),
+        potential=put(equations.potential),
+        lagrangian=put(equations.lagrangian),
+        outputs=tuple((name, put(e)) for name, e in equations.outputs),
+    )
+
+
+def _numbers(recorded: Input) -> Iterator[Input]:
+    """Make the inputs that stand for a recorded one: the numbers of a piece; none otherwise."""
+    if recorded.recording is None:
+        return
+    coefficients = COEFFICIENTS[recorded.recording.interpolation]
+    for k in range(coefficients + (coefficients > 1)):
+        name = f"{recorded.name}|{k}"
+        yield Input(name, Symbol(name, real=True), None)
+
+
+def _polynomial(numbers: Sequence[Input], t: Symbol) -> Expr:
+    """Write a polynomial in the time since the first number, in Horner's form; or a number."""
+    first, *coefficients = (u.symbol for u in numbers)
+    if not coefficients:
+        return first
+    value = coefficients[-1]
+    for coefficient in reversed(coefficients[:-1]):
+        value = coefficient + (t - first) * value
+    return value
