@@ -115,7 +115,7 @@ The references (`tests/references`, made by `python benchmarks/calibration.py --
 motions in numbers of 113 binary digits by the extrapolated modified midpoint rule: the equations
 are the same, arithmetic, method and the search for events are others. Each was made with two
 tolerances and says how far these are apart, {worst:.0e} of the scales at most. The initial
-state and the parameters are taken to be the doubles that they are stored as.
+state and the parameters are what the scenes write, to 40 digits.
 
 The error is the largest of any coordinate or velocity at {samples} or more samples of a run (fewer
 of large systems), over the scales that [accuracy.md](accuracy.md) states; among these are, of each

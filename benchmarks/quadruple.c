@@ -87,9 +87,18 @@ static void copied(long count, const double *from, real *to)
     }
 }
 
-void quadruple_parameters(motion *m, long count, const double *p)
+/* Sums of doubles and what they lack. */
+static void summed(long count, const double *high, const double *low, real *to)
 {
-    copied(count, p, m->p);
+    long i;
+    for (i = 0; i < count; ++i) {
+        to[i] = (real)high[i] + low[i];
+    }
+}
+
+void quadruple_parameters(motion *m, long count, const double *p, const double *low)
+{
+    summed(count, p, low, m->p);
 }
 
 void quadruple_inputs(motion *m, long count, const double *u)
@@ -97,10 +106,11 @@ void quadruple_inputs(motion *m, long count, const double *u)
     copied(count, u, m->u);
 }
 
-/* Stand at a state; errors of steps may be as large as `scale`, `step` is the first to try. */
-int quadruple_stand(motion *m, double t, const double *y, const double *scale, double step)
+/* Stand at a state y + low; errors of steps may be as large as `scale`, `step` is the first. */
+int quadruple_stand(motion *m, double t, const double *y, const double *low, const double *scale,
+                    double step)
 {
-    copied(m->n, y, m->y);
+    summed(m->n, y, low, m->y);
     copied(m->n, scale, m->scale);
     m->t = t;
     m->step = step;

@@ -7,7 +7,7 @@ digits, the method is another one (``quadruple.c``), and so is the search for ev
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -51,9 +51,9 @@ _INTERFACE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "begin": (_POINTER, (_LONG, _LONG, _LONG, _LONG)),
     "end": (None, (_POINTER,)),
     "obey": (None, (_POINTER, _POINTER, _POINTER)),
-    "parameters": (None, (_POINTER, _LONG, _POINTER)),
+    "parameters": (None, (_POINTER, _LONG, _POINTER, _POINTER)),
     "inputs": (None, (_POINTER, _LONG, _POINTER)),
-    "stand": (ctypes.c_int, (_POINTER, _DOUBLE, _POINTER, _POINTER, _DOUBLE)),
+    "stand": (ctypes.c_int, (_POINTER, _DOUBLE, *[_POINTER] * 3, _DOUBLE)),
     "until": (ctypes.c_int, (_POINTER, _DOUBLE, _LONG)),
     "shift": (ctypes.c_int, (_POINTER, _DOUBLE, _LONG)),
     "distance": (_DOUBLE, (_POINTER, _DOUBLE)),
@@ -106,6 +106,12 @@ class Library:
             return None
 
 
+def _lacking(values: Sequence[float], exact: Sequence[Fraction | None]) -> list[float]:
+    """What doubles lack of the numbers that the scene writes; 0 where only these are known."""
+    pairs = zip(values, exact, strict=True)
+    return [0.0 if known is None else float(known - Fraction(value)) for value, known in pairs]
+
+
 class Motion:
     """One motion on its way: its state, the closed contacts, and what happened so far."""
 
@@ -115,8 +121,9 @@ class Motion:
         self._library, self._model, self._most = library, model, most
         self._width = 2 * len(model.coordinates)
         contacts = len(model.contacts)
-        values = [0.0 if p.value is None else p.value for p in model.parameters]
+        values, low = model.numbers, _lacking(model.numbers, model.exact_numbers)
         self._parameters = np.array([*values, *[0.0] * (2 * contacts)])
+        self._low_parameters = np.array([*low, *[0.0] * (2 * contacts)])
         self._flags = slice(len(values), len(values) + contacts)
         self._largest = np.zeros(contacts)
         self.happened: list[Happening] = []
@@ -144,14 +151,16 @@ class Motion:
             It goes no further.
         """
         initial = np.array(self._model.initial)
+        low = np.array(_lacking(self._model.initial or (), self._model.exact_initial))
         self._give(self._parameters)
         self._obey()
         drive = self._library.drive
         starts = np.empty(0) if drive is None else drive.pieces.starts
         self._read(float(times[0]))
         first_step = float(times[1] - times[0]) / 64
-        stand = float(times[0]), initial.ctypes.data, self._scales.ctypes.data, first_step
-        self._require(self._library.call("stand", self._motion, *stand))
+        arrays = initial.ctypes.data, low.ctypes.data, self._scales.ctypes.data
+        status = self._library.call("stand", self._motion, float(times[0]), *arrays, first_step)
+        self._require(status)
         if self._model.contacts:
             self._reset(-1)
         yield self._state()
@@ -189,7 +198,8 @@ class Motion:
         return self._time()[0]
 
     def _give(self, parameters: Array) -> None:
-        self._library.call("parameters", self._motion, len(parameters), parameters.ctypes.data)
+        data = parameters.ctypes.data, self._low_parameters.ctypes.data
+        self._library.call("parameters", self._motion, len(parameters), *data)
 
     def _read(self, t: float) -> None:
         """Take the inputs that hold from a time on."""

@@ -154,13 +154,14 @@ def continue_coordinates(
     """
     with np.errstate(all="ignore"):
         units = _units(samples, start, number, velocities, turning)
+        both = np.tile(units, 2)
         if start is not None:
-            start = start / np.tile(units, 2)
+            start = start / both
         follower = _Follower(
             samples,
             ChartInverse(
-                lambda t, state: positions(t, state * np.tile(units, 2)),
-                lambda t, state: velocities(t, state * np.tile(units, 2)),
+                lambda t, state: positions(t, state * both),
+                lambda t, state: velocities(t, state * both),
                 samples.errors,
             ),
             deadline,

@@ -95,9 +95,10 @@ class ChartInverse:
         there = bool(miss <= _MISFIT * size)
         if not np.isfinite(jacobian).all():
             return ChartPoint(t, r, w, q, v, jacobian, False, np.full(n, np.inf))
-        sizes = np.linalg.svd(jacobian, compute_uv=False)
+        left, sizes, right = np.linalg.svd(jacobian, full_matrices=False)
         clear = bool(sizes[-1] > _NOTHING * sizes[0])
-        spread = np.abs(np.linalg.pinv(jacobian)) @ self._errors
+        inverse = (right.T / sizes) @ left.T
+        spread = np.abs(inverse) @ self._errors if clear else np.full(n, np.inf)
         amplification = spread if clear and there else np.full(n, np.inf)
         away = clear and bool((_CLEAR * spread < 1).all())
         return ChartPoint(t, r, w, q, v, jacobian, away, amplification)
