@@ -124,14 +124,14 @@ class Attempt:
         return run
 
     def _perturbed_method(self, method: type[Integrator]) -> type[Integrator]:
-        """Choose the perturbed companion's method: the run's, unless surfaces cut all steps alike.
+        """Choose the perturbed companion's method: the run's, unless all steps are cut alike.
 
-        Between two surfaces close to each other stages of one method fall on the same states, and
-        so do the roundings of these.
+        Between two surfaces close to each other, or in a sharp peak, stages of one method fall on
+        the same states, and so do the roundings of these.
         """
+        cut = surfaces_of(self._problem.rhs) is not None or self._coarse.sharp
         by_gauss = method is INTEGRATORS["Gauss16"]
-        cut = by_gauss and surfaces_of(self._problem.rhs) is not None
-        return INTEGRATORS["DOP853"] if cut else method
+        return INTEGRATORS["DOP853"] if by_gauss and cut else method
 
     @property
     def _runs(self) -> tuple[Run, Run, Run]:
