@@ -39,6 +39,7 @@ import numpy as np
 from double_pendulum import GRAVITY, Array, Release, reference, slopes
 from integration import about
 
+from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, differ_in_numbers
 from lagrange_cli.simulate.ensemble.run import Plan, Task, run_block, run_blocks, tasks_of
 from lagrange_cli.simulate.options import SimulationOptions
@@ -85,7 +86,8 @@ def releases(members: int) -> list[Release]:
 
 
 def plan(how: dict[str, Any]) -> Plan:
-    recipe = Recipe("double_pendulum", (SCENE % (GRAVITY, *CENTRE)).encode())
+    text = SceneText("double_pendulum", (SCENE % (GRAVITY, *CENTRE)).encode())
+    recipe = Recipe(text)
     own = MemberValues({}, dict(zip(NAMES, map(repr, CENTRE), strict=True)))
     model = recipe.model(own)
     alone = differ_in_numbers(recipe, own, model)

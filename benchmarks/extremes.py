@@ -20,6 +20,7 @@ from typing import Any
 
 from lagrange_cli.cli.reports.stress import sentence, setting, stress_summary
 from lagrange_cli.files import read_bytes
+from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.ensemble.members import Recipe
 from lagrange_cli.studies.stress.measure import Stress, stress
 from lagrange_cli.studies.stress.runs import StressRun
@@ -231,7 +232,7 @@ def page(results: Sequence[Any], found: Sequence[Stress], budget: float, digits:
 def stressed(scene: str, axes: Sequence[str] | None, budget: float, jobs: int | None) -> Stress:
     path = SYSTEMS / f"{scene}.yaml"
     started = time.perf_counter()
-    recipe = Recipe(str(path), read_bytes(str(path)))
+    recipe = Recipe(SceneText(str(path), read_bytes(str(path))))
     found = stress(recipe, axes=axes, budget=budget, jobs=jobs)
     spent = time.perf_counter() - started
     print(f"{scene}: {sentence(found.counts)} ({spent:.0f} s)", file=sys.stderr)

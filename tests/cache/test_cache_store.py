@@ -95,9 +95,12 @@ def test_others_cannot_read_what_is_kept(cache):
 
 
 @given(st.binary(min_size=1, max_size=60), st.data())
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-def test_damage_is_never_shown(data, draw):
-    cache = open_cache()
+@settings(
+    max_examples=60,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+def test_damage_is_never_shown(cache, data, draw):
     cache.clear()
     cache.put(KEY, data)
     damaged = draw.draw(st.binary(max_size=60).filter(lambda other: other != data))

@@ -19,7 +19,7 @@ SCENE = "systems/pendulums/pendulum.yaml"
 #: Runs the command line where a package prints on both ways: Python's, and that of C.
 NOISY = """
 import os
-import lagrange_cli.scene as scene
+import lagrange_cli.scene.reader as scene
 def noisy(read):
     def reading(*a, **k):
         print("printed by Python")

@@ -37,7 +37,7 @@ def run(of, accuracy, functions=None, **how):
 def test_compiled_motions_are_run_by_collocation(pendulum, accuracy):
     found = run(pendulum, accuracy, until=10.0)
     assert (found.status, found.method) == ("ok", "Gauss16")
-    assert "side by side" in found.choice
+    assert "collocation" in found.choice
 
 
 def test_another_method_gives_the_same(pendulum):

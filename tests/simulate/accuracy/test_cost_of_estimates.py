@@ -48,7 +48,7 @@ COSTS = [
     ("pulleys/swinging_atwood", "minimal", 1e-9),
     ("beads/bead_on_helix", "minimal", 1e-12),
     ("pendulums/coupled_pendulums", "multiplier", 1e-9),
-    ("pendulums/damped_driven_pendulum", "minimal", 1e-12),
+    ("pendulums/damped_driven_pendulum", "minimal", 2e-12),
     ("constraints/elliptical_gears", "multiplier", 1e-12),
     ("celestial/two_centres", "minimal", 1e-6),
     ("constraints/spherical_pendulum_from_the_pole", "multiplier", 1e-6),
