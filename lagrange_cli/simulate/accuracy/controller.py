@@ -186,7 +186,8 @@ def _attempt_wider(
             finer = replace(coarse.finer(wider.epsilon / problem.epsilon), method=method)
             _attempt(wider, eps, finer, first, attempts, watch, keeper)
             lasts.append(attempts[-1])
-        narrow = wider
+        # Quadruple numbers pass places closer than samples in doubles tell on which side.
+        narrow = None if problem.read_off else wider
 
 
 def _smallest_tolerance(problem: InitialValueProblem, coarse: CoarseResult) -> float:
