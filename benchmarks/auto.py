@@ -20,6 +20,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from reporting import scene_files
+
 #: Accuracies that the bar is about.
 ACCURACIES = (1e-3, 1e-6, 1e-9)
 
@@ -31,12 +33,6 @@ FINE_ENOUGH = 1e-13
 
 #: Seconds of runs that are too short to be compared.
 SHORT = 0.2e-3
-
-
-def scenes(paths: Sequence[str]) -> Iterator[Path]:
-    """Yield scene files, those of folders in order."""
-    for path in map(Path, paths):
-        yield from sorted(path.rglob("*.yaml")) if path.is_dir() else [path]
 
 
 def measured(scene: Path, budget: float, repeat: int) -> dict[str, Any] | str:
@@ -141,7 +137,7 @@ def main() -> int:
     rows: list[dict[str, Any]] = []
     left_out: dict[str, str] = {}
     reports: list[dict[str, Any]] = []
-    for scene in scenes(options.paths):
+    for scene in scene_files(options.paths):
         report = measured(scene, options.budget, options.repeat)
         if isinstance(report, str):
             left_out[scene.stem] = report

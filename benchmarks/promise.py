@@ -19,6 +19,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from reporting import scene_files
+
 from lagrange_cli import Derivation, LagrangeError, load
 
 ACCURACIES = (1e-3, 1e-6, 1e-9)
@@ -60,12 +62,6 @@ class Cost:
     def ratio(self) -> float:
         """How many times the run the whole takes."""
         return self.whole / self.run
-
-
-def scene_files(paths: Sequence[str]) -> Iterator[Path]:
-    """Scene files, those of folders in order."""
-    for path in map(Path, paths):
-        yield from sorted(path.rglob("*.yaml")) if path.is_dir() else [path]
 
 
 def cost(derivation: Derivation, name: str, accuracy: float, repeat: int) -> Cost:

@@ -156,10 +156,11 @@ def compare(scene: str, accuracy: float, turns: int) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--turns", type=int, default=9)
+    parser.add_argument("--scenes", nargs="+", choices=SCENES, default=SCENES)
     options = parser.parse_args()
     print("| scene | accuracy | error | whole promise, ms | SciPy, ms | its error | times |")
     print("|---|---|---|---|---|---|---|")
-    for scene in SCENES:
+    for scene in options.scenes:
         for accuracy in ACCURACIES:
             row = compare(scene, accuracy, options.turns)
             print(

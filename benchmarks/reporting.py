@@ -1,15 +1,20 @@
-"""How a benchmark ends: its largest mismatch, its rows as JSON, and whether all results agree."""
+"""What benchmarks share: the scenes that they go through, and how they end."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
-
-__all__ = ["verdict"]
 
 #: Results that differ by more than this are not those of the same system.
 LARGEST_MISMATCH = 1e-10
+
+
+def scene_files(paths: Sequence[str]) -> Iterator[Path]:
+    """Yield scene files, those of folders in order."""
+    for path in map(Path, paths):
+        yield from sorted(path.rglob("*.yaml")) if path.is_dir() else [path]
 
 
 def verdict(

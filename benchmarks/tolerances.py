@@ -14,9 +14,9 @@ import statistics
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
+from reporting import scene_files
 
 from lagrange_cli import Derivation, LagrangeError, load
 from lagrange_cli.simulate import Trajectory
@@ -141,13 +141,11 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=3)
     options = parser.parse_args()
     runs: list[ToleranceRun] = []
-    for path in options.paths:
-        files = sorted(Path(path).rglob("*.yaml")) if Path(path).is_dir() else [Path(path)]
-        for file in files:
-            try:
-                runs += runs_of(file.stem, load(file).derive(), options.repeat)
-            except LagrangeError as refusal:
-                print(f"{file.stem}: {str(refusal).splitlines()[0]}", file=sys.stderr, flush=True)
+    for path in scene_files(options.paths):
+        try:
+            runs += runs_of(path.stem, load(path).derive(), options.repeat)
+        except LagrangeError as refusal:
+            print(f"{path.stem}: {str(refusal).splitlines()[0]}", file=sys.stderr, flush=True)
     print(f"{errors_table(runs)}\n\n{seconds_table(runs)}")
 
 

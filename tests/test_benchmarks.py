@@ -217,3 +217,66 @@ def test_long_runs_are_compared_with_elliptic_functions(tmp_path: Path) -> None:
     assert 50 < last[40]["phase"] / last[80]["phase"] < 80
     assert last[40]["drift"] < 1e-8
     assert page.read_text().count("\n| Gauss6 |") == len(rows)
+
+
+@pytest.mark.slow
+@pytest.mark.compiler
+def test_the_cost_of_the_promise_is_that_of_every_scene(tmp_path: Path) -> None:
+    _needs_compiler()
+    output = tmp_path / "promise.json"
+    scene = BENCHMARKS.parent / "systems" / "pendulums" / "pendulum.yaml"
+    words = [str(scene), "--repeat", "2", "--json", str(output)]
+    run = subprocess.run(
+        [sys.executable, str(BENCHMARKS / "promise.py"), *words],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    rows = json.loads(output.read_text())
+    assert [row["accuracy"] for row in rows] == [1e-3, 1e-6, 1e-9]
+    assert all(0 < row["run"] < row["whole"] and row["status"] == "ok" for row in rows)
+    assert all(row["estimate"] < row["accuracy"] for row in rows)
+
+
+@pytest.mark.slow
+@pytest.mark.compiler
+@pytest.mark.parametrize("scene", ["celestial/kepler", "constraints/four_bar_linkage"])
+def test_peers_of_the_promise_have_no_larger_error(scene: str) -> None:
+    _needs_compiler()
+    run = subprocess.run(
+        [sys.executable, str(BENCHMARKS / "promise_peers.py"), "--turns", "1", "--scenes", scene],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    rows = [line.strip("| ").split(" | ") for line in run.stdout.splitlines()[2:]]
+    assert [row[:2] for row in rows] == [[scene.split("/")[1], eps] for eps in ("1e-06", "1e-09")]
+    for _, eps, error, _, _, theirs, _ in rows:
+        assert float(theirs) <= max(float(error), 1e-11), "below this the reference decides"
+        assert float(error) < float(eps)
+
+
+@pytest.mark.slow
+@pytest.mark.compiler
+def test_errors_fall_with_tolerances() -> None:
+    _needs_compiler()
+    scenes = [
+        BENCHMARKS.parent / "systems" / f"{name}.yaml"
+        for name in ("celestial/kepler", "pendulums/pendulum")
+    ]
+    run = subprocess.run(
+        [sys.executable, str(BENCHMARKS / "tolerances.py"), *map(str, scenes), "--repeat", "1"],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    rows = [line.strip("| ").split(" | ") for line in run.stdout.splitlines()]
+    ratios = {(row[0], row[1]): float(row[2]) for row in rows if row[0] in ("DOP853", "Gauss16")}
+    assert all(1e-6 < ratio < 1e4 for ratio in ratios.values())
+    assert {("DOP853", "1e-03"), ("DOP853", "1e-12"), ("Gauss16", "1e-03")} <= ratios.keys()

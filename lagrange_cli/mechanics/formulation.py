@@ -27,7 +27,8 @@ from lagrange_cli.mechanics.dynamics.singular_configurations import (
 )
 from lagrange_cli.mechanics.equations import CartesianName, InitialState, ReplacedChart
 from lagrange_cli.mechanics.findings import FormulationChoice
-from lagrange_cli.mechanics.initial.state import initial_state, state_of
+from lagrange_cli.mechanics.initial.projection import state_of
+from lagrange_cli.mechanics.initial.state import initial_state
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.mechanics.reduction.cartesian_form import cartesian_form, closure_incidence
 from lagrange_cli.mechanics.reduction.no_minimal_form import no_minimal_form_error

@@ -9,9 +9,11 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentStartError, InputError, Problem
+from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.initial.configuration import NEWTON_STARTS, ConfigurationSearch
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+from lagrange_cli.mechanics.symbols.values import decimal
 
 _ZERO = mpf(0)
 
@@ -138,3 +140,13 @@ class ClosureProjection:
 def _size(gradient: SparseRow) -> mpf:
     """The largest entry, 1 where there is none."""
     return max(map(abs, gradient.values()), default=_ZERO) or mpf(1)
+
+
+def state_of(positions: Sequence[mpf], velocities: Sequence[mpf], projected: float) -> InitialState:
+    """Return a state as doubles, with the decimals that these lack."""
+    return InitialState(
+        tuple(map(float, positions)),
+        tuple(map(float, velocities)),
+        projected,
+        tuple(map(decimal, (*positions, *velocities))),
+    )

@@ -26,7 +26,7 @@ from lagrange_cli.errors import (
 from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.initial.configuration import Configurations, ConfigurationSearch
 from lagrange_cli.mechanics.initial.contact_gaps import GapProjection
-from lagrange_cli.mechanics.initial.projection import ClosureProjection
+from lagrange_cli.mechanics.initial.projection import ClosureProjection, state_of
 from lagrange_cli.mechanics.initial.suggestions import with_suggestion
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow, least_norm_solution
@@ -37,7 +37,7 @@ from lagrange_cli.mechanics.numerics.rank import (
     scale_columns,
 )
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
-from lagrange_cli.mechanics.symbols.values import decimal, evaluated
+from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.mechanics.symbols.yaml_snippets import near_snippet
 from lagrange_cli.scene.conditions import InitialValue
 
@@ -107,16 +107,6 @@ def _decimals(derivation: HasMassMatrix) -> tuple[str, ...]:
         return _solved(derivation, 2 * _DIGITS).decimals
     except InputError:
         return ()
-
-
-def state_of(positions: Sequence[mpf], velocities: Sequence[mpf], projected: float) -> InitialState:
-    """Return a state as doubles, with the decimals that these lack."""
-    return InitialState(
-        tuple(map(float, positions)),
-        tuple(map(float, velocities)),
-        projected,
-        tuple(map(decimal, (*positions, *velocities))),
-    )
 
 
 def _solved(derivation: HasMassMatrix, digits: int) -> InitialState:

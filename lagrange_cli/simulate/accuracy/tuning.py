@@ -99,7 +99,8 @@ class AttemptTuning:
         Right-hand sides, as a multiple of what the coarse run lets expect, that show a run to be
         lost in its own rounding.
     gauss
-        Right-hand sides of a step of Gauss16, some 50, as a multiple of those of DOP853.
+        Right-hand sides that a step of Gauss16 may take, as a multiple of one of DOP853: it takes
+        some 40 beside 12 to 15.
     few_evaluations
         Right-hand sides that are expected at least: a coarse run at rest takes next to none, and
         perturbed runs do not rest.

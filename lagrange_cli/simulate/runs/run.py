@@ -24,7 +24,7 @@ from lagrange_cli.simulate.samples.rows import RowSequence
 #: Seconds between two looks at the clock, roughly: what a person takes for at once.
 _GLANCE = 0.02
 
-#: Steps until the first look: those of the largest systems take a hundredth of a second each.
+#: Steps until the first look, for which a short run looks once or twice; set by hand.
 _FIRST_PACE = 16
 
 

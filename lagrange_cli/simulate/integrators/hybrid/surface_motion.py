@@ -106,9 +106,6 @@ class SurfaceMotion(HybridMotion):
             done = run.advance(np.array([np.inf]), np.empty((1, len(self.y))), **_ONE_STEP)
             if done.failure is not None:
                 return Advance(filled, done.failure)
-            if run.t == start[0] and run.end_event is None:
-                # The motion that observes the steps asks for an end.
-                return Advance(filled)
             part = self._part_of_step(run, start[0])
             if part < EARLY:
                 run = self._again(start, signs, BEHIND * (run.t - start[0]))
