@@ -35,6 +35,15 @@ def _declared() -> dict[str, list[tuple[str, Option]]]:
 
 def _format_option(name: str, declared: list[tuple[str, Option]]) -> Callable[[Any], Any]:
     """Make the Click option of an option that one or more formats declare."""
+    if all(option.further for _, option in declared):
+        formats = ", ".join(format_ for format_, _ in declared)
+        return click.option(
+            "--with",
+            name,
+            type=click.Choice([name]),
+            callback=lambda ctx, option, value: value and True,
+            help=f"{formats}: {declared[0][1].help}",
+        )
     choices = list(dict.fromkeys(c for _, option in declared for c in option.choices))
     help = "; ".join(
         f"{format_}: {option.help}  [default: {option.default or 'off'}]"

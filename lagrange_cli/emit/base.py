@@ -45,12 +45,15 @@ class Option:
         Values that it takes; none if it is a flag.
     default
         One of the choices; False for a flag.
+    further
+        A flag that asks for further functions: ``--with NAME``.
     """
 
     name: str
     help: str
     choices: tuple[str, ...] = ()
     default: OptionValue = False
+    further: bool = False
 
     @property
     def is_flag(self) -> bool:

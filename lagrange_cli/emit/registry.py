@@ -37,6 +37,12 @@ def _python(equations: Equations, options: Mapping[str, OptionValue]) -> dict[st
     return emit_python(equations, options)
 
 
+_JACOBIAN = Option(
+    "jacobian",
+    "derivatives of the accelerations by state, inputs and parameters",
+    further=True,
+)
+
 EMITTERS: dict[str, Emitter] = {
     entry.name: entry
     for entry in (
@@ -77,6 +83,7 @@ EMITTERS: dict[str, Emitter] = {
                     default="double",
                 ),
                 Option("main", "a main that integrates and prints CSV"),
+                _JACOBIAN,
             ),
         ),
         Emitter(
@@ -86,6 +93,7 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_python,
             reserved=PYTHON_MODULES,
+            options=(_JACOBIAN,),
         ),
     )
 }

@@ -29,6 +29,7 @@ from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, order_of, sche
 from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.blocks import MatrixBlock, solve_blocks
+from lagrange_cli.program.solvers.jacobians import Jacobian, solve_jacobian
 from lagrange_cli.program.systems.constraint_systems import CLOSURE_OUTPUTS, CLOSURE_SYSTEMS
 from lagrange_cli.program.systems.contact_systems import (
     CONTACT_OUTPUTS,
@@ -39,7 +40,7 @@ from lagrange_cli.program.systems.large_systems import LargeSystem, is_large_sys
 from lagrange_cli.program.systems.loops import IndexedLoop, ProgramPart, SparseSolve
 
 if TYPE_CHECKING:
-    from sympy import Expr
+    from sympy import Expr, Symbol
 
     from lagrange_cli.mechanics.equations import Equations
 
@@ -53,6 +54,7 @@ class ProgramKind(Enum):
     RIGHT_HAND_SIDE = auto()  # accelerations, which the velocities precede
     MULTIPLIERS = auto()  # those of all closures
     CHANGE = auto()  # a change of coordinates or of velocities
+    JACOBIAN = auto()  # derivatives of the accelerations, by rows
 
 
 #: Kinds of programs that are asked for one output alone, all others give values.
@@ -89,6 +91,8 @@ class Program:
         Numbers of workspace that the parts take, and numbers that they store.
     kind
         The quantity that the program finds.
+    jacobian
+        Where derivatives of accelerations are stored; None in other programs.
     """
 
     coordinates: int
@@ -101,6 +105,7 @@ class Program:
     work: int = 0
     results: int = 0
     kind: ProgramKind = ProgramKind.VALUES
+    jacobian: Jacobian | None = None
 
     @property
     def is_large(self) -> bool:
@@ -112,6 +117,11 @@ class Program:
     def results_in_order(self) -> list[Operand]:
         """The operands of all outputs, one after the other."""
         return [operand for _, operands in self.outputs for operand in operands]
+
+    @property
+    def multipliers(self) -> int:
+        """The number of multipliers that a program of derivatives may read."""
+        return 0 if self.jacobian is None else self.jacobian.multipliers
 
     def output(self, name: str) -> tuple[Operand, ...]:
         """The operands of one output."""
@@ -201,6 +211,47 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         blocks,
         len(equations.inputs),
         kind=_kind(outputs, bool(blocks)),
+    )
+
+
+#: What accelerations are differentiated by → its symbols.
+_COLUMNS: dict[str, Callable[[Equations], list[Symbol]]] = {
+    "state": lambda e: [*(c.q for c in e.coordinates), *(c.v for c in e.coordinates)],
+    "inputs": lambda e: [source.symbol for source in e.inputs],
+    "parameters": lambda e: [
+        p.symbol for p in e.parameters[: len(e.parameters) - 2 * len(e.contacts)]
+    ],
+}
+
+
+def build_jacobian(equations: Equations, by: str) -> Program:
+    """Build the program that differentiates the accelerations, which are among its inputs.
+
+    Parameters
+    ----------
+    equations
+        With contacts those with flags (:func:`.contact_systems.with_contact_flags`).
+    by
+        ``state`` (coordinates, then velocities), ``inputs`` or ``parameters``.
+
+    Raises
+    ------
+    InternalError
+        An expression holds something without counterpart in emitted code.
+    """
+    values = ValueGraph(_inputs(equations))
+    system = SYSTEMS["contact_acceleration" if equations.contacts else "acceleration"](equations)
+    jacobian, wanted = solve_jacobian(values, equations, system, _COLUMNS[by](equations))
+    assignments, results = schedule(values, wanted)
+    return Program(
+        len(equations.coordinates),
+        len(equations.parameters),
+        assignments,
+        results,
+        driven=len(equations.inputs),
+        results=jacobian.size,
+        kind=ProgramKind.JACOBIAN,
+        jacobian=jacobian,
     )
 
 

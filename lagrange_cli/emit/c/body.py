@@ -7,23 +7,30 @@ live in the workspace; the others keep names of their own.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 from lagrange_cli.emit.c.loops import finite_check, loops_text, loops_workspace_size, wrapped
+from lagrange_cli.emit.c.parts import (
+    Part,
+    Pivots,
+    Solve,
+    SolveColumns,
+    Steps,
+    Stores,
+    Zeros,
+    parts_of,
+)
 from lagrange_cli.emit.c.solvers import EPSILON_NAME, solver_workspace_size
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.program.graph.operands import (
     Cell,
-    Constant,
     Operand,
     Product,
     Variable,
     cell_named,
     rebuilt,
 )
-from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.printing import expression_text
 from lagrange_cli.program.program import Program, ProgramKind, dependents, input_names
 from lagrange_cli.program.solvers.blocks import MatrixBlock
@@ -42,6 +49,9 @@ _COUNTERS = "ijkl"
 #: Names in C of the arrays of a program.
 _ARRAYS = {"q": "y", "v": "y", "u": "u", "p": "p", "w": "w", "d": "work", "o": "out"}
 
+#: Those of accelerations and multipliers, behind the velocities in an array ``given``.
+_GIVEN = "al"
+
 
 def program_workspace_size(program: Program) -> int:
     """Numbers of workspace: what the solver needs, then values and parameters of loops
@@ -49,7 +59,21 @@ def program_workspace_size(program: Program) -> int:
     if program.parts:
         return max(loops_workspace_size(program), 1)
     values = len(program.assignments) + program.parameters if program.is_large else 0
-    return max(solver_workspace_size(program.blocks) + values, 1)
+    return max(_solver_workspace(program) + values, 1)
+
+
+def _solver_workspace(program: Program) -> int:
+    if program.jacobian is not None:
+        return program.jacobian.workspace
+    return solver_workspace_size(program.blocks)
+
+
+def given_size(program: Program) -> int:
+    """Numbers of workspace that hold accelerations and multipliers that a program reads."""
+    kinds = {cell_named(name).array for name in input_names(program)}
+    if not kinds.intersection(_GIVEN):
+        return 0
+    return 2 * program.coordinates + ("l" in kinds) * program.multipliers
 
 
 def body_text(program: Program, target: CTarget) -> list[str]:
@@ -58,168 +82,15 @@ def body_text(program: Program, target: CTarget) -> list[str]:
     Programs that solve a system store the solution that their kind names; the mass matrix is
     stored in full; all others store their outputs one after the other.
     """
-    parts: Sequence[_Part]
-    n = program.coordinates
     if program.parts:
         return loops_text(program, target, result_name(program))
-    if program.kind is ProgramKind.MULTIPLIERS:
-        results = sum(len(block.closures) for block in program.blocks)
-        parts = _solution(program, {}, {k: Cell("out", k) for k in range(results)})
-    elif program.kind is ProgramKind.CHANGE:
-        parts, results = _change(program), n
-    elif program.kind is ProgramKind.RIGHT_HAND_SIDE:
-        parts, results = _right_hand_side(program), 2 * n
-    elif program.kind is ProgramKind.MATRIX:
-        parts, results = _matrix(program), program.coordinates**2
-    else:
-        stores = _in_order(program)
-        parts, results = [_Stores(stores)], len(stores)
+    parts, results = parts_of(program)
     return _Writer(program, target).text(parts, results, result_name(program))
 
 
 def result_name(program: Program) -> str:
     """The array that a function stores its results in."""
     return "dydt" if program.kind is ProgramKind.RIGHT_HAND_SIDE else "out"
-
-
-@dataclass(frozen=True)
-class _Stores:
-    """Results to store, in any order, and a comment for loops that do so."""
-
-    statements: Sequence[Statement]
-    comment: str = ""
-
-
-@dataclass(frozen=True)
-class _Steps:
-    """Assignments in their order."""
-
-    assignments: Sequence[Assignment]
-
-
-@dataclass(frozen=True)
-class _Pivots:
-    """Tests of the pivots of unrolled blocks."""
-
-
-@dataclass(frozen=True)
-class _Solve:
-    """A call of the solver for a block whose matrix stands in the workspace."""
-
-    block: MatrixBlock
-
-
-_Part = _Stores | _Steps | _Pivots | _Solve
-
-_RIGHT = "Right-hand sides: of the coordinates, then of the closures."
-
-
-def _in_order(program: Program) -> list[Statement]:
-    return [Statement(Cell("out", k), o) for k, o in enumerate(program.results_in_order)]
-
-
-def _matrix(program: Program) -> list[_Stores]:
-    n = program.coordinates
-    upper = _upper("out", n, n, program.output("mass_matrix"))
-    return [_Stores(upper, "Upper triangle, by rows."), _Stores(_mirrored("out", "o", n))]
-
-
-def _upper(array: str, n: int, width: int, operands: Sequence[Operand]) -> list[Statement]:
-    """Stores of the upper triangle, given by rows, of the n rows first in a wider matrix."""
-    indices = [i * width + j for i in range(n) for j in range(i, n)]
-    pairs = zip(indices, operands, strict=True)
-    return [Statement(Cell(array, index), operand) for index, operand in pairs]
-
-
-def _mirrored(array: str, kind: str, n: int) -> list[Statement]:
-    """Copies of the upper triangle of a matrix to the lower one."""
-    return [
-        Statement(Cell(array, j * n + i), Variable(f"{kind}{i * n + j}"))
-        for i in range(n)
-        for j in range(i + 1, n)
-    ]
-
-
-def _right_hand_side(program: Program) -> list[_Part]:
-    """Check the pivots, store velocities and accelerations."""
-    n = program.coordinates
-    velocities = _Stores([Statement(Cell("dydt", i), Variable(f"v{i}")) for i in range(n)])
-    pivots, *solved = _solution(program, {i: Cell("dydt", n + i) for i in range(n)}, {})
-    return [pivots, velocities, *solved]
-
-
-def _change(program: Program) -> list[_Part]:
-    """Changes of the coordinates that closures hold; those of the others are zero."""
-    coupled = {i for block in program.blocks for i in block.coordinates}
-    free = [i for i in range(program.coordinates) if i not in coupled]
-    zeros = [Statement(Cell("out", i), Constant(Fraction(0))) for i in free]
-    return [_Stores(zeros), *_solution(program, {i: Cell("out", i) for i in coupled}, {})]
-
-
-def _solution(
-    program: Program, coordinates: Mapping[int, Cell], closures: Mapping[int, Cell]
-) -> list[_Part]:
-    """Check the pivots, solve the blocks, store what is found for coordinates and closures."""
-    parts: list[_Part] = [_Pivots()]
-    accelerations = iter(program.output("acceleration"))
-    matrix = iter(program.output("dense_matrix"))
-    forcing = iter(program.output("dense_forcing"))
-    for block in program.blocks:
-        members, size = block.coordinates, len(block.coordinates)
-        if block.band is not None:
-            entries = [next(matrix) for _ in range(len(block.closures) * (block.band + 1))]
-            parts += _band(block, entries, [next(forcing) for _ in block.closures])
-            parts.append(_Steps(dependents(program, block.multipliers)))
-            named = zip(block.closures, block.multipliers, strict=True)
-            copies = [Statement(closures[k], Variable(d)) for k, d in named if k in closures]
-            parts.append(_Stores(copies))
-        if block.unrolled or block.band is not None:
-            if coordinates:
-                stores = [Statement(coordinates[i], next(accelerations)) for i in members]
-                parts.append(_Stores(stores))
-            continue
-        entries = [next(matrix) for _ in range(size * (size + 1) // 2)]
-        gradients = [next(matrix) for _ in range((size + block.compliant) * len(block.closures))]
-        right = [next(forcing) for _ in range(block.size)]
-        parts += _dense_block(block, entries, gradients, right)
-        targets = [*map(coordinates.get, members), *map(closures.get, block.closures)]
-        start = block.size**2
-        unknowns = ((cell, Variable(f"d{start + k}")) for k, cell in enumerate(targets))
-        parts.append(_Stores([Statement(cell, d) for cell, d in unknowns if cell is not None]))
-    return parts
-
-
-def _band(
-    block: MatrixBlock, entries: Sequence[Operand], right: Sequence[Operand]
-) -> Iterator[_Part]:
-    """Fill the workspace with band and right-hand side, and call the solver."""
-    start, size = block.start, len(entries)
-    band = [Cell("work", i) for i in range(start - size, start)]
-    yield _Stores(list(map(Statement, band, entries)), "The band of the multipliers, by rows.")
-    drive = [Cell("work", start + k) for k in range(len(right))]
-    yield _Stores(list(map(Statement, drive, right)), "What drives them.")
-    yield _Solve(block)
-
-
-def _dense_block(
-    block: MatrixBlock,
-    entries: Sequence[Operand],
-    gradients: Sequence[Operand],
-    right: Sequence[Operand],
-) -> Iterator[_Part]:
-    """Fill the workspace with matrix and right-hand side, and call the solver."""
-    n, size = len(block.coordinates), block.size
-    upper = _upper("work", n, size, entries)
-    yield _Stores(upper, "Upper triangle of the mass matrix, by rows.")
-    if not (block.definite or block.closures):
-        yield _Stores(_mirrored("work", "d", n))
-    below = [Cell("work", i * size + j) for i in range(n, size) for j in range(n)]
-    if block.compliant:
-        below += [Cell("work", i * size + i) for i in range(n, size)]
-    yield _Stores(list(map(Statement, below, gradients)), "Gradients of the closures, by rows.")
-    forcing = [Statement(Cell("work", size * size + i), f) for i, f in enumerate(right)]
-    yield _Stores(forcing, _RIGHT if block.closures else "Forcing.")
-    yield _Solve(block)
 
 
 class _Writer:
@@ -234,13 +105,13 @@ class _Writer:
         self.depth = 0
         self.copied: set[int] = set()
 
-    def text(self, parts: Sequence[_Part], results: int, result: str) -> list[str]:
+    def text(self, parts: Sequence[Part], results: int, result: str) -> list[str]:
         """Declarations, the assignments, the parts, and the check of the results."""
         blocks = self.program.blocks
         late = {name for b in blocks for name, _ in dependents(self.program, b.multipliers)}
         first = [step for step in self.program.assignments if step[0] not in late]
-        steps: list[tuple[_Part, list[Statement | LoopNest]]]
-        steps = [(part, self._items(part)) for part in (_Steps(first), *parts)]
+        steps: list[tuple[Part, list[Statement | LoopNest]]]
+        steps = [(part, self._items(part)) for part in (Steps(first), *parts)]
         self._place_values([item for _, items in steps for item in items])
         for part, items in steps:
             self._write(part, items)
@@ -250,15 +121,17 @@ class _Writer:
 
     # -- where values are ----------------------------------------------------
 
-    def _items(self, part: _Part) -> list[Statement | LoopNest]:
-        if isinstance(part, _Steps):
+    def _items(self, part: Part) -> list[Statement | LoopNest]:
+        if isinstance(part, Steps):
             return self._rolled([Statement(self._cell(n), o) for n, o in part.assignments], False)
-        return self._rolled(part.statements if isinstance(part, _Stores) else [], True)
+        if isinstance(part, Stores):
+            return self._rolled(part.statements, True, part.rolled)
+        return []
 
     def _rolled(
-        self, statements: Sequence[Statement], independent: bool
+        self, statements: Sequence[Statement], independent: bool, always: bool = False
     ) -> list[Statement | LoopNest]:
-        if not self.program.is_large:
+        if not (self.program.is_large or always):
             return list(statements)
         return roll_loops(statements, self._locate, independent)
 
@@ -267,8 +140,10 @@ class _Writer:
 
     def _cell(self, name: str) -> Cell:
         array, number = cell_named(name)
-        shift = self.program.coordinates if array == "v" else 0
-        return Cell(_ARRAYS[array], number + shift)
+        n = self.program.coordinates
+        if array in _GIVEN:
+            return Cell("given", number + (n if array == "a" else 2 * n))
+        return Cell(_ARRAYS[array], number + (n if array == "v" else 0))
 
     def _place_values(self, items: Sequence[Statement | LoopNest]) -> None:
         """Tell how values are written: those that loops touch live in the workspace."""
@@ -279,22 +154,25 @@ class _Writer:
         texts = {f"w{k}": f"w[{k}]" for k in self.stored}
         multipliers = (d for block in self.program.blocks for d in block.multipliers)
         texts |= {d: f"work[{cell_named(d).number}]" for d in multipliers}
+        n = self.program.coordinates
+        texts |= {f"a{k}": f"given[{n + k}]" for k in range(n)}
+        texts |= {f"l{k}": f"given[{2 * n + k}]" for k in range(self.program.multipliers)}
         if self.program.is_large:
-            n = self.program.coordinates
             texts |= {f"q{k}": f"y[{k}]" for k in range(n)}
             texts |= {f"v{k}": f"y[{n + k}]" for k in range(n)}
         self.dialect = replace(self.dialect, names={**self.dialect.names, **texts})
 
     # -- lines -----------------------------------------------------------------
 
-    def _opening(self, parts: Sequence[_Part], results: int, velocities: bool) -> list[str]:
+    def _opening(self, parts: Sequence[Part], results: int, velocities: bool) -> list[str]:
         """Counters, what is read from the arguments, and the arguments that are not used."""
         real, program = self.real.name, self.program
         reads = input_names(program)
         if velocities:
             reads |= {f"v{i}" for i in range(program.coordinates)}
         state = [name for name in self._state() if name in reads]
-        uses_work = self.stored or self.copied or any(isinstance(p, _Solve) for p in parts)
+        solves = any(isinstance(p, Solve | SolveColumns) for p in parts)
+        uses_work = self.stored or self.copied or solves or given_size(program)
         lines = [f"    int {', '.join(_COUNTERS[: self.depth])};"] if self.depth else []
         if not program.is_large:
             lines += [
@@ -309,7 +187,25 @@ class _Writer:
             "out": not results,
         }
         lines += [f"    (void){name};" for name, is_so in unused.items() if is_so]
-        return lines + self._workspace()
+        return lines + self._given() + self._workspace()
+
+    def _given(self) -> list[str]:
+        """Call the functions that give accelerations and multipliers, where they are read."""
+        program, names = self.program, self.names
+        size, n = given_size(program), program.coordinates
+        if not size:
+            return []
+        prefix = names.prefix + ("" if names.contact_from is None else "_contact")
+        passed = f"{names.passed}, work + {size}"
+        failed = ["    if (status != 0) {", "        return status;", "    }"]
+        lines = [
+            f"    {self.real.name} *const given = work;",
+            f"    int status = {prefix}_rhs({passed}, given);",
+            *failed,
+        ]
+        if size > 2 * n:
+            lines += [f"    status = {prefix}_multipliers({passed}, given + {2 * n});", *failed]
+        return [*lines, f"    work += {size};"]
 
     def _unread(self, reads: Collection[str]) -> dict[str, bool]:
         """Tell which arguments that hold parameters are not used."""
@@ -326,7 +222,7 @@ class _Writer:
 
     def _workspace(self) -> list[str]:
         """Declare the arrays in which loops find values and parameters."""
-        start = solver_workspace_size(self.program.blocks)
+        start = _solver_workspace(self.program)
         lines = []
         if self.stored:
             lines.append(f"    {self.real.name} *const w = work + {start};")
@@ -336,13 +232,17 @@ class _Writer:
             lines += [f"    c[{k}] = {self._name(f'p{k}')};" for k in sorted(self.copied)]
         return lines
 
-    def _write(self, part: _Part, items: Sequence[Statement | LoopNest]) -> None:
-        if isinstance(part, _Pivots):
+    def _write(self, part: Part, items: Sequence[Statement | LoopNest]) -> None:
+        if isinstance(part, Pivots):
             self._write_pivots()
-        elif isinstance(part, _Solve):
+        elif isinstance(part, Solve):
             self._write_call(part.block)
+        elif isinstance(part, SolveColumns):
+            self._write_columns(part)
+        elif isinstance(part, Zeros):
+            self._write_zeros(part)
         else:
-            comment = part.comment if isinstance(part, _Stores) else ""
+            comment = part.comment if isinstance(part, Stores) else ""
             if comment and any(isinstance(item, LoopNest) for item in items):
                 self.lines.append(f"    /* {comment} */")
             for item in items:
@@ -421,6 +321,22 @@ class _Writer:
             place = "work" if start == "0" else f"work + {start}"
             call = f"{prefix}_banded({m}, {block.band}, {place}, work + {block.start})"
         self.lines += [f"    if ({call} != 0) {{", "        return 1;", "    }"]
+
+    def _write_columns(self, part: SolveColumns) -> None:
+        n, size, columns = len(part.block.coordinates), part.block.size, len(part.block.columns)
+        right = size * size
+        arrays = f"work, work + {right}, work + {right + size * columns}"
+        call = f"{self.names.prefix}_solve_columns({n}, {size}, {columns}, {arrays})"
+        self.lines += [f"    if ({call} != 0) {{", "        return 1;", "    }"]
+
+    def _write_zeros(self, part: Zeros) -> None:
+        self.depth = max(self.depth, 1)
+        start = f"{part.start} + i" if part.start else "i"
+        self.lines += [
+            f"    for (i = 0; i < {part.count}; ++i) {{",
+            f"        {part.array}[{start}] = {self.real.value(0.0)};",
+            "    }",
+        ]
 
     def _check(self, result: str, results: int) -> None:
         self.depth = max(self.depth, 1 if results else 0)

@@ -9,6 +9,7 @@ from lagrange_cli.emit.c.impact import impact_text
 from lagrange_cli.emit.c.projection import project_text, workspace_size
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.program.derivative_programs import DERIVATIVES
 from lagrange_cli.program.program import Program
 
 
@@ -53,7 +54,8 @@ def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: i
     }
     functions = (
         c_template("mode_function").replace("@FUNCTION@", name)
-        for name in ("multipliers", "constraints", "events")
+        for name in ("multipliers", "constraints", "events", *DERIVATIVES)
+        if f"contact_{name}" in programs or name == "events"
     )
     flags, rhs, project, reset = (
         c_template(f"mode_{name}") for name in ("flags", "rhs", "project", "reset")

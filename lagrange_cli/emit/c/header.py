@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.contacts import _reset_arguments, mode_target
+from lagrange_cli.emit.c.derivatives import derivative_declarations
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.initial_state import rates_note
 from lagrange_cli.emit.naming import comment_text, described
@@ -15,6 +16,7 @@ from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations, Input
+    from lagrange_cli.program.solvers.jacobians import Jacobian
 
 _INPUTS = """
 /* out[0..@NAME@_INPUTS-1]: the inputs as the scene has them at time t. */
@@ -27,7 +29,9 @@ int @NAME@_outputs(@OUT@);
 """
 
 
-def header_text(equations: Equations, target: CTarget, work: int) -> str:
+def header_text(
+    equations: Equations, target: CTarget, work: int, derivatives: Mapping[str, Jacobian]
+) -> str:
     """The text of ``NAME.h``."""
     prefix = target.prefix
     guard = f"LAGRANGE_{prefix}_H"
@@ -47,11 +51,16 @@ def header_text(equations: Equations, target: CTarget, work: int) -> str:
                 f"#define {prefix}_{name.upper()} {len(getattr(equations, name))}"
                 for name in optional_outputs(equations)
             ),
+            *(
+                [f"#define {prefix}_PARAMETERS {len(equations.parameters)}"]
+                if "jacobian_p" in derivatives
+                else []
+            ),
             f"#define {prefix}_WORK {work}",
             "",
             *_structure(equations, target),
             "",
-            _declarations(equations, target),
+            _declarations(equations, target, derivatives),
             "#ifdef __cplusplus",
             "}",
             "#endif",
@@ -77,12 +86,15 @@ def _sizes(equations: Equations, prefix: str) -> list[str]:
     ]
 
 
-def _declarations(equations: Equations, target: CTarget) -> str:
+def _declarations(
+    equations: Equations, target: CTarget, derivatives: Mapping[str, Jacobian]
+) -> str:
     text = c_template("interface") + (_INPUTS if equations.inputs else "")
     text += _OUTPUTS if equations.outputs else ""
     if equations.contacts or equations.closures:
         kind = "contacts" if equations.contacts else "closures"
         text += "\n" + c_template(f"interface_{kind}")
+    text += derivative_declarations(derivatives, target, contacts=bool(equations.contacts))
     outer = mode_target(target) if equations.contacts else target
     return (
         text.replace("@RHS@", outer.arguments("dydt"))

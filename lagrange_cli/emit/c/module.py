@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 from lagrange_cli.cache import digest
 from lagrange_cli.emit.c.body import body_text, result_name
 from lagrange_cli.emit.c.contacts import contact_target, interface_text, mode_workspace_size
+from lagrange_cli.emit.c.derivatives import derivatives_of, pattern_texts
 from lagrange_cli.emit.c.header import header_text
 from lagrange_cli.emit.c.loops import loop_helpers
 from lagrange_cli.emit.c.main import main_text
 from lagrange_cli.emit.c.names import real_type
 from lagrange_cli.emit.c.projection import project_text, residual_text
-from lagrange_cli.emit.c.solvers import helper_text, solver_text
+from lagrange_cli.emit.c.solvers import columns_solver_text, helper_text, solver_text
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
 from lagrange_cli.errors import InputError, Problem
@@ -26,6 +27,7 @@ from lagrange_cli.program.constraint_programs import (
     constraint_programs,
     contact_programs,
 )
+from lagrange_cli.program.derivative_programs import derivative_programs
 from lagrange_cli.program.printing import functions_in
 from lagrange_cli.program.program import Program, build_program, operands_of, optional_outputs
 from lagrange_cli.program.solvers.blocks import MatrixBlock
@@ -67,12 +69,14 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
         raise _nothing_to_integrate(equations)
     target = CTarget.of(equations, real_type(str(options["real"])))
     programs = _programs(equations)
+    if options["jacobian"]:
+        programs |= derivative_programs(equations)
     stem = file_stem(equations.name, C_HEADERS)
     source = _source(equations, target, programs, stem)
     if options["main"]:
         source += main_text(equations, target)
     work = mode_workspace_size(programs, len(equations.contacts))
-    header = header_text(equations, target, work)
+    header = header_text(equations, target, work, derivatives_of(programs))
     stamp = f"0x{digest(header, source)[:8]}UL"
     size, macro = f"#define {target.prefix}_WORK ", f"#define {target.prefix}_EMISSION {stamp}\n"
     return {
@@ -121,6 +125,7 @@ def _source(
         f'#include "{stem}.h"\n\n{_MATH}',
         helper_text(used, target),
         solver_text(blocks_of(programs), target),
+        columns_solver_text(programs.values(), target),
         loop_helpers(programs, target),
         _defaults(equations, target),
     ]
@@ -129,6 +134,7 @@ def _source(
     for function, program in programs.items():
         flags = program.parameters > len(target.names.fields)
         parts.append(function_text(function, program, inner if flags else target))
+    parts += [*pattern_texts(programs, target)]
     parts += [residual_text(programs, target), project_text(programs, target)]
     if contacts:
         parts.append(interface_text(programs, target, contacts))

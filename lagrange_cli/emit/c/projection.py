@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.emit.c.body import program_workspace_size
+from lagrange_cli.emit.c.body import given_size, program_workspace_size
 from lagrange_cli.emit.c.impact import impact_workspace_size
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.constants import NEWTON_STEPS, RESIDUAL_AT_REST, RESIDUAL_ROUNDING
@@ -58,7 +58,8 @@ def workspace_size(programs: Mapping[str, Program]) -> int:
     """Return the numbers of workspace that suffice for every function."""
     each = max(map(program_workspace_size, programs.values()))
     projections = (_workspace(programs, prefix) for prefix in ("", "contact_"))
-    return max(each, *projections, impact_workspace_size(programs))
+    behind = max(map(given_size, programs.values()))
+    return behind + max(each, *projections, impact_workspace_size(programs))
 
 
 def _workspace(programs: Mapping[str, Program], prefix: str) -> int:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from lagrange_cli.emit.c.names import Real
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.constants import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_PIVOT
 from lagrange_cli.emit.template_files import c_template, filled
+from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 
 #: Functions that ``<math.h>`` lacks.
@@ -55,6 +56,14 @@ def solver_text(blocks: Sequence[MatrixBlock], target: CTarget) -> str:
     if any(block.band is not None for block in blocks):
         parts.append(target.fill(c_template("solve_banded")))
     return "\n".join(parts)
+
+
+def columns_solver_text(programs: Iterable[Program], target: CTarget) -> str:
+    """Write what solves for derivatives; empty if no program needs it."""
+    jacobians = (program.jacobian for program in programs)
+    if any(jacobian is not None and jacobian.blocks for jacobian in jacobians):
+        return target.fill(c_template("solve_columns"))
+    return ""
 
 
 #: Below the exponent of every number.

@@ -30,6 +30,9 @@ CONTACT_NOTES = [
 _DOCS = {
     "multipliers": "Multipliers, in the order of MULTIPLIERS, zero for what is open; NaN if none.",
     "constraints": "What is zero, in the order of RESIDUALS; so is all of what is open.",
+    "jacobian": "Derivatives of the accelerations by q, then by v, n by 2n, while mode stays.",
+    "jacobian_u": "Derivatives of the accelerations by the inputs, while mode stays.",
+    "jacobian_p": "Derivatives of the accelerations by the parameters, while mode stays.",
     "events": "What falls through zero at events: multipliers of what is closed, else gaps.",
 }
 
@@ -76,6 +79,7 @@ def interface_source(programs: Mapping[str, Program], parameter: str) -> list[st
     functions = [
         python_template("mode_function").replace("@FUNCTION@", name).replace("@DOC@", doc)
         for name, doc in _DOCS.items()
+        if f"contact_{name}" in programs or name == "events"
     ]
     flags, rhs, project, reset = (
         python_template(f"mode_{name}") for name in ("flags", "rhs", "project", "reset")

@@ -15,6 +15,12 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.python.impact import impact_source
+from lagrange_cli.emit.python.jacobian import (
+    given_lines,
+    jacobian_lines,
+    jacobian_shape,
+    with_given,
+)
 from lagrange_cli.emit.python.loops import index_tables_source, loops_source
 from lagrange_cli.emit.python.projection import HELPERS, helper_source, project_source
 from lagrange_cli.emit.python.statements import (
@@ -43,7 +49,7 @@ if TYPE_CHECKING:
 _MATH = sorted({*PROGRAM_FUNCTIONS, "inf", "nan"} - {"abs", "sign", "min", "max"})
 
 #: Functions that the standard library has not, by the names of their templates.
-_HELPERS = ("sign", "min", "max", *HELPERS, "solve_sparse")
+_HELPERS = ("sign", "min", "max", *HELPERS, "solve_sparse", "solve_columns")
 
 #: Every function of a program as the module calls it.
 _PYTHON_FUNCTIONS = {
@@ -80,6 +86,9 @@ _DOCS = {
     "continuous": "What jumps at switching surfaces only where an impulse acts.",
     "surface_values": "What vanishes on switching surfaces, then the magnitudes behind it.",
     "surface_rates": "First and second rates of what vanishes on surfaces, then the magnitudes.",
+    "jacobian": "Derivatives of the accelerations by q, then by v, n by 2n.",
+    "jacobian_u": "Derivatives of the accelerations by the inputs, in the order of INPUTS.",
+    "jacobian_p": "Derivatives of the accelerations by the parameters, in their order.",
     "impulse": "The change of v that changes the rates of what is in contact by the targets.",
 }
 
@@ -192,11 +201,18 @@ def function_source(
     body = _load_inputs(
         program, dialect, sequences, velocities=program.kind is ProgramKind.RIGHT_HAND_SIDE
     )
+    if program.jacobian is not None:
+        dialect = with_given(program, dialect)
+        given = [argument.split("=")[0] for argument in parameter.split(", ")]
+        prefix = "_contact_" if "contact" in given else ""
+        body += given_lines(program, prefix, ", ".join(["t", "y", *given]))
     late = dict(dependents(program, multipliers))
     body.extend(assigned([a for a in program.assignments if a[0] not in late], dialect))
     failure = _failure(program)
     if program.kind in (ProgramKind.MULTIPLIERS, ProgramKind.CHANGE):
         body.extend(_unknowns(program, dialect, failure))
+    elif program.kind is ProgramKind.JACOBIAN:
+        body.extend(jacobian_lines(program, dialect, failure))
     else:
         body.extend(_RESULTS[program.kind](program, dialect))
     return _defined(name, parameter, body, failure)
@@ -236,6 +252,8 @@ def _shape(program: Program) -> str:
         return str(sum(len(block.closures) for block in program.blocks))
     if program.kind is ProgramKind.CHANGE:
         return str(n)
+    if program.jacobian is not None:
+        return jacobian_shape(program.jacobian)
     if program.parts:
         return str(program.results)
     if program.blocks:

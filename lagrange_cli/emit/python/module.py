@@ -31,6 +31,7 @@ from lagrange_cli.emit.python.contacts import (
     interface_source,
 )
 from lagrange_cli.emit.python.functions import function_source, prelude, program_of
+from lagrange_cli.emit.python.jacobian import pattern_constants
 from lagrange_cli.emit.python.loops import index_tables_source
 from lagrange_cli.emit.python.projection import project_source
 from lagrange_cli.emit.python.recorded import python_recorded
@@ -41,6 +42,7 @@ from lagrange_cli.program.constraint_programs import (
     constraint_programs,
     contact_programs,
 )
+from lagrange_cli.program.derivative_programs import derivative_programs
 from lagrange_cli.program.program import Program, optional_outputs
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.version import __version__
@@ -99,7 +101,8 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
     """
     fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)
     tables = python_recorded(equations)
-    programs, functions = _functions(equations, fields, bool(tables))
+    derivatives = derivative_programs(equations) if options["jacobian"] else {}
+    programs, functions = _functions(equations, fields, bool(tables), derivatives)
     parameters = _parameters(equations, fields)
     script = _script(equations)
     imports, helpers = prelude("\n".join([parameters, *functions, *tables, script]))
@@ -110,7 +113,7 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
         "\n".join([*standard, "from typing import NamedTuple", "", "import numpy as np\n"]),
         *helpers,
         *filter(None, [index_tables_source(programs.values())]),
-        _constants(equations),
+        _constants(equations, derivatives),
         parameters,
         *tables,
         *functions,
@@ -120,7 +123,10 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
 
 
 def _functions(
-    equations: Equations, fields: Sequence[str], recorded: bool
+    equations: Equations,
+    fields: Sequence[str],
+    recorded: bool,
+    derivatives: Mapping[str, Program],
 ) -> tuple[dict[str, Program], list[str]]:
     """Programs of the functions, and the definitions of all functions."""
     names = _names(equations, fields)
@@ -134,8 +140,9 @@ def _functions(
     contact_functions = contact_programs(with_contact_flags(equations))
     if contact_functions:
         programs["flight_rhs"] = programs.pop("rhs")
+        contact_functions |= derivatives
     else:
-        programs |= constraint_programs(equations)
+        programs |= constraint_programs(equations) | dict(derivatives)
     texts = {
         **dict.fromkeys(INTERNAL_FUNCTIONS, "p"),
         "inputs": "p=DEFAULTS" + (", u=recorded" if recorded else ""),
@@ -231,7 +238,7 @@ def _statement(equations: Equations) -> list[str]:
     ]
 
 
-def _constants(equations: Equations) -> str:
+def _constants(equations: Equations, derivatives: Mapping[str, Program]) -> str:
     initial = equations.initial
     defaults = equations.simulate
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
@@ -245,6 +252,7 @@ def _constants(equations: Equations) -> str:
             f"PARAMETERS = {_strings([p.name for p in equations.parameters])}",
             *_asked_for(equations),
             *_closures(equations),
+            *pattern_constants(derivatives),
             "",
             f"INITIAL = {state!r}",
             f"START, UNTIL, ROWS, STEPS = {defaults.start!r}, {float(until)!r}, {_ROWS}, {steps}",

@@ -75,7 +75,8 @@ def _dense_block(
     failure: str,
 ) -> list[str]:
     """Solve a block with NumPy. Cholesky's factor holds the roots of the pivots."""
-    upper = _bordered(block, matrix) if block.closures else matrix
+    n, m = len(block.coordinates), len(block.closures)
+    upper = bordered(n, m, matrix) if block.closures else matrix
     lines, text = symmetric(f"m{number}_", upper, block.size, dialect)
     lines.append(f"m{number} = {text}")
     if block.definite:
@@ -92,10 +93,9 @@ def _dense_block(
     return lines
 
 
-def _bordered(block: MatrixBlock, matrix: Sequence[Operand]) -> list[Operand]:
+def bordered(n: int, m: int, matrix: Sequence[Operand]) -> list[Operand]:
     """The upper triangle, by rows, of [[M, Gᵀ], [G, C]], from that of M, the rows of G and the
     diagonal C (zero if not given)."""
-    n, m = len(block.coordinates), len(block.closures)
     entries, gradients = iter(matrix[: n * (n + 1) // 2]), matrix[n * (n + 1) // 2 :]
     upper: list[Operand] = []
     for i in range(n):

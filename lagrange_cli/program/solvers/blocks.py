@@ -155,16 +155,16 @@ def solve_blocks(
     (right-hand sides, followed by −bias).
     """
     facts = equations.facts
-    matrix = _inertia(values, equations)
-    gradients = _converted(values, [gradient for gradient, _ in system.closures])
+    matrix = inertia_rows(values, equations)
+    gradients = converted_rows(values, [gradient for gradient, _ in system.closures])
     definite = facts.positive_definite_mass_matrix
     names = ("acceleration", "pivots", "scales", "dense_matrix", "dense_forcing")
     outputs: dict[str, list[ScaledNode]] = {name: [] for name in names}
     blocks: list[MatrixBlock] = []
-    for members, closures in _components(matrix, gradients):
+    for members, closures in components(matrix, gradients):
         if not (closures or system.whole):
             continue
-        if not closures and _unrolled(len(members), definite):
+        if not closures and is_unrolled(len(members), definite):
             exact, *solution = _unroll(values, equations, system.right, members)
             blocks.append(MatrixBlock(members, unrolled=True, definite=definite, exact=exact))
             for name, nodes in zip(names, solution, strict=False):
@@ -188,16 +188,16 @@ def solve_blocks(
     return tuple(blocks), list(outputs.items())
 
 
-def _inertia(values: ValueGraph, equations: Equations) -> _Rows:
+def inertia_rows(values: ValueGraph, equations: Equations) -> _Rows:
     """The mass matrix; where it is proven diagonal its zeros need not be visible."""
     rows = equations.mass_matrix
     if not equations.facts.diagonal_mass_matrix:
-        return _converted(values, rows)
+        return converted_rows(values, rows)
     diagonal = [values.convert(row[i]) for i, row in enumerate(rows)]
     return [{i: value} if value[0] else {} for i, value in enumerate(diagonal)]
 
 
-def _converted(values: ValueGraph, rows: Iterable[Sequence[Expr]]) -> _Rows:
+def converted_rows(values: ValueGraph, rows: Iterable[Sequence[Expr]]) -> _Rows:
     converted = []
     for row in rows:
         nodes = {j: values.convert(e) for j, e in entries(row).items()}
@@ -284,11 +284,11 @@ class _Band:
         return map(values.add, terms.values())
 
 
-def _unrolled(size: int, definite: bool) -> bool:
+def is_unrolled(size: int, definite: bool) -> bool:
     return size == 1 or (definite and size <= _LARGEST_UNROLLED)
 
 
-def _components(matrix: _Rows, gradients: _Rows) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+def components(matrix: _Rows, gradients: _Rows) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     """The connected components of the graph whose edges are nonzero entries:
     coordinates and closures of each."""
     n = len(matrix)
@@ -344,21 +344,37 @@ def _ldl_solve(
     values: ValueGraph, matrix: list[list[ScaledNode]], right: list[ScaledNode]
 ) -> _Unrolled:
     """Straight-line solution by M = L D Lᵀ. Entries that are zero cost nothing."""
+    rows = factored(values, matrix)
+    places = range(len(matrix))
+    pivots, diagonal = [rows[i][i] for i in places], [matrix[i][i] for i in places]
+    return _Unrolled(False, substituted(values, rows, right), pivots, diagonal)
+
+
+def factored(values: ValueGraph, matrix: list[list[ScaledNode]]) -> list[list[ScaledNode]]:
+    """Factor M = L D Lᵀ: the rows of D Lᵀ, right of and on the diagonal."""
     n = len(matrix)
     rows = [list(row) for row in matrix]
-    y = list(right)
     for j in range(n):
         for i in range(j + 1, n):
             ratio = _divide(values, rows[j][i], rows[j][j])
             for k in range(i, n):
                 rows[i][k] = _less(values, rows[i][k], ratio, rows[j][k])
-            y[i] = _less(values, y[i], ratio, y[j])
+    return rows
+
+
+def substituted(
+    values: ValueGraph, rows: list[list[ScaledNode]], right: list[ScaledNode]
+) -> list[ScaledNode]:
+    """Solve for one right-hand side by the rows of :func:`factored`."""
+    n, y = len(rows), list(right)
+    for j in range(n):
+        for i in range(j + 1, n):
+            y[i] = _less(values, y[i], _divide(values, rows[j][i], rows[j][j]), y[j])
     for i in reversed(range(n)):
         for k in range(i + 1, n):
             y[i] = _less(values, y[i], rows[i][k], y[k])
         y[i] = _divide(values, y[i], rows[i][i])
-    diagonal = [matrix[i][i] for i in range(n)]
-    return _Unrolled(False, y, [rows[i][i] for i in range(n)], diagonal)
+    return y
 
 
 def _divide(values: ValueGraph, a: ScaledNode, b: ScaledNode) -> ScaledNode:

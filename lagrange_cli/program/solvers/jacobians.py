@@ -1,0 +1,249 @@
+"""Derivatives of accelerations: columns of systems with the matrix of the accelerations.
+
+Accelerations a and multipliers λ solve M a = f + Σ λ·gradient, gradient·a + bias = 0.
+Differentiated by a number x of which M, f, gradients and biases depend,
+
+    M a' = −∂/∂x (M a − f − Σ λ·gradient) + Σ λ'·gradient,
+    gradient·a' = −∂/∂x (gradient·a + bias),
+
+with a and λ kept on the right: each x is a column of right-hand sides of one matrix, whose
+blocks are those of :mod:`lagrange_cli.program.solvers.blocks`. What depends on no such x in a block
+is zero, and where most is, the numbers alone that need not be zero are stored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, TypeAlias
+
+from lagrange_cli.program.graph.derivatives import Tangent, derivatives, product, scaled
+from lagrange_cli.program.graph.value_graph import InputNode, ScaledNode, ValueGraph
+from lagrange_cli.program.solvers.blocks import (
+    MassMatrixSystem,
+    components,
+    converted_rows,
+    factored,
+    inertia_rows,
+    is_unrolled,
+    substituted,
+)
+
+if TYPE_CHECKING:
+    from sympy import Symbol
+
+    from lagrange_cli.mechanics.equations import Equations
+
+#: Fewer than one number in so many of a large matrix that need not be zero: only they are stored.
+_SPARSE = 4
+
+#: Matrices of fewer rows than this are stored whole.
+_SMALL = 16
+
+#: The rank of accelerations and multipliers that are given (see :class:`.value_graph.ValueGraph`).
+_GIVEN = 5
+
+_MINUS = Fraction(-1)
+
+#: Outputs of a program of derivatives, in their order.
+Outputs: TypeAlias = "list[tuple[str, list[ScaledNode]]]"
+
+
+@dataclass(frozen=True)
+class ColumnBlock:
+    """A block of the matrix with its right-hand sides, for a loop to solve.
+
+    Attributes
+    ----------
+    coordinates, closures
+        Their indices.
+    compliant
+        The diagonal of the closures is given (see :class:`MassMatrixSystem`).
+    columns
+        Columns of the Jacobian whose right-hand sides are not all zero.
+    places
+        Row and number among ``columns`` of each right-hand side that is given; others are 0.
+    """
+
+    coordinates: tuple[int, ...]
+    closures: tuple[int, ...]
+    compliant: bool
+    columns: tuple[int, ...]
+    places: tuple[tuple[int, int], ...]
+
+    @property
+    def size(self) -> int:
+        """The number of unknowns."""
+        return len(self.coordinates) + len(self.closures)
+
+    @property
+    def workspace(self) -> int:
+        """Numbers for the matrix, the right-hand sides and the scales."""
+        return self.size * (self.size + len(self.columns) + 1)
+
+
+@dataclass(frozen=True)
+class Jacobian:
+    """Where the derivatives of accelerations are stored.
+
+    Attributes
+    ----------
+    rows, columns
+        Numbers of accelerations, and of what they are differentiated by.
+    multipliers
+        Number of multipliers that may be read.
+    entries
+        Row and column of each number of the output ``entries``.
+    blocks
+        Blocks that a loop solves.
+    pattern
+        Row and column of each number that is stored, by rows; None where all are.
+    """
+
+    rows: int
+    columns: int
+    multipliers: int
+    entries: tuple[tuple[int, int], ...]
+    blocks: tuple[ColumnBlock, ...]
+    pattern: tuple[tuple[int, int], ...] | None
+
+    @property
+    def size(self) -> int:
+        """How many numbers are stored."""
+        return self.rows * self.columns if self.pattern is None else len(self.pattern)
+
+    @property
+    def stored(self) -> dict[tuple[int, int], int]:
+        """Row and column → place in the result."""
+        if self.pattern is not None:
+            return {place: k for k, place in enumerate(self.pattern)}
+        return {(i, k): i * self.columns + k for i, k in self.nonzero}
+
+    @property
+    def nonzero(self) -> tuple[tuple[int, int], ...]:
+        """Rows and columns of what need not be zero, by rows."""
+        return _nonzero(self.entries, self.blocks)
+
+    @property
+    def workspace(self) -> int:
+        """Numbers of workspace that the largest block takes."""
+        return max((block.workspace for block in self.blocks), default=0)
+
+
+def _nonzero(
+    written: Sequence[tuple[int, int]], blocks: Sequence[ColumnBlock]
+) -> tuple[tuple[int, int], ...]:
+    solved = ((i, k) for b in blocks for i in b.coordinates for k in b.columns)
+    return tuple(sorted([*written, *solved]))
+
+
+def solve_jacobian(
+    values: ValueGraph,
+    equations: Equations,
+    system: MassMatrixSystem,
+    by: Sequence[Symbol],
+) -> tuple[Jacobian, Outputs]:
+    """Differentiate the accelerations that a system gives.
+
+    They are inputs ``a0, a1, …`` of the program, as the multipliers ``l0, l1, …`` are.
+
+    Parameters
+    ----------
+    by
+        Symbols of coordinates, velocities, inputs or parameters, one for each column.
+
+    Returns
+    -------
+    Where the results are stored, and the outputs ``entries`` (of unrolled blocks), ``dense_matrix``
+    (the upper triangles of the other blocks, by rows, each followed by the gradients of the
+    block's closures, and their compliance in a compliant block) and ``dense_forcing`` (their
+    right-hand sides, as ``places`` has them).
+    """
+    matrix = inertia_rows(values, equations)
+    gradients = converted_rows(values, [gradient for gradient, _ in system.closures])
+    changes = _changes(values, equations, system, matrix, gradients, by)
+    definite = equations.facts.positive_definite_mass_matrix
+    outputs: dict[str, list[ScaledNode]] = {
+        name: [] for name in ("entries", "dense_matrix", "dense_forcing")
+    }
+    written: list[tuple[int, int]] = []
+    blocks: list[ColumnBlock] = []
+    for members, closures in components(matrix, gradients):
+        rows = [*members, *(len(matrix) + k for k in closures)]
+        right = [changes[row] for row in rows]
+        columns = tuple(sorted(set().union(*right)))
+        if not columns:
+            continue
+        if not closures and is_unrolled(len(members), definite):
+            solved, nodes = _unrolled(values, matrix, members, columns, right)
+            written += solved
+            outputs["entries"] += nodes
+            continue
+        compliant = bool(closures and equations.contacts)
+        number = {column: k for k, column in enumerate(columns)}
+        given = [(i, number[k], x) for i, row in enumerate(right) for k, x in sorted(row.items())]
+        places = tuple((i, k) for i, k, _ in given)
+        blocks.append(ColumnBlock(members, closures, compliant, columns, places))
+        outputs["dense_forcing"] += (x for _, _, x in given)
+        dense, none = outputs["dense_matrix"], (Fraction(0), 0)
+        dense += (matrix[i].get(j, none) for k, i in enumerate(members) for j in members[k:])
+        dense += (gradients[k].get(j, none) for k in closures for j in members)
+        dense += (values.convert(system.compliance_of(k)) for k in closures if compliant)
+    jacobian = Jacobian(len(matrix), len(by), len(gradients), tuple(written), tuple(blocks), None)
+    nonzero = jacobian.nonzero
+    if jacobian.rows >= _SMALL and _SPARSE * len(nonzero) < jacobian.rows * jacobian.columns:
+        jacobian = replace(jacobian, pattern=nonzero)
+    return jacobian, list(outputs.items())
+
+
+def _changes(
+    values: ValueGraph,
+    equations: Equations,
+    system: MassMatrixSystem,
+    matrix: Sequence[dict[int, ScaledNode]],
+    gradients: Sequence[dict[int, ScaledNode]],
+    by: Sequence[Symbol],
+) -> list[dict[int, ScaledNode]]:
+    """Right-hand sides of the coordinates' rows, then of the closures': column → value."""
+    a = [_given(values, f"a{i}") for i in range(len(matrix))]
+    residuals = [
+        [product(values, entry, a[j]) for j, entry in row.items()]
+        + [scaled(values.convert(f), _MINUS)]
+        for row, f in zip(matrix, system.right, strict=True)
+    ]
+    for k, row in enumerate(gradients):
+        push = scaled(_given(values, f"l{k}"), _MINUS)
+        for j, entry in row.items():
+            residuals[j].append(product(values, push, entry))
+    for row, (_, bias) in zip(gradients, system.closures, strict=True):
+        terms = [product(values, entry, a[j]) for j, entry in row.items()]
+        residuals.append([*terms, values.convert(bias)])
+    inputs = [values.convert(symbol)[1] for symbol in by]
+    column = {number: k for k, number in enumerate(inputs)}
+    tangents = derivatives(values, [values.add(terms) for terms in residuals], inputs)
+    return [{column[n]: scaled(x, _MINUS) for n, x in t.items()} for t in tangents]
+
+
+def _given(values: ValueGraph, name: str) -> ScaledNode:
+    return Fraction(1), values.intern(InputNode(name), _GIVEN)
+
+
+def _unrolled(
+    values: ValueGraph,
+    matrix: Sequence[dict[int, ScaledNode]],
+    members: tuple[int, ...],
+    columns: tuple[int, ...],
+    right: Sequence[Tangent],
+) -> tuple[list[tuple[int, int]], list[ScaledNode]]:
+    """Solve for all columns in straight-line code; where results are, and the results."""
+    none = (Fraction(0), 0)
+    rows = factored(values, [[matrix[i].get(j, none) for j in members] for i in members])
+    places, nodes = [], []
+    for column in columns:
+        solved = substituted(values, rows, [row.get(column, none) for row in right])
+        for i, value in zip(members, solved, strict=True):
+            if value[0]:
+                places.append((i, column))
+                nodes.append(value)
+    return places, nodes

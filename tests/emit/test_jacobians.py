@@ -1,0 +1,150 @@
+"""Emitted derivatives of accelerations, beside differences of the equations in 60 digits."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+import types
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lagrange_cli import load
+from tests.emit.derivative_reference import AccelerationReference, relative
+from tests.emit.emitted_c import WARNINGS, Compiled, compiler, run
+
+SYSTEMS = Path(__file__).parents[2] / "systems"
+SCENES = sorted(str(path.relative_to(SYSTEMS).with_suffix("")) for path in SYSTEMS.glob("*/*.yaml"))
+SCENES = [scene for scene in SCENES if not scene.startswith("refused/")]
+
+#: Of one degree of freedom; unrolled; with closures of positions and of velocities; with inputs;
+#: sparse; solved by a loop; with contacts.
+FEW = (
+    "pendulums/pendulum",
+    "pendulums/furuta_pendulum",
+    "constraints/four_bar_linkage",
+    "rolling/snakeboard",
+    "oscillators/driven_spring",
+    "chains/fput",
+    "contact/ladder_leaving_wall",
+)
+
+#: Largest error, relative to the largest derivative by the same number.
+TOLERANCE = 1e-10
+
+
+def module_of(derivation):
+    """The emitted module of Python."""
+    (text,) = derivation.emit("python", jacobian=True).values()
+    module = types.ModuleType("emitted")
+    sys.modules["emitted"] = module
+    exec(compile(text, "emitted", "exec"), vars(module))
+    return module
+
+
+def state_near(module, seed=3):
+    """A state beside the one in which the scene begins, off its closures too."""
+    n = len(module.COORDINATES)
+    y = np.array(module.INITIAL or np.linspace(0.3, 0.9, 2 * n))
+    moves = np.random.default_rng(seed).uniform(0.01, 0.1, 2 * n)
+    return y + moves * (np.abs(y).max() or 1.0)
+
+
+def whole(module, function, values, columns):
+    """The whole matrix, of what is sparse too."""
+    if values.ndim == 2:
+        return values
+    matrix = np.zeros((len(module.COORDINATES), columns))
+    rows, places = (getattr(module, f"{function.upper()}_{name}") for name in ("ROWS", "COLUMNS"))
+    matrix[list(rows), list(places)] = values
+    return matrix
+
+
+def modes_of(equations):
+    """All contacts open, then the first of them closed."""
+    count = len(equations.contacts)
+    return [(0,) * count, (1,) + (0,) * (count - 1)] if count else [()]
+
+
+def check(scene, folder=None):
+    """Compare Python, and C compiled in a folder, with the reference."""
+    derivation = load(SYSTEMS / f"{scene}.yaml").derive()
+    equations, module = derivation.equations, module_of(derivation)
+    if not equations.coordinates:
+        assert not hasattr(module, "jacobian")
+        return
+    p = module.DEFAULTS
+    t, y = 0.3, state_near(module)
+    u = module.inputs(t, y, p) if equations.inputs else ()
+    library = None if folder is None else Library(equations, folder, derivation)
+    for mode in modes_of(equations):
+        keywords = {"mode": mode} if mode else {}
+        try:
+            exact = AccelerationReference(equations, mode).derivatives(t, y, u, p)
+        except ZeroDivisionError:  # a contact that cannot be closed here
+            assert np.isnan(module.jacobian(t, y, p, **keywords)).all()
+            continue
+        for function, expected in zip(("jacobian", "jacobian_u", "jacobian_p"), exact, strict=True):
+            if not expected.size:
+                assert not hasattr(module, function)
+                continue
+            found = getattr(module, function)(t, y, p, **keywords)
+            found = whole(module, function, found, expected.shape[1])
+            assert relative(found, expected).max(initial=0.0) < TOLERANCE, (function, mode)
+            if library is not None:
+                found = library.derivatives(function, t, y, u, expected.shape, mode)
+                assert relative(found, expected).max(initial=0.0) < TOLERANCE, (function, mode)
+
+
+class Library(Compiled):
+    """Emitted C with derivatives."""
+
+    def __init__(self, equations, folder, derivation):
+        files = derivation.emit("c", jacobian=True)
+        for name, text in files.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        (source,) = [folder / name for name in files if name.endswith(".c")]
+        words = ["-std=c99", "-O1", *WARNINGS, "-shared", "-fPIC"]
+        run(compiler(), *words, source, "-o", folder / "library.so", "-lm")
+        self.library = ctypes.CDLL(str(folder / "library.so"))
+        self.type, self.prefix = np.float64, source.stem
+        self.header = source.with_suffix(".h").read_text(encoding="utf-8")
+        self.defaults = np.zeros(max(1, len(equations.parameters)))
+        fill = getattr(self.library, f"{self.prefix}_defaults")
+        fill.restype = None
+        fill(ctypes.c_void_p(self.defaults.ctypes.data))
+
+    def derivatives(self, function, t, y, u, shape, mode=()):
+        """The whole matrix of a function."""
+        sparse = f"{self.prefix}_{function}_rows" in self.header
+        count = self.macro(f"{function.upper()}_NONZERO") if sparse else shape[0] * shape[1]
+        arrays = [np.ascontiguousarray(a, float) for a in (y, u, self.defaults)]
+        flags = [np.array(mode, ctypes.c_int)] if len(mode) else []
+        work, out = np.full(self.macro("WORK"), np.nan), np.full(count + 1, np.nan)
+        pointers = [ctypes.c_void_p(a.ctypes.data) for a in (*arrays, *flags, work, out)]
+        call = getattr(self.library, f"{self.prefix}_{function}")
+        assert call(ctypes.c_double(t), *pointers) == 0
+        assert np.isnan(out[count]), "nothing is written behind the results"
+        if not sparse:
+            return out[:count].reshape(shape)
+        matrix = np.zeros(shape)
+        rows, columns = (
+            (ctypes.c_int * count).in_dll(self.library, f"{self.prefix}_{function}_{name}")
+            for name in ("rows", "columns")
+        )
+        matrix[list(rows), list(columns)] = out[:count]
+        return matrix
+
+
+@pytest.mark.parametrize("scene", FEW)
+def test_python(scene):
+    check(scene)
+
+
+@pytest.mark.slow
+@pytest.mark.compiler
+@pytest.mark.parametrize("scene", SCENES)
+def test_shipped_scenes(scene, tmp_path):
+    compiler()
+    check(scene, tmp_path)
