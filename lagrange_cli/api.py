@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.reader import SceneText
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+    from lagrange_cli.simulate.ensemble.members import MemberValues
     from lagrange_cli.simulate.ensemble.result import Ensemble
     from lagrange_cli.simulate.ensemble.variants import Variants
     from lagrange_cli.simulate.model.model import Model
@@ -214,6 +215,7 @@ class Derivation:
         parameters: GivenValues | None = None,
         initial: GivenValues | None = None,
         inputs: DrivenInputs | None = None,
+        sensitivity: Sequence[str] = (),
         until: float | None = None,
         accuracy: float | None = None,
         method: str | None = None,
@@ -242,6 +244,11 @@ class Derivation:
             ``f(t)`` is a finite number. They are to be smooth: they are called wherever a method
             evaluates forces, and what they do between is not known. Python then evaluates the
             equations too, some 100 times slower than compiled code.
+        sensitivity
+            Names of coordinates, of their ``dot`` and of parameters: the derivatives of the
+            motion by these starts and parameters are columns ``d(theta)/d(m)`` and
+            ``dot(d(theta)/d(m))`` beside it, and are promised as it is. The scene's coordinates
+            are kept.
         until, accuracy, method, rtol, atol, step, samples, budget
             See :class:`.simulate.request.SimulationOptions`; by default the scene's.
         progress, reached, stop, functions, cache, stream, checkpoint
@@ -260,11 +267,14 @@ class Derivation:
         ('ok', -1.491035)
         >>> derivation.simulate(until=1.0, initial={"theta": 0.1}).status
         'ok'
+        >>> swung = derivation.simulate(until=1.0, sensitivity=["l"])
+        >>> round(swung.state["d(theta)/d(l)"], 6)
+        -1.491035
         """
         from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
         from lagrange_cli.simulate.ensemble.members import MemberValues
         from lagrange_cli.simulate.options import SimulationOptions
-        from lagrange_cli.simulate.simulation import RunContext
+        from lagrange_cli.simulate.simulation import RunContext, integrate
         from lagrange_cli.simulate.system.functions import KeptFunctions
 
         options = SimulationOptions(
@@ -290,6 +300,9 @@ class Derivation:
         )
         variants = self._variants(frozenset(inputs or ()))
         values = MemberValues(_texts(parameters), _texts(initial))
+        if sensitivity:
+            model = self._sensitive(tuple(sensitivity), values)
+            return integrate(model, context.resolved(model, options), context)
         free = variants.recipe.formulation == "auto"
         maker = partial(variants.with_multipliers, values) if free else None
         return simulate_past_singularities(variants.of(values), options, maker, context)
@@ -410,9 +423,32 @@ class Derivation:
             functions=self._functions(model),
         )
 
-    def model(self) -> Model:
-        """Return the equations as code, without symbols, as simulations run them."""
-        return self._model
+    def model(self, sensitivity: Sequence[str] = ()) -> Model:
+        """Return the equations as code, without symbols, as simulations run them.
+
+        ``sensitivity``: what the motion is differentiated by, as in :meth:`simulate`.
+        """
+        from lagrange_cli.simulate.ensemble.members import MemberValues
+
+        return self._sensitive(tuple(sensitivity), MemberValues()) if sensitivity else self._model
+
+    def _sensitive(self, names: tuple[str, ...], values: MemberValues) -> Model:
+        """Return the model with derivatives by some numbers, kept for the same values."""
+        from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
+        from lagrange_cli.simulate.ensemble.variants import variants_of
+        from lagrange_cli.simulate.model.sensitivities import sensitive_model
+
+        key = names, *(tuple(sorted(x.items())) for x in (values.parameters, values.initial))
+        if key not in self._sensitive_models:
+            recipe = Recipe(self.source, self.forces, self.equations.formulation)
+            variants = variants_of(self.equations, recipe, self.model)
+
+            def with_parameter(name: str, text: str) -> Model:
+                return variants.of(MemberValues({**values.parameters, name: text}, values.initial))
+
+            model = sensitive_model(self.equations, names, variants.of(values), with_parameter)
+            self._sensitive_models[key] = model
+        return self._sensitive_models[key]
 
     # Made once, at the first simulation that needs it.
 
@@ -421,6 +457,10 @@ class Derivation:
         from lagrange_cli.simulate.model.build import model_of
 
         return model_of(self.equations)
+
+    @cached_property
+    def _sensitive_models(self) -> dict[Any, Model]:
+        return {}
 
     @cached_property
     def _functions(self) -> KeptFunctions:

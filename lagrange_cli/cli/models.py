@@ -33,6 +33,8 @@ class SceneRequest:
         True if constraint forces are wanted too.
     formulation
         Minimal or multiplier form, or ``auto``; None for the scene's.
+    sensitivity
+        What the motion is differentiated by.
     """
 
     source: SceneSource
@@ -41,6 +43,7 @@ class SceneRequest:
     times: Mapping[str, str] = field(default_factory=dict)
     forces: bool = False
     formulation: Formulation | None = None
+    sensitivity: tuple[str, ...] = ()
 
     @property
     def values(self) -> list[list[tuple[str, str]]]:
@@ -126,14 +129,15 @@ def model_of_scene(session: Session, scene: SceneRequest) -> Model:
             from lagrange_cli.simulate.system.stepping import stepping_source
             from lagrange_cli.simulate.toolchain.shared_library import compile_ahead
 
-            compile_ahead(stepping_source(len(coordinates)), session.cache)
+            number = len(coordinates) * (1 + len(scene.sensitivity))
+            compile_ahead(stepping_source(number), session.cache)
 
     def work() -> Answer:
         derivation = derivation_of_scene(session, scene, when_read=compile_integrators)
         announce("preparing the simulation")
-        return answer_of(derivation, derivation.model().to_json())
+        return answer_of(derivation, derivation.model(scene.sensitivity).to_json())
 
-    question = [*scene.values, scene.forces, scene.formulation]
+    question = [*scene.values, scene.forces, scene.formulation, scene.sensitivity]
     value = remembered(session, "simulate", scene.source, question, work)
     from lagrange_cli.simulate.model.model import Model
 

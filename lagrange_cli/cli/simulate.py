@@ -45,6 +45,14 @@ _LEAST_BUDGET = 1e-3
 FILE_COLUMNS = ("energy", "positions", "forces")
 
 
+def _names(ctx: click.Context, option: click.Parameter, value: str | None) -> tuple[str, ...]:
+    """Split names with commas between them."""
+    names = [] if value is None else [part.strip() for part in value.split(",")]
+    if not all(names):
+        raise click.BadParameter("a name is missing: theta,m is two of them", ctx, option)
+    return tuple(dict.fromkeys(names))
+
+
 def _further_columns(
     ctx: click.Context, option: click.Parameter, value: str | None
 ) -> tuple[str, ...]:
@@ -110,6 +118,13 @@ def _further_columns(
     "constraints and their multipliers; positions, which are there anyway. With commas between "
     "them.  [default: none]",
 )
+@click.option(
+    "--sensitivity",
+    callback=_names,
+    metavar="NAMES",
+    help="Derivatives of the motion by the starts of these coordinates, as theta or dot(theta), "
+    "and by these parameters, as further columns. With commas between them.  [default: none]",
+)
 @options.file(
     "-o --output",
     "Write the samples, as .csv or .npz.  [default: none]",
@@ -136,6 +151,7 @@ def simulate(
     parameters: dict[str, str],
     initial: dict[str, str],
     columns: tuple[str, ...],
+    sensitivity: tuple[str, ...],
     output: str | None,
     plot: str | None,
     as_json: bool,
@@ -157,7 +173,10 @@ def simulate(
     outputs = {"-o": output, "--plot": plot, **checkpoint_files(state)}
     guard(source, parameters, outputs, member_file)
     members = ensemble.member_choice(member_file, vary, jobs, resume, checkpoint, plot)
-    scene_asked = SceneRequest(source, parameters, initial, times, "forces" in columns, formulation)
+    if members is not None and sensitivity:
+        raise click.UsageError("--sensitivity is of one motion, not of an ensemble")
+    forces = "forces" in columns
+    scene_asked = SceneRequest(source, parameters, initial, times, forces, formulation, sensitivity)
     files = columns, output, plot
     asked = SimulationRequest(scene_asked, SimulationOptions(**chosen), *files, as_json)
     if members is not None:
@@ -230,7 +249,7 @@ def _integrated(
     from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.results.trajectory import require_forces
-    from lagrange_cli.simulate.simulation import RunContext
+    from lagrange_cli.simulate.simulation import RunContext, integrate
 
     if asked.scene.forces:
         require_forces(model.name, [*model.multipliers, *model.forces])
@@ -253,9 +272,12 @@ def _integrated(
             stop=stop,
         )
         with heard_by(Listener(ends=stop)):
-            trajectory = simulate_past_singularities(
-                model, options, make_other_model, context, formulation=formulation
-            )
+            if asked.scene.sensitivity:
+                trajectory = integrate(model, context.resolved(model, options), context)
+            else:
+                trajectory = simulate_past_singularities(
+                    model, options, make_other_model, context, formulation=formulation
+                )
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     return trajectory, interrupt

@@ -9,7 +9,7 @@ never the scene.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -385,6 +385,10 @@ class Equations:
     open_questions
         Coordinates that may be cyclic and quantities that may be conserved: neither proven nor
         refuted.
+    sensitivities
+        For each number by which the motion is differentiated, the parameters that change with it,
+        and their derivatives. Those of the n coordinates stand behind the coordinates, n for
+        each; mass matrix and forcing are of the first n alone.
     """
 
     name: str
@@ -427,6 +431,7 @@ class Equations:
     singular: tuple[SingularConfiguration, ...] = ()
     chart: ReplacedChart | None = None
     open_questions: tuple[str, ...] = ()
+    sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

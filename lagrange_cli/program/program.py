@@ -28,8 +28,12 @@ from lagrange_cli.program.graph.operands import (
 from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, order_of, schedule
 from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
-from lagrange_cli.program.solvers.blocks import MatrixBlock, solve_blocks
+from lagrange_cli.program.solvers.blocks import MassMatrixSystem, MatrixBlock, solve_blocks
 from lagrange_cli.program.solvers.jacobians import Jacobian, solve_jacobian
+from lagrange_cli.program.solvers.sensitivities import (
+    LARGEST_WITH_SENSITIVITIES,
+    with_sensitivities,
+)
 from lagrange_cli.program.systems.constraint_systems import CLOSURE_OUTPUTS, CLOSURE_SYSTEMS
 from lagrange_cli.program.systems.contact_systems import (
     CONTACT_OUTPUTS,
@@ -195,7 +199,8 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
     blocks: tuple[MatrixBlock, ...] = ()
     for name in outputs:
         if name in SYSTEMS:
-            blocks, solution = solve_blocks(values, equations, SYSTEMS[name](equations))
+            system = SYSTEMS[name](equations)
+            blocks, solution = _solution(values, equations, system)
             wanted.extend(solution)
         else:
             wanted.append((name, [values.convert(e) for e in OUTPUTS[name](equations)]))
@@ -212,6 +217,16 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         len(equations.inputs),
         kind=_kind(outputs, bool(blocks)),
     )
+
+
+def _solution(
+    values: ValueGraph, equations: Equations, system: MassMatrixSystem
+) -> tuple[tuple[MatrixBlock, ...], list[tuple[str, list[ScaledNode]]]]:
+    """Blocks of a system and the outputs that solve it, and its sensitivities if it has any."""
+    if not equations.sensitivities:
+        return solve_blocks(values, equations, system)
+    blocks, solution = solve_blocks(values, equations, system, LARGEST_WITH_SENSITIVITIES)
+    return with_sensitivities(values, equations, system, blocks, dict(solution))
 
 
 #: What accelerations are differentiated by → its symbols.

@@ -8,7 +8,7 @@ shares what it can with the values themselves (Griewank and Walther, *Evaluating
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -16,6 +16,7 @@ from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.program.graph.schedule import order_of
 from lagrange_cli.program.graph.value_graph import (
     ONE,
+    CallNode,
     InputNode,
     ProductNode,
     ScaledNode,
@@ -27,15 +28,15 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 Tangent: TypeAlias = "Mapping[int, ScaledNode]"
-"""Input node → derivative by it, of those that are not zero."""
+"""Number of a direction → derivative along it, of those that are not zero."""
 
-_UNIT: ScaledNode = (Fraction(1), ONE)
+UNIT: ScaledNode = (Fraction(1), ONE)
 
 
 def derivatives(
-    values: ValueGraph, wanted: Sequence[ScaledNode], inputs: Iterable[int]
+    values: ValueGraph, wanted: Sequence[ScaledNode], seeds: Mapping[int, Tangent]
 ) -> list[Tangent]:
-    """Differentiate values by input nodes.
+    """Differentiate values along directions.
 
     Where a function has a kink its derivative is the mean of both sides, and a jump has none.
 
@@ -43,15 +44,15 @@ def derivatives(
     ----------
     wanted
         Values of the graph.
-    inputs
-        The input nodes; all others are constants.
+    seeds
+        Derivatives of input nodes; all others are constants.
 
     Raises
     ------
     InternalError
         A function has no derivative here.
     """
-    tangents: dict[int, Tangent] = {number: {number: _UNIT} for number in inputs}
+    tangents = dict(seeds)
     for number in order_of(values, [number for _, number in wanted]):
         if number not in tangents:
             tangents[number] = _tangent(values, number, tangents)
@@ -147,7 +148,7 @@ def _inverse_root(g: ValueGraph, x: ScaledNode) -> ScaledNode:
 def _from_one(g: ValueGraph, x: ScaledNode, sign: int) -> ScaledNode:
     """sign·(1 − x²), by factors that keep their digits near 1."""
     minus = Fraction(-1)
-    first, second = ((_UNIT, scaled(x, minus)), (_UNIT, x))
+    first, second = ((UNIT, scaled(x, minus)), (UNIT, x))
     if sign < 0:
         first = ((minus, ONE), x)
     return product(g, g.add(first), g.add(second))
@@ -206,3 +207,27 @@ _SLOPES: dict[str, _Slopes] = {
     "max": _extremum(1),
     "min": _extremum(-1),
 }
+
+
+def replaced(
+    values: ValueGraph, wanted: Sequence[ScaledNode], known: Mapping[int, ScaledNode]
+) -> list[ScaledNode]:
+    """Put values in the place of input nodes."""
+    new = dict(known)
+    for number in order_of(values, [number for _, number in wanted]):
+        if number not in new:
+            new[number] = _rebuilt(values, number, new)
+    return [scaled(new[number], coefficient) for coefficient, number in wanted]
+
+
+def _rebuilt(values: ValueGraph, number: int, new: Mapping[int, ScaledNode]) -> ScaledNode:
+    """Make a node of the new values of its parts."""
+    node = values.nodes[number]
+    if all(new[part] == (Fraction(1), part) for part in values.parts(number)):
+        return Fraction(1), number
+    if isinstance(node, SumNode):
+        return values.add(scaled(new[part], c) for part, c in node.terms)
+    if isinstance(node, ProductNode):
+        return values.multiply((new[part], exponent) for part, exponent in node.factors)
+    assert isinstance(node, CallNode)
+    return values.call(node.function, *(new[part] for part in node.arguments))

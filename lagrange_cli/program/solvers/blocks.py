@@ -142,7 +142,10 @@ class _Unrolled(NamedTuple):
 
 
 def solve_blocks(
-    values: ValueGraph, equations: Equations, system: MassMatrixSystem
+    values: ValueGraph,
+    equations: Equations,
+    system: MassMatrixSystem,
+    largest_unrolled: int = _LARGEST_UNROLLED,
 ) -> tuple[tuple[MatrixBlock, ...], list[tuple[str, list[ScaledNode]]]]:
     """Blocks of a system with the mass matrix and the outputs that solve it.
 
@@ -164,7 +167,7 @@ def solve_blocks(
     for members, closures in components(matrix, gradients):
         if not (closures or system.whole):
             continue
-        if not closures and is_unrolled(len(members), definite):
+        if not closures and is_unrolled(len(members), definite, largest_unrolled):
             exact, *solution = _unroll(values, equations, system.right, members)
             blocks.append(MatrixBlock(members, unrolled=True, definite=definite, exact=exact))
             for name, nodes in zip(names, solution, strict=False):
@@ -284,8 +287,9 @@ class _Band:
         return map(values.add, terms.values())
 
 
-def is_unrolled(size: int, definite: bool) -> bool:
-    return size == 1 or (definite and size <= _LARGEST_UNROLLED)
+def is_unrolled(size: int, definite: bool, largest: int = _LARGEST_UNROLLED) -> bool:
+    """Tell whether straight-line code solves a block without closures."""
+    return size == 1 or (definite and size <= largest)
 
 
 def components(matrix: _Rows, gradients: _Rows) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:

@@ -13,12 +13,12 @@ is zero, and where most is, the numbers alone that need not be zero are stored.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
-from lagrange_cli.program.graph.derivatives import Tangent, derivatives, product, scaled
+from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives, product, scaled
 from lagrange_cli.program.graph.value_graph import InputNode, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.blocks import (
     MassMatrixSystem,
@@ -162,7 +162,8 @@ def solve_jacobian(
     """
     matrix = inertia_rows(values, equations)
     gradients = converted_rows(values, [gradient for gradient, _ in system.closures])
-    changes = _changes(values, equations, system, matrix, gradients, by)
+    seeds = {values.convert(symbol)[1]: {k: UNIT} for k, symbol in enumerate(by)}
+    changes = changes_along(values, system, matrix, gradients, seeds)
     definite = equations.facts.positive_definite_mass_matrix
     outputs: dict[str, list[ScaledNode]] = {
         name: [] for name in ("entries", "dense_matrix", "dense_forcing")
@@ -197,35 +198,36 @@ def solve_jacobian(
     return jacobian, list(outputs.items())
 
 
-def _changes(
+def changes_along(
     values: ValueGraph,
-    equations: Equations,
     system: MassMatrixSystem,
-    matrix: Sequence[dict[int, ScaledNode]],
-    gradients: Sequence[dict[int, ScaledNode]],
-    by: Sequence[Symbol],
+    matrix: Sequence[Mapping[int, ScaledNode]],
+    gradients: Sequence[Mapping[int, ScaledNode]],
+    seeds: Mapping[int, Tangent],
 ) -> list[dict[int, ScaledNode]]:
-    """Right-hand sides of the coordinates' rows, then of the closures': column → value."""
-    a = [_given(values, f"a{i}") for i in range(len(matrix))]
+    """Right-hand sides of the coordinates' rows, then of the closures': direction → value.
+
+    ``seeds``: derivatives of input nodes along the directions.
+    """
+    a = [given(values, f"a{i}") for i in range(len(matrix))]
     residuals = [
         [product(values, entry, a[j]) for j, entry in row.items()]
         + [scaled(values.convert(f), _MINUS)]
         for row, f in zip(matrix, system.right, strict=True)
     ]
     for k, row in enumerate(gradients):
-        push = scaled(_given(values, f"l{k}"), _MINUS)
+        push = scaled(given(values, f"l{k}"), _MINUS)
         for j, entry in row.items():
             residuals[j].append(product(values, push, entry))
     for row, (_, bias) in zip(gradients, system.closures, strict=True):
         terms = [product(values, entry, a[j]) for j, entry in row.items()]
         residuals.append([*terms, values.convert(bias)])
-    inputs = [values.convert(symbol)[1] for symbol in by]
-    column = {number: k for k, number in enumerate(inputs)}
-    tangents = derivatives(values, [values.add(terms) for terms in residuals], inputs)
-    return [{column[n]: scaled(x, _MINUS) for n, x in t.items()} for t in tangents]
+    tangents = derivatives(values, [values.add(terms) for terms in residuals], seeds)
+    return [{k: scaled(x, _MINUS) for k, x in tangent.items()} for tangent in tangents]
 
 
-def _given(values: ValueGraph, name: str) -> ScaledNode:
+def given(values: ValueGraph, name: str) -> ScaledNode:
+    """Return an acceleration or a multiplier that is handed over."""
     return Fraction(1), values.intern(InputNode(name), _GIVEN)
 
 

@@ -90,6 +90,8 @@ def is_large_system(equations: Equations) -> bool:
     large = n + m >= FEWEST_UNKNOWNS if m else n >= _FEWEST_FREE
     if not large or not equations.facts.positive_definite_mass_matrix:
         return False
+    if equations.sensitivities:
+        return False
     rows = enumerate(equations.mass_matrix)
     return equations.facts.diagonal_mass_matrix or all(entries(r).keys() == {i} for i, r in rows)
 

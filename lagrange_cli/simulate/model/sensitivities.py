@@ -1,0 +1,190 @@
+"""Models that find derivatives of a motion by its start and by parameters beside the motion.
+
+Each number α that is asked for adds the derivatives of all coordinates to the coordinates, with the
+variational equations (:mod:`lagrange_cli.program.solvers.sensitivities`): they are integrated and
+promised like coordinates. How the start and other parameters depend on a parameter is found by
+differences in 40 digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from decimal import Context, Decimal
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.mechanics.equations import Coordinate, InitialState
+from lagrange_cli.simulate.model.build import model_of
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.simulate.model.model import Model
+
+#: Part of a parameter by which it is moved, up and down: of 40 digits, 20 are left.
+_PART = Fraction(1, 10**15)
+
+#: Digits of a difference that are kept.
+_KEPT = Context(prec=20)
+
+#: Digits that a parameter's text is written with.
+_WRITTEN = Context(prec=60)
+
+#: Scene with one parameter replaced by a text → its model.
+WithParameter = Callable[[str, str], "Model"]
+
+
+@dataclass(frozen=True)
+class _Direction:
+    """Derivatives by one number.
+
+    Attributes
+    ----------
+    name
+        The number: a coordinate or its ``dot`` for its start, or a parameter.
+    start
+        Derivatives of the start, shape (2n,).
+    parameters
+        Parameter → its derivative, of those that change.
+    """
+
+    name: str
+    start: tuple[Fraction, ...]
+    parameters: Mapping[str, Fraction]
+
+
+def sensitive_model(
+    equations: Equations, names: Sequence[str], model: Model, with_parameter: WithParameter
+) -> Model:
+    """Make the model that finds derivatives of a motion by numbers beside it.
+
+    Parameters
+    ----------
+    equations
+        The equations of ``model``.
+    names
+        Coordinates, their ``dot`` (for their starts) and parameters.
+    model
+        The model whose values the motion has.
+    with_parameter
+        Makes the same model with another value of one parameter.
+
+    Raises
+    ------
+    InputError
+        There is no such name; the equations have multipliers, contacts or kinks, or do not solve
+        for accelerations in closed form; the start is not known.
+    """
+    _require_smooth(equations, model)
+    directions = [_direction(name, model, with_parameter) for name in dict.fromkeys(names)]
+    further = [_change(c, d.name) for d in directions for c in equations.coordinates]
+    symbols = {p.name: p.symbol for p in equations.parameters}
+    varied = replace(
+        equations,
+        coordinates=(*equations.coordinates, *further),
+        initial=_initial(model, directions),
+        sensitivities=tuple(
+            {symbols[name]: slope for name, slope in d.parameters.items()} for d in directions
+        ),
+    )
+    made = model_of(varied)
+    kinds = [f"{kind} by {d.name}" for d in directions for kind in model.kinds]
+    return replace(made, parameters=model.parameters, kinds=(*model.kinds, *kinds))
+
+
+def _require_smooth(equations: Equations, model: Model) -> None:
+    if model.initial is None or any(p.value is None and p.used for p in model.parameters):
+        return  # told where the motion is asked for
+    reason, hint = "", ""
+    if equations.closures:
+        reason = "constraints are kept beside the coordinates"
+        hint = "--formulation minimal, where there is one"
+    elif equations.contacts or model.surfaces:
+        reason = "forces of contacts, abs, sign, min or max make it change by jumps"
+    if reason:
+        message = f"the motion's derivatives are not found where {reason}"
+        raise InputError(Problem(message, hint=hint, rule="sensitivity"))
+
+
+def _direction(name: str, model: Model, with_parameter: WithParameter) -> _Direction:
+    states = model.state_names
+    if name in states:
+        unit = tuple(Fraction(int(state == name)) for state in states)
+        return _Direction(name, unit, {})
+    values = {p.name: x for p, x in zip(model.parameters, model.exact_numbers, strict=True)}
+    if name not in values:
+        names = [*states, *values]
+        message = f"'{name}' is neither a coordinate, whose start it would be, nor a parameter"
+        hint = nearest(name, names) or f"there are {', '.join(names)}"
+        raise InputError(Problem(message, hint=hint, rule="sensitivity"))
+    value = values[name]
+    if value is None:
+        value = Fraction(next(p.value or 0.0 for p in model.parameters if p.name == name))
+    step = _PART * (abs(value) or 1)
+    up, down = (with_parameter(name, _text(value + sign * step)) for sign in (1, -1))
+    changes = _slopes(up.exact_numbers, down.exact_numbers, step)
+    changed = {
+        p.name: slope for p, slope in zip(model.parameters, changes, strict=True) if slope != 0
+    }
+    if None in changed.values():
+        raise _unknown(name, "other parameters")
+    start = _slopes(up.exact_initial, down.exact_initial, step)
+    if None in start:
+        raise _unknown(name, "the start")
+    known_start = tuple(x for x in start if x is not None)
+    known = {p: x for p, x in changed.items() if x is not None}
+    return _Direction(name, known_start, {**known, name: Fraction(1)})
+
+
+def _unknown(name: str, what: str) -> InputError:
+    message = f"how {what} depends on '{name}' is not known in enough digits"
+    hint = "give the start by the coordinates, in decimals or fractions"
+    return InputError(Problem(message, hint=hint, rule="sensitivity"))
+
+
+def _slopes(
+    up: Sequence[Fraction | None], down: Sequence[Fraction | None], step: Fraction
+) -> list[Fraction | None]:
+    return [
+        None if a is None or b is None else _rounded((a - b) / (2 * step))
+        for a, b in zip(up, down, strict=True)
+    ]
+
+
+def _rounded(slope: Fraction) -> Fraction:
+    """Drop the digits that a difference has lost."""
+    return Fraction(_KEPT.divide(Decimal(slope.numerator), Decimal(slope.denominator)))
+
+
+def _text(value: Fraction) -> str:
+    return str(_WRITTEN.divide(Decimal(value.numerator), Decimal(value.denominator)))
+
+
+def _change(coordinate: Coordinate, by: str) -> Coordinate:
+    """The derivative of a coordinate, as a coordinate."""
+    name = f"d({coordinate.name})/d({by})"
+    q, v, a = (sympy.Dummy(f"{kind}_{name}", real=True) for kind in "qva")
+    return Coordinate(name, q, v, a)
+
+
+def _initial(model: Model, directions: Sequence[_Direction]) -> InitialState | None:
+    if model.initial is None:
+        return None
+    n = len(model.coordinates)
+    exact = [
+        Fraction(value) if x is None else x
+        for value, x in zip(model.initial, model.exact_initial, strict=True)
+    ]
+    positions, velocities = (
+        [*exact[part], *(x for d in directions for x in d.start[part])]
+        for part in (slice(n), slice(n, None))
+    )
+    return InitialState(
+        tuple(map(float, positions)),
+        tuple(map(float, velocities)),
+        0.0,
+        tuple(map(_text, (*positions, *velocities))),
+    )
