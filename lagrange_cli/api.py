@@ -269,7 +269,7 @@ class Derivation:
         'ok'
         >>> swung = derivation.simulate(until=1.0, sensitivity=["l"])
         >>> round(swung.state["d(theta)/d(l)"], 6)
-        -1.491035
+        1.559491
         """
         from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
         from lagrange_cli.simulate.ensemble.members import MemberValues
@@ -444,7 +444,11 @@ class Derivation:
             variants = variants_of(self.equations, recipe, self.model)
 
             def with_parameter(name: str, text: str) -> Model:
-                return variants.of(MemberValues({**values.parameters, name: text}, values.initial))
+                moved = MemberValues({**values.parameters, name: text}, values.initial)
+                model = variants.of(moved)
+                # Numbers that depend on others come as doubles from variants.
+                exact = None not in (*model.exact_numbers, *model.exact_initial)
+                return model if exact else variants.recipe.model(moved)
 
             model = sensitive_model(self.equations, names, variants.of(values), with_parameter)
             self._sensitive_models[key] = model

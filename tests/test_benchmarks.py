@@ -280,3 +280,21 @@ def test_errors_fall_with_tolerances() -> None:
     ratios = {(row[0], row[1]): float(row[2]) for row in rows if row[0] in ("DOP853", "Gauss16")}
     assert all(1e-6 < ratio < 1e4 for ratio in ratios.values())
     assert {("DOP853", "1e-03"), ("DOP853", "1e-12"), ("Gauss16", "1e-03")} <= ratios.keys()
+
+
+@pytest.mark.slow
+@pytest.mark.compiler
+def test_derivatives_take_fewer_right_hand_sides_than_differences() -> None:
+    _needs_compiler()
+    scene = BENCHMARKS.parent / "systems" / "pendulums" / "triple_pendulum.yaml"
+    run = subprocess.run(
+        [sys.executable, str(BENCHMARKS / "jacobians.py"), str(scene), "--rounds", "3"],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    name, n, _, _, ratio, bar = run.stdout.splitlines()[2].strip("| ").split(" | ")
+    assert (name, n, bar) == ("triple_pendulum", "3", "6")
+    assert 0 < float(ratio)

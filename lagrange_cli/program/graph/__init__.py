@@ -5,4 +5,12 @@ name. Equal values are one node (value numbering). Read :mod:`.value_graph`, the
 :mod:`.schedule`.
 """
 
-__all__ = ["angle_sums", "literals", "operands", "schedule", "statement_groups", "value_graph"]
+__all__ = [
+    "angle_sums",
+    "derivatives",
+    "literals",
+    "operands",
+    "schedule",
+    "statement_groups",
+    "value_graph",
+]

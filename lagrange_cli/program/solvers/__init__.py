@@ -1,7 +1,8 @@
 """Solution of M a = f and of closures beside it, in blocks.
 
 The zero pattern of M and of the closures goes in; blocks, an order and a factorization come out
-(Ng, Peyton, *SIAM J. Sci. Comput.* 14 (1993) 1034). Read :mod:`.blocks` first.
+(Ng, Peyton, *SIAM J. Sci. Comput.* 14 (1993) 1034). Derivatives of accelerations and of motions are
+further right-hand sides of them. Read :mod:`.blocks` first.
 """
 
-__all__ = ["bandwidth", "blocks", "sparse_factorization"]
+__all__ = ["bandwidth", "blocks", "jacobians", "sensitivities", "sparse_factorization"]

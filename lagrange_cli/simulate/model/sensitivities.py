@@ -140,7 +140,7 @@ def _direction(name: str, model: Model, with_parameter: WithParameter) -> _Direc
 
 
 def _unknown(name: str, what: str) -> InputError:
-    message = f"how {what} depends on '{name}' is not known in enough digits"
+    message = f"the dependence of {what} on '{name}' is not known with enough digits"
     hint = "give the start by the coordinates, in decimals or fractions"
     return InputError(Problem(message, hint=hint, rule="sensitivity"))
 

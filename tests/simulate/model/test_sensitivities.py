@@ -1,0 +1,215 @@
+"""Derivatives of motions by starts and parameters, beside differences of runs in 40 digits."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+from lagrange_cli import load, loads
+from lagrange_cli.errors import InputError
+
+SYSTEMS = Path(__file__).parents[3] / "systems"
+DIGITS = 40
+STEP = mpmath.mpf(10) ** -12
+
+
+def extrapolated(rhs, t0, y0, t1, steps, columns=14):
+    """Integrate by Gragg's midpoint rule, extrapolated (Hairer, Nørsett, Wanner I, II.9)."""
+    t, y, h = mpmath.mpf(t0), list(y0), (mpmath.mpf(t1) - t0) / steps
+    for _ in range(steps):
+        table: list[list[list[mpmath.mpf]]] = []
+        for k in range(columns):
+            n = 2 * (k + 1)
+            row = [_midpoint(rhs, t, y, h, n)]
+            for j in range(1, k + 1):
+                ratio = (mpmath.mpf(n) / (2 * (k + 1 - j))) ** 2 - 1
+                pairs = zip(row[j - 1], table[k - 1][j - 1], strict=True)
+                row.append([a + (a - b) / ratio for a, b in pairs])
+            table.append(row)
+        y, t = table[-1][-1], t + h
+    return y
+
+
+def _midpoint(rhs, t, y, h, n):
+    step = h / n
+    before, now = y, [a + step * b for a, b in zip(y, rhs(t, y), strict=True)]
+    for k in range(1, n):
+        slopes = rhs(t + k * step, now)
+        before, now = now, [a + 2 * step * b for a, b in zip(before, slopes, strict=True)]
+    return now
+
+
+def exact_motion(equations, values, start, until, steps):
+    """The state at the end in 40 digits, with these parameters, from this state."""
+    n = len(equations.coordinates)
+    symbols = [equations.t, *(c.q for c in equations.coordinates)]
+    symbols += [*(c.v for c in equations.coordinates), *(p.symbol for p in equations.parameters)]
+    matrix = [entry for row in equations.mass_matrix for entry in row]
+    evaluate = sp.lambdify(symbols, [*matrix, *equations.forcing], modules="mpmath", cse=True)
+
+    def rhs(t, y):
+        numbers = evaluate(t, *y, *values)
+        rows = mpmath.matrix(n, n)
+        for k in range(n * n):
+            rows[k // n, k % n] = numbers[k]
+        return [*y[n:], *mpmath.lu_solve(rows, mpmath.matrix(numbers[n * n :]))]
+
+    return extrapolated(rhs, 0, start, until, steps)
+
+
+def differences(derivation, names, until, steps):
+    """Derivatives of the state at the end by starts and parameters, shape (names, 2n)."""
+    equations = derivation.equations
+    model = derivation.model()
+    states = [*model.state_names]
+    with mpmath.workdps(DIGITS):
+        values = [mpmath.mpf(x.numerator) / x.denominator for x in model.exact_numbers]
+        start = [mpmath.mpf(x.numerator) / x.denominator for x in model.exact_initial]
+        columns = []
+        for name in names:
+            ends = []
+            for sign in (1, -1):
+                p, y = list(values), list(start)
+                moved, k = (
+                    (y, states.index(name))
+                    if name in states
+                    else (
+                        p,
+                        [x.name for x in equations.parameters].index(name),
+                    )
+                )
+                step = STEP * (abs(moved[k]) or 1)
+                moved[k] += sign * step
+                ends.append(exact_motion(equations, p, y, until, steps))
+            columns.append([float((a - b) / (2 * step)) for a, b in zip(*ends, strict=True)])
+    return np.array(columns)
+
+
+CASES = {
+    "pendulums/double_pendulum": (["theta1", "dot(theta2)", "m2", "l1", "g"], 2.0, 24),
+    "celestial/kepler": (["r", "dot(phi)", "G", "M"], 7.0e6, 24),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("eps", [1e-6, 1e-10])
+@pytest.mark.parametrize("name", list(CASES))
+def test_differences_of_exact_runs(name, eps):
+    names, until, steps = CASES[name]
+    derivation = load(SYSTEMS / f"{name}.yaml").derive(formulation="minimal")
+    run = derivation.simulate(sensitivity=names, accuracy=eps, until=until)
+    assert run.status == "ok"
+    exact = differences(derivation, names, until, steps)
+    coordinates = [c.name for c in derivation.equations.coordinates]
+    for by, row in zip(names, exact, strict=True):
+        columns = [f"d({c})/d({by})" for c in coordinates]
+        columns += [f"dot({column})" for column in columns]
+        for column, value in zip(columns, row, strict=True):
+            assert abs(run.state[column] - value) <= eps * run.scales[column], column
+
+
+OSCILLATOR = """
+parameters: {m: 2.0, w: 3.0, k: m*w^2, x0: 0.5}
+particles: {bob: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: k/2*x^2}
+initial: {x: 2*x0}
+simulate: {until: 1.25, accuracy: 1e-10, samples: 51}
+"""
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_parameters_that_others_and_the_start_depend_on(compiled, monkeypatch):
+    """x = 2·x0·cos(√(k/m) t), where k = m·w² follows m and w."""
+    if not compiled:
+        monkeypatch.setenv("PATH", "")
+        monkeypatch.delenv("CC", raising=False)
+    run = loads(OSCILLATOR).derive().simulate(sensitivity=["x0", "w", "k", "m", "x"])
+    t = run.t
+    exact = {
+        "x0": 2 * np.cos(3 * t),
+        "w": -t * np.sin(3 * t),
+        "k": -t * np.sin(3 * t) / (2 * 3.0 * 2.0),
+        "m": 0 * t,
+        "x": np.cos(3 * t),
+    }
+    for name, values in exact.items():
+        column = f"d(x)/d({name})"
+        error = np.abs(run.columns[column] - values).max()
+        assert error <= 1e-10 * max(run.scales[column], 1e-3), name
+    rates = run.columns["dot(d(x)/d(w))"]
+    assert np.abs(rates + np.sin(3 * t) + 3 * t * np.cos(3 * t)).max() < 1e-9
+
+
+def test_other_values_of_a_derivation():
+    derivation = loads(OSCILLATOR).derive()
+    run = derivation.simulate(sensitivity=["w"], parameters={"w": 2}, initial={"x": 1})
+    assert np.abs(run.columns["d(x)/d(w)"] + run.t * np.sin(2 * run.t)).max() < 1e-9
+    again = derivation.simulate(sensitivity=["w"])
+    assert np.abs(again.columns["d(x)/d(w)"] + again.t * np.sin(3 * again.t)).max() < 1e-9
+
+
+@pytest.mark.slow
+def test_coupled_coordinates_that_a_loop_would_solve():
+    """Eight links: the sum of all displacements' derivatives is that of one more run."""
+    derivation = load(SYSTEMS / "chains" / "pendulum_chain.yaml", parameters={"n": 8}).derive(
+        formulation="minimal"
+    )
+    run = derivation.simulate(sensitivity=["g"], accuracy=1e-9, until=1.0)
+    g = next(p.value for p in derivation.equations.parameters if p.name == "g")
+    ends = [
+        derivation.simulate(parameters={"g": g + s * 1e-3}, accuracy=1e-12, until=1.0).state
+        for s in (1, -1)
+    ]
+    for c in derivation.equations.coordinates:
+        slope = (ends[0][c.name] - ends[1][c.name]) / 2e-3
+        assert run.state[f"d({c.name})/d(g)"] == pytest.approx(slope, rel=1e-5, abs=1e-7)
+
+
+REFUSALS = {
+    "constraints/four_bar_linkage": "constraints are kept beside the coordinates",
+    "contact/bouncing_ball": "make it change by jumps",
+}
+
+
+@pytest.mark.parametrize("name", list(REFUSALS))
+def test_refusals(name):
+    derivation = load(SYSTEMS / f"{name}.yaml").derive()
+    with pytest.raises(InputError, match=REFUSALS[name]):
+        derivation.simulate(sensitivity=[derivation.equations.parameters[0].name])
+
+
+def test_an_unknown_name():
+    derivation = loads(OSCILLATOR).derive()
+    with pytest.raises(InputError, match="did you mean 'x0'"):
+        derivation.simulate(sensitivity=["x00"])
+
+
+def test_the_command(tmp_path):
+    scene = tmp_path / "oscillator.yaml"
+    scene.write_text(OSCILLATOR)
+    words = [sys.executable, "-m", "lagrange_cli", "simulate", str(scene)]
+    done = subprocess.run(
+        [*words, "--sensitivity", "x, w", "-o", str(tmp_path / "x.csv")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "d(x)/d(w)" in done.stdout
+    header = (tmp_path / "x.csv").read_text().splitlines()[0].split(",")
+    assert header[:4] == ["t", "x", "d(x)/d(x)", "d(x)/d(w)"]
+    for wrong, said in (
+        (["--sensitivity", "x,,w"], "a name is missing"),
+        (["--sensitivity", "x", "--vary", "w=1,2"], "not of an ensemble"),
+        (["--sensitivity", "y"], "neither a coordinate"),
+    ):
+        done = subprocess.run([*words, *wrong], capture_output=True, text=True, check=False)
+        assert done.returncode == 2
+        assert said in done.stderr
