@@ -50,8 +50,12 @@ DERIVE_FORMS = ("lagrange", "explicit", "multiplier")
 #: tried once for each format.
 EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
     "latex": {"--style": ("document", "snippet"), "--form": ("lagrange", "explicit")},
-    "c": {"--real": ("float", "double", "long-double"), "--main": (None, "")},
-    "python": {},
+    "c": {
+        "--real": ("float", "double", "long-double"),
+        "--main": (None, ""),
+        "--with": (None, "jacobian"),
+    },
+    "python": {"--with": (None, "jacobian")},
 }
 FORMULATIONS = ("auto", "multiplier")
 

@@ -297,4 +297,4 @@ def test_derivatives_take_fewer_right_hand_sides_than_differences() -> None:
     assert run.returncode == 0, run.stderr
     name, n, _, _, ratio, bar = run.stdout.splitlines()[2].strip("| ").split(" | ")
     assert (name, n, bar) == ("triple_pendulum", "3", "6")
-    assert 0 < float(ratio)
+    assert float(ratio) > 0

@@ -42,7 +42,7 @@ def _format_option(name: str, declared: list[tuple[str, Option]]) -> Callable[[A
             name,
             type=click.Choice([name]),
             callback=lambda ctx, option, value: value and True,
-            help=f"{formats}: {declared[0][1].help}",
+            help=f"{formats}: {declared[0][1].help}  [default: none]",
         )
     choices = list(dict.fromkeys(c for _, option in declared for c in option.choices))
     help = "; ".join(

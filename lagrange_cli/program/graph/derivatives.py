@@ -80,7 +80,7 @@ def _tangent(values: ValueGraph, number: int, tangents: Mapping[int, Tangent]) -
         return _combined(values, slopes)
     if not any(tangents[part] for part in node.arguments):
         return {}
-    slopes_of = _SLOPES.get(node.function)
+    slopes_of = SLOPES.get(node.function)
     if slopes_of is None:
         message = f"the function {node.function} has no derivative in emitted code"
         raise InternalError(Problem(message, rule="unprintable"))
@@ -184,7 +184,7 @@ def _extremum(sign: int) -> _Slopes:
 
 
 #: Function of a program → the derivatives by its arguments.
-_SLOPES: dict[str, _Slopes] = {
+SLOPES: dict[str, _Slopes] = {
     "sin": _of_one(lambda g, f, x: g.call("cos", x)),
     "cos": _of_one(lambda g, f, x: scaled(g.call("sin", x), Fraction(-1))),
     "tan": _of_one(lambda g, f, x: _quadratic(g, f, 1, 1)),
