@@ -48,7 +48,8 @@ from lagrange_cli.cli.main import COLLECTION
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.program.program import build_program, count_operations, elimination_operations
+from lagrange_cli.program.operations import count_operations, elimination_operations
+from lagrange_cli.program.program import build_program
 from lagrange_cli.scene import read_text
 
 MASS, ROD = 0.5, 0.25

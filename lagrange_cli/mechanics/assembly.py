@@ -10,13 +10,14 @@ import sympy as sp
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.certify.certificate import Evidence, certify_shown
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
-from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
 from lagrange_cli.mechanics.equations import (
     CartesianName,
     Equations,
     InitialState,
     Input,
+    Motion,
     Parameter,
     ParticleMotion,
     ShownEquation,
@@ -70,6 +71,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     chart = replaced_chart(derivation)
     initial = starting_state(derivation, chart)
     certify_shown(evidence, shown)
+    forcing = tuple(sp.Add(*terms) for terms in derivation.forcing)
     return Equations(
         name=scene.name,
         title=scene.title,
@@ -88,7 +90,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         dissipation=derivation.dissipation,
         forces=derivation.forces,
         mass_matrix=derivation.mass_matrix,
-        forcing=tuple(sp.Add(*terms) for terms in derivation.forcing),
+        forcing=forcing,
         shown=shown,
         energy=energy,
         cyclic=cyclic_names(derivation, evidence),
@@ -107,6 +109,26 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         closures=derivation.closures,
         contacts=derivation.contacts,
         chart=chart,
+        motion=_motion(derivation, evidence, forcing),
+    )
+
+
+def _motion(
+    derivation: Uncertified, evidence: Evidence, forcing: tuple[sp.Expr, ...]
+) -> Motion | None:
+    """The sources of the derivation, with a state at which it was certified."""
+    if not evidence.states:
+        return None
+    reduced = derivation.reduced
+    positional = raw_terms(reduced).positional
+    entries = [entry for row in derivation.mass for entry in row.values()]
+    terms = sum(map(len, [*entries, *derivation.forcing]))
+    return Motion(
+        sp.Add(derivation.extra, *(-reduced.resolve(u) for u in positional)),
+        forcing,
+        terms if derivation.collected else None,
+        evidence.states[0],
+        evidence.residuals,
     )
 
 

@@ -26,6 +26,7 @@ from lagrange_cli.mechanics.findings import (
 from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
+    from mpmath import mpf
     from sympy import Expr, Symbol
 
     from lagrange_cli.errors import Mark, Problem
@@ -162,6 +163,31 @@ class ParticleMotion:
     components: tuple[str, str, str]
     position: tuple[Expr, Expr, Expr]
     velocity: tuple[Expr, Expr, Expr]
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The sources of the equations of motion beside positions and forces, for another derivation.
+
+    Attributes
+    ----------
+    rest
+        The Lagrangian without ½ m ṙ² of the particles.
+    forcing
+        The forcing that was derived from this; equations with another one are not of this motion.
+    collected_terms
+        Number of terms of mass matrix and forcing; None if sums were left factored.
+    state
+        A state of the certificate: symbol → value with its digits, multipliers included.
+    residuals
+        M q̈ − f − Σ λ·gradient there, each with the size of its terms.
+    """
+
+    rest: Expr
+    forcing: tuple[Expr, ...]
+    collected_terms: int | None
+    state: Mapping[Symbol, mpf]
+    residuals: tuple[tuple[mpf, mpf], ...]
 
 
 @dataclass(frozen=True)
@@ -389,6 +415,8 @@ class Equations:
         For each number by which the motion is differentiated, the parameters that change with it,
         and their derivatives. Those of the n coordinates stand behind the coordinates, n for
         each; mass matrix and forcing are of the first n alone.
+    motion
+        The sources of another derivation of mass matrix and forcing.
     """
 
     name: str
@@ -432,6 +460,7 @@ class Equations:
     chart: ReplacedChart | None = None
     open_questions: tuple[str, ...] = ()
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
+    motion: Motion | None = field(default=None, compare=False, repr=False)
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

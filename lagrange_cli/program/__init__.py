@@ -5,4 +5,11 @@ its linear systems are split into blocks, and none of its names is from the scen
 known here. Read :mod:`.program` first.
 """
 
-__all__ = ["constraint_programs", "derivative_programs", "index_tables", "printing", "program"]
+__all__ = [
+    "constraint_programs",
+    "derivative_programs",
+    "index_tables",
+    "operations",
+    "printing",
+    "program",
+]

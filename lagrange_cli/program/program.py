@@ -10,25 +10,28 @@ Only what the requested outputs need is computed, and each value once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import (
-    Constant,
-    FunctionCall,
     Operand,
-    Product,
-    Sum,
     variables,
 )
 from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, order_of, schedule
 from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
-from lagrange_cli.program.solvers.blocks import MassMatrixSystem, MatrixBlock, solve_blocks
+from lagrange_cli.program.operations import count_operations
+from lagrange_cli.program.solvers.blocks import (
+    LARGEST_UNROLLED,
+    MassMatrixSystem,
+    MatrixBlock,
+    solve_blocks,
+)
 from lagrange_cli.program.solvers.jacobians import Jacobian, solve_jacobian
 from lagrange_cli.program.solvers.sensitivities import (
     LARGEST_WITH_SENSITIVITIES,
@@ -40,13 +43,14 @@ from lagrange_cli.program.systems.contact_systems import (
     CONTACT_SYSTEMS,
     weighted_closures,
 )
+from lagrange_cli.program.systems.direct_derivation import DirectDerivation, is_derivable
 from lagrange_cli.program.systems.large_systems import LargeSystem, is_large_system, large_system
-from lagrange_cli.program.systems.loops import IndexedLoop, ProgramPart, SparseSolve
+from lagrange_cli.program.systems.loops import ProgramPart
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.equations import Equations, Motion
 
 
 class ProgramKind(Enum):
@@ -194,7 +198,76 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         large = large_system(weighted, lambda name: tuple(OUTPUTS[name](weighted.equations)))
         if large is not None:
             return replace(_of_parts(equations, large), kind=_kind(outputs, large.solves))
-    values = ValueGraph(_inputs(equations))
+    takes = not _OF_DERIVATION.isdisjoint(outputs)
+    return _written(equations, outputs, direct=takes and _is_direct(equations))
+
+
+#: Outputs that mass matrix and forcing are needed for.
+_OF_DERIVATION = {*SYSTEMS, "mass_matrix", "forcing"}
+
+
+def _graph(equations: Equations, *, direct: bool) -> ValueGraph:
+    """A graph over the inputs, with M and f derived on it if that is ``direct``."""
+    inputs = _inputs(equations)
+    if not direct or equations.motion is None:
+        return ValueGraph(inputs)
+    graphs = _DERIVED.setdefault(equations.motion, {})
+    key = tuple(inputs)
+    if key not in graphs:
+        graphs[key] = ValueGraph(inputs)
+        DirectDerivation(graphs[key], equations).define()
+    return graphs[key].copy()
+
+
+#: Graphs with M and f on them, by motion and inputs.
+_DERIVED: WeakKeyDictionary[Motion, dict[tuple[tuple[Expr, str, int], ...], ValueGraph]]
+_DERIVED = WeakKeyDictionary()
+
+
+#: Systems of more coordinates are not written both ways where one is bound to be shorter.
+_LARGEST_COUNTED = 16
+
+#: Operations before sharing, for each collected term, up to which direct code is shorter: a quarter
+#: of them is left, and a term takes 3. Set by hand: chains of pendulums have 5, rigid bodies, whose
+#: collected equations are far shorter, 30 and more.
+_BEFORE_SHARING = 8
+
+#: Whether code for a motion takes M and f from the graph.
+_DIRECT: WeakKeyDictionary[Motion, bool] = WeakKeyDictionary()
+
+
+def _is_direct(equations: Equations) -> bool:
+    """Tell whether M and f derived on the graph take fewer operations than the collected ones, with
+    which they have to agree."""
+    motion = equations.motion
+    if motion is None or not is_derivable(equations) or is_large_system(equations):
+        return False
+    if motion not in _DIRECT:
+        derivation = DirectDerivation(ValueGraph(_inputs(equations)), equations)
+        fewer = _takes_fewer(equations, motion, derivation)
+        _DIRECT[motion] = fewer and derivation.agrees()
+    return _DIRECT[motion]
+
+
+def _takes_fewer(equations: Equations, motion: Motion, derivation: DirectDerivation) -> bool:
+    """Count operations both ways, unless one way is known to take fewer."""
+    terms, n = motion.collected_terms, len(equations.mass_matrix)
+    if terms is None:
+        return True
+    if not equations.pushing and n <= LARGEST_UNROLLED:
+        return False  # solved in closed form, for which expressions are collected
+    if n > _LARGEST_COUNTED and derivation.operations <= _BEFORE_SHARING * terms:
+        return True
+    direct, collected = (
+        count_operations(_written(equations, ("acceleration",), direct=way)).total
+        for way in (True, False)
+    )
+    return direct < collected
+
+
+def _written(equations: Equations, outputs: Sequence[str], *, direct: bool) -> Program:
+    """Build a program of statements."""
+    values = _graph(equations, direct=direct)
     wanted: list[tuple[str, list[ScaledNode]]] = []
     blocks: tuple[MatrixBlock, ...] = ()
     for name in outputs:
@@ -254,7 +327,7 @@ def build_jacobian(equations: Equations, by: str) -> Program:
     InternalError
         An expression holds something without counterpart in emitted code.
     """
-    values = ValueGraph(_inputs(equations))
+    values = _graph(equations, direct=_is_direct(equations))
     system = SYSTEMS["contact_acceleration" if equations.contacts else "acceleration"](equations)
     jacobian, wanted = solve_jacobian(values, equations, system, _COLUMNS[by](equations))
     assignments, results = schedule(values, wanted)
@@ -302,96 +375,6 @@ def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
     inputs.extend((c.q, f"q{i}", 3) for i, c in enumerate(equations.coordinates))
     inputs.extend((c.v, f"v{i}", 4) for i, c in enumerate(equations.coordinates))
     return inputs
-
-
-@dataclass(frozen=True)
-class Operations:
-    """Numbers of floating-point operations of a program.
-
-    Attributes
-    ----------
-    additions, multiplications, divisions
-        Operations of these kinds; subtractions are additions.
-    calls
-        Calls of functions.
-    """
-
-    additions: int = 0
-    multiplications: int = 0
-    divisions: int = 0
-    calls: int = 0
-
-    @property
-    def total(self) -> int:
-        return self.additions + self.multiplications + self.divisions + self.calls
-
-    def times(self, number: int) -> Operations:
-        return Operations(
-            number * self.additions,
-            number * self.multiplications,
-            number * self.divisions,
-            number * self.calls,
-        )
-
-    def __add__(self, added: Operations) -> Operations:
-        return Operations(
-            self.additions + added.additions,
-            self.multiplications + added.multiplications,
-            self.divisions + added.divisions,
-            self.calls + added.calls,
-        )
-
-
-def operands_of(program: Program) -> Iterator[tuple[Operand, int]]:
-    """The operands of all statements, each with the number of its evaluations."""
-    yield from ((operand, 1) for _, operand in program.assignments)
-    yield from ((operand, 1) for operand in program.results_in_order)
-    for part in program.parts:
-        if isinstance(part, IndexedLoop):
-            fixed = part.fixed
-            for name, operand in part.assignments:
-                yield operand, 1 if name in fixed else part.members
-            yield from ((operand, part.members) for _, operand in part.results)
-
-
-def count_operations(program: Program) -> Operations:
-    """Count the operations of all statements (a negation is an addition)."""
-    total = Operations()
-    for operand, times in operands_of(program):
-        total += _operations_in(operand).times(times)
-    return total
-
-
-def elimination_operations(program: Program) -> int:
-    """The operations that solve for multipliers between the statements of a large system."""
-    return sum(p.factors.operations for p in program.parts if isinstance(p, SparseSolve))
-
-
-def _operations_in(whole: Operand) -> Operations:
-    total, stack = Operations(), [whole]
-    while stack:
-        operand = stack.pop()
-        if isinstance(operand, Sum):
-            total += _sum_operations(operand)
-            stack.extend(o for _, o in operand.terms)
-        elif isinstance(operand, Product):
-            total += _product_operations(operand)
-            stack.extend((*operand.numerator, *operand.denominator))
-        elif isinstance(operand, FunctionCall):
-            total = replace(total, calls=total.calls + 1)
-            stack.extend(operand.arguments)
-    return total
-
-
-def _sum_operations(operand: Sum) -> Operations:
-    scaled = sum(abs(c) != 1 and not isinstance(o, Constant) for c, o in operand.terms)
-    negated = len(operand.terms) == 1 and operand.terms[0][0] == -1
-    return Operations(additions=len(operand.terms) - 1 + negated, multiplications=scaled)
-
-
-def _product_operations(operand: Product) -> Operations:
-    factors = max(0, len(operand.numerator) - 1) + max(0, len(operand.denominator) - 1)
-    return Operations(multiplications=factors, divisions=bool(operand.denominator))
 
 
 def dependents(program: Program, names: Iterable[str]) -> tuple[Assignment, ...]:

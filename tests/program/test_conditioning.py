@@ -22,7 +22,8 @@ from lagrange_cli.emit.python.functions import right_hand_side_source
 from lagrange_cli.errors import InternalError
 from lagrange_cli.mechanics.dynamics import solve_exactly as solving
 from lagrange_cli.mechanics.dynamics.solve_exactly import solve_exactly
-from lagrange_cli.program.program import build_program, count_operations
+from lagrange_cli.program.operations import count_operations
+from lagrange_cli.program.program import build_program
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference
 from tests.emit.emitted_c import Compiled

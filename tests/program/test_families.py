@@ -11,7 +11,8 @@ import sympy as sp
 
 from lagrange_cli.program.graph.operands import FunctionCall, Product, Sum, Variable, variables
 from lagrange_cli.program.graph.statement_groups import grouped_by_shape, in_canonical_order
-from lagrange_cli.program.program import build_program, count_operations
+from lagrange_cli.program.operations import count_operations
+from lagrange_cli.program.program import build_program
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference, states
 from tests.program.test_program import one_coordinate, run, x

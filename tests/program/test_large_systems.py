@@ -21,7 +21,8 @@ from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.program import program as programs_of
 from lagrange_cli.program.constraint_programs import constraint_programs
 from lagrange_cli.program.index_tables import supernode_tables
-from lagrange_cli.program.program import build_program, count_operations, elimination_operations
+from lagrange_cli.program.operations import count_operations, elimination_operations
+from lagrange_cli.program.program import build_program
 from lagrange_cli.program.solvers.bandwidth import couplings
 from lagrange_cli.program.solvers.sparse_factorization import (
     BandFactors,

@@ -18,7 +18,8 @@ from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
 from lagrange_cli.errors import InternalError
 from lagrange_cli.program.graph.operands import Constant, FunctionCall, Product, Sum, Variable
-from lagrange_cli.program.program import OUTPUTS, build_program, count_operations, input_names
+from lagrange_cli.program.operations import count_operations
+from lagrange_cli.program.program import OUTPUTS, build_program, input_names
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference, states
 

@@ -36,6 +36,7 @@ from tests.systems import lagranges_method
 from tests.systems.lagranges_method import Constrained, Dynamics
 from tests.systems.recordings import linear
 from tests.systems.shipped import (
+    APART,
     REFUSED,
     SCENES,
     SYSTEMS,
@@ -458,4 +459,6 @@ def test_torque_of_a_cartesian_force() -> None:
 def test_page_of_scenes_lists_every_scene() -> None:
     page = (SYSTEMS.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
     listed = set(re.findall(r"\(\.\./systems/([\w/]+\.yaml)\)", page))
-    assert listed == {str(p.relative_to(SYSTEMS)) for p in (*SCENES.values(), *REFUSED)}
+    assert listed == {
+        str(p.relative_to(SYSTEMS)) for p in (*SCENES.values(), *APART.values(), *REFUSED)
+    }

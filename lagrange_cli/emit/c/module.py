@@ -28,8 +28,9 @@ from lagrange_cli.program.constraint_programs import (
     contact_programs,
 )
 from lagrange_cli.program.derivative_programs import derivative_programs
+from lagrange_cli.program.operations import operands_of
 from lagrange_cli.program.printing import functions_in
-from lagrange_cli.program.program import Program, build_program, operands_of, optional_outputs
+from lagrange_cli.program.program import Program, build_program, optional_outputs
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 

@@ -9,6 +9,7 @@ that what recurs stays recognizable.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import sympy as sp
@@ -21,6 +22,9 @@ _ONE = sp.Integer(1)
 #: Terms that one position component may be multiplied out to. Set by hand.
 _TERM_BUDGET = 200
 
+
+#: Derivatives that are kept: what expressions share is differentiated once.
+_KEPT = 2**15
 
 #: Derivatives of functions of one argument.
 _SLOPES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
@@ -43,6 +47,7 @@ _SLOPES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
 }
 
 
+@lru_cache(maxsize=_KEPT)
 def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
     """Differentiate in functions that the scene language has: ∂expr/∂symbol.
 

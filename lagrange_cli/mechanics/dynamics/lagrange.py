@@ -159,9 +159,13 @@ class _Builder:
         ]
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
         self._masses: dict[int, Weights] = {}
+        self._budget = _TERM_BUDGET
 
     def build(self) -> Uncertified:
         collected = self._add_inertia()
+        if not collected:
+            # What is left factored there is so everywhere: nothing is read off it any more.
+            self._budget = 1
         for potential in self.terms.positional:
             self._add_potential(potential)
         extra = sp.Add(*self.terms.kinetic, *(-u for u in self.terms.velocity_dependent))
@@ -245,7 +249,7 @@ class _Builder:
         jacobian = self.jacobians.get(symbol)
         if jacobian is None:
             jacobian = self.jacobians[symbol] = self.kinematics.jacobian(symbol)
-        parts = _terms(force)
+        parts = self._terms(force)
         for j, row in jacobian.items():
             for a in row:
                 for p in parts:
@@ -265,29 +269,29 @@ class _Builder:
             if s in resolved and resolved[s] != s:
                 self._add_work(s, force, self.forcing)
             else:
-                self.forcing[number[s]].add_all(_terms(force))
+                self.forcing[number[s]].add_all(self._terms(force))
 
     def _add_extra(self, extra: sp.Expr) -> None:
         """Euler–Lagrange expression of T_extra − U, term by term."""
-        for term in _terms(extra):
+        for term in self._terms(extra):
             self._add_extra_term(term)
 
     def _add_extra_term(self, term: sp.Expr) -> None:
         present = term.free_symbols
         for j in range(self.n):
             if self.q[j] in present:
-                self.forcing[j].add_all(_terms(derivative(term, self.q[j])))
+                self.forcing[j].add_all(self._terms(derivative(term, self.q[j])))
             if self.v[j] not in present:
                 continue
             momentum = derivative(term, self.v[j])
             for k in range(self.n):
                 if k >= j and self.v[k] in present:
-                    self._inertia(j, k).add_all(_terms(derivative(momentum, self.v[k])))
+                    self._inertia(j, k).add_all(self._terms(derivative(momentum, self.v[k])))
                 if self.q[k] in present:
                     change = -derivative(momentum, self.q[k]) * self.v[k]
-                    self.forcing[j].add_all(_terms(change))
+                    self.forcing[j].add_all(self._terms(change))
             if self.t in present:
-                self.forcing[j].add_all(_terms(-derivative(momentum, self.t)))
+                self.forcing[j].add_all(self._terms(-derivative(momentum, self.t)))
 
     def _add_force(self, force: Force) -> BodyForce:
         reduced = self.reduced
@@ -297,12 +301,12 @@ class _Builder:
         sums = [TermSum(self.splitter) for _ in range(self.n)]
         for symbol, component in zip(self._targets(force), components, strict=True):
             if symbol in self.number:
-                sums[self.number[symbol]].add_all(_terms(component))
+                sums[self.number[symbol]].add_all(self._terms(component))
             else:
                 self._add_work(symbol, component, sums)
         generalized = tuple(factored(s.collected()) for s in sums)
         for into, expr in zip(self.forcing, generalized, strict=True):
-            into.add_all(_terms(expr))
+            into.add_all(self._terms(expr))
         return BodyForce(force.name, force.on, components, generalized)
 
     def _targets(self, force: Force) -> Sequence[sp.Symbol]:
@@ -332,8 +336,15 @@ class _Builder:
             )
         )
         for into, v in zip(self.forcing, self.v, strict=True):
-            into.add_all(_terms(-derivative(total, v)))
+            into.add_all(self._terms(-derivative(total, v)))
         return total
+
+    def _terms(self, expr: sp.Expr) -> Sequence[sp.Expr]:
+        """Terms of a sum, multiplied out within the budget; none for zero."""
+        if expr == 0:
+            return ()
+        expanded = expand_terms(expr, self._budget)
+        return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)
 
     # Energies in display form.
 
@@ -381,11 +392,3 @@ def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, 
     for (j, k), entry in upper.items():
         rows[j][k] = rows[k][j] = entry
     return rows
-
-
-def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:
-    """Terms of a sum, multiplied out within the budget; none for zero."""
-    if expr == 0:
-        return ()
-    expanded = expand_terms(expr, _TERM_BUDGET)
-    return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)

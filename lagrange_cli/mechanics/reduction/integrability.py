@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
@@ -37,6 +38,7 @@ class PfaffianForm:
     variables: tuple[sp.Symbol, ...]
     coefficients: tuple[sp.Expr, ...]
 
+    @cached_property
     def curl(self) -> dict[tuple[int, int], sp.Expr]:
         """dω: (i, j), i < j → ∂ᵢωⱼ − ∂ⱼωᵢ, zero ones absent."""
         entries = {}
@@ -57,7 +59,7 @@ def integrate_form(form: PfaffianForm, points: Sequence[SymbolValues]) -> sp.Exp
     points
         Configurations at which dω = 0 and dF = ω are looked at.
     """
-    if not all(_vanishes(sp.Add.make_args(e), points) for e in form.curl().values()):
+    if not all(_vanishes(sp.Add.make_args(e), points) for e in form.curl.values()):
         return None
     total = sp.Integer(0)
     for variable, coefficient in zip(form.variables, form.coefficients, strict=True):
@@ -153,7 +155,7 @@ def _numbers(forms: Sequence[PfaffianForm], point: SymbolValues, scale: Matrix) 
     rows, curls = np.zeros((len(forms), n)), []
     for k, form in enumerate(forms):
         rows[k] = [to_double(x) for x in evaluate(list(form.coefficients), point)]
-        entries = form.curl()
+        entries = form.curl
         matrix = np.zeros((n, n))
         for (i, j), value in zip(entries, evaluate(list(entries.values()), point), strict=True):
             matrix[i, j], matrix[j, i] = to_double(value), -to_double(value)

@@ -18,6 +18,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.diagnosis.errors import remaining_coordinates
 from lagrange_cli.mechanics.diagnosis.inconsistency import proven_inconsistency
 from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, substitute
@@ -35,6 +36,9 @@ from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out, quoted, written
 from lagrange_cli.scene.language.expression import Equation, names_in
+
+#: Terms that a slope may be multiplied out to.
+_TERM_BUDGET = 200
 
 #: Most rows of which a combination is found in closed form; set by hand.
 _ROWS = 4
@@ -126,7 +130,7 @@ class _Rates:
         """ψ as a row; None if it is not linear in rates."""
         present = psi.free_symbols
         slopes = {s: derivative(psi, v) for s, v in self.rates.items() if v in present}
-        slopes = {s: sp.expand(a) for s, a in slopes.items()}
+        slopes = {s: _expanded(a) for s, a in slopes.items()}
         if any(a.free_symbols & {*self.rates.values()} for a in slopes.values()):
             return None
         drift = psi.xreplace({v: _ZERO for v in self.rates.values() if v in present})
@@ -141,6 +145,12 @@ class _Rates:
             for side in (equation.left, equation.right)
         )
         return self.row(constraint, equation, left - right)
+
+
+def _expanded(slope: sp.Expr) -> sp.Expr:
+    """Multiply a slope out, so that rates in it may cancel; kept where it has too many terms."""
+    terms = expand_terms(slope, _TERM_BUDGET)
+    return slope if terms is None else sp.Add(*terms)
 
 
 def redundant_rates(

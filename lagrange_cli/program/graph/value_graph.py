@@ -95,6 +95,13 @@ class ValueGraph:
         for symbol, name, rank in inputs:
             self._known[symbol] = (Fraction(1), self.intern(InputNode(name), rank))
 
+    def copy(self) -> ValueGraph:
+        """Return a graph of the same values, which grows by itself."""
+        copied = ValueGraph([])
+        copied.nodes, copied.rank = list(self.nodes), list(self.rank)
+        copied._numbers, copied._known = dict(self._numbers), dict(self._known)
+        return copied
+
     def intern(self, node: ValueNode, rank: int) -> int:
         """The number of a node, new or known."""
         number = self._numbers.get(node)
@@ -167,6 +174,11 @@ class ValueGraph:
         numbers = tuple(self.node(a) for a in arguments)
         rank = max(self.rank[n] for n in numbers)
         return sign, self.intern(CallNode(function, numbers), rank)
+
+    def define(self, expression: Expr, value: ScaledNode) -> None:
+        """Take a value of the graph for an expression that is a sum; others are short enough."""
+        if expression.has(sympy.Add):
+            self._known[expression] = value
 
     def convert(self, expression: Expr) -> ScaledNode:
         """The value of a SymPy expression over the inputs.

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 #: Positive definite blocks up to this size are written out.
-_LARGEST_UNROLLED = 4
+LARGEST_UNROLLED = 4
 
 _ZERO: ScaledNode = (Fraction(0), ONE)
 
@@ -145,7 +145,7 @@ def solve_blocks(
     values: ValueGraph,
     equations: Equations,
     system: MassMatrixSystem,
-    largest_unrolled: int = _LARGEST_UNROLLED,
+    largest_unrolled: int = LARGEST_UNROLLED,
 ) -> tuple[tuple[MatrixBlock, ...], list[tuple[str, list[ScaledNode]]]]:
     """Blocks of a system with the mass matrix and the outputs that solve it.
 
@@ -287,7 +287,7 @@ class _Band:
         return map(values.add, terms.values())
 
 
-def is_unrolled(size: int, definite: bool, largest: int = _LARGEST_UNROLLED) -> bool:
+def is_unrolled(size: int, definite: bool, largest: int = LARGEST_UNROLLED) -> bool:
     """Tell whether straight-line code solves a block without closures."""
     return size == 1 or (definite and size <= largest)
 

@@ -5,4 +5,11 @@ one shape. Projection onto closures follows Hairer, Lubich, Wanner, *Geometric N
 Integration*. Read :mod:`.constraint_systems` first.
 """
 
-__all__ = ["constraint_systems", "contact_systems", "large_systems", "loop_rolling", "loops"]
+__all__ = [
+    "constraint_systems",
+    "contact_systems",
+    "direct_derivation",
+    "large_systems",
+    "loop_rolling",
+    "loops",
+]

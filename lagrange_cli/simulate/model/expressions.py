@@ -27,6 +27,19 @@ def forces_and_inertias(equations: Equations) -> Iterator[Expr]:
         yield from entries(row).values()
 
 
+def distinct_parts(expressions: Iterable[Expr]) -> Iterator[Expr]:
+    """Yield the parts of expressions from the whole down, each once where trees share it."""
+    seen: set[Expr] = set()
+    for expression in expressions:
+        stack = [expression]
+        while stack:
+            part = stack.pop()
+            if part not in seen:
+                seen.add(part)
+                yield part
+                stack.extend(reversed(part.args))
+
+
 def outputs_program(equations: Equations, expressions: Iterable[Expr]) -> Program:
     """Make the program that evaluates some expressions, in place of the scene's outputs."""
     outputs = tuple((f"output({k})", e) for k, e in enumerate(expressions))

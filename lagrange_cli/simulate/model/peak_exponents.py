@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.simulate.model.expressions import forces_and_inertias
+from lagrange_cli.simulate.model.expressions import distinct_parts, forces_and_inertias
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -37,11 +37,10 @@ def peak_exponents(equations: Equations) -> tuple[Expr, ...]:
     """
     moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}
     every: dict[Expr, None] = {}
-    for expression in forces_and_inertias(equations):
-        for part in sympy.preorder_traversal(expression):
-            for exponent in _exponents(part):
-                if not moving.isdisjoint(exponent.free_symbols):
-                    every[exponent] = None
+    for part in distinct_parts(forces_and_inertias(equations)):
+        for exponent in _exponents(part):
+            if not moving.isdisjoint(exponent.free_symbols):
+                every[exponent] = None
     return tuple(every) if len(every) <= _MOST_EXPONENTS else ()
 
 

@@ -7,7 +7,7 @@ evaluates them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import sympy
@@ -16,6 +16,7 @@ from lagrange_cli.emit.json_report import in_scene_language
 from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.simulate.model.expressions import (
+    distinct_parts,
     forces_and_inertias,
     outputs_program,
     rates,
@@ -44,17 +45,16 @@ def steep_arguments(equations: Equations) -> tuple[Expr, ...]:
     moving = {s for c in equations.coordinates for s in (c.q, c.v)}
     numbers = {p.symbol: sympy.Float(p.value) for p in equations.parameters if p.value is not None}
     arguments: dict[Expr, None] = {}
-    for expression in forces_and_inertias(equations):
-        for argument in _steep(expression, numbers):
-            short = argument.count_ops() <= _LARGEST_ARGUMENT
-            if short and not argument.free_symbols.isdisjoint(moving):
-                arguments[argument] = None
+    for argument in _steep(forces_and_inertias(equations), numbers):
+        short = argument.count_ops() <= _LARGEST_ARGUMENT
+        if short and not argument.free_symbols.isdisjoint(moving):
+            arguments[argument] = None
     return tuple(arguments)[:_MOST_ARGUMENTS]
 
 
-def _steep(expression: Expr, numbers: Mapping[Expr, Expr]) -> Iterator[Expr]:
-    """Find the arguments in one expression, in an order that does not vary."""
-    for part in sympy.preorder_traversal(expression):
+def _steep(expressions: Iterable[Expr], numbers: Mapping[Expr, Expr]) -> Iterator[Expr]:
+    """Find the arguments in some expressions, in an order that does not vary."""
+    for part in distinct_parts(expressions):
         exponent = part.exp.xreplace(numbers) if part.is_Pow else sympy.Integer(0)
         if exponent.is_Number and 0 < exponent < 1:
             yield part.base.args[0] if isinstance(part.base, sympy.Abs) else part.base

@@ -1,0 +1,217 @@
+"""M and f for code, derived on the value graph from positions and energies.
+
+What a person reads is collected from products of sums; what is executed need not be. On the graph
+
+    M = Σ m JᵀJ + ∂²L'/∂q̇²,   f = −Σ m Jᵀγ + ∂L'/∂q − (d/dt ∂L'/∂q̇ without accelerations) + Q
+
+with J = ∂r/∂q, γ = the second derivative of r along the motion without accelerations, and L' the
+part of the Lagrangian that is no particle's ½ m ṙ². Each follows by forward differentiation, and
+shares what positions share: nothing is multiplied out. Nothing but the positions, L' and the
+forces is taken from the derivation that is shown, which is compared with this one.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import mpmath
+from mpmath import mpf
+
+from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives, product, scaled
+from lagrange_cli.program.graph.evaluation import evaluated
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
+from lagrange_cli.program.graph.schedule import order_of
+from lagrange_cli.program.graph.value_graph import (
+    ONE,
+    CallNode,
+    InputNode,
+    ProductNode,
+    ScaledNode,
+    SumNode,
+    ValueGraph,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations, Motion
+
+_ZERO: ScaledNode = (Fraction(0), ONE)
+_MINUS = Fraction(-1)
+
+#: Digits in which both derivations are compared, and the relative difference that is rounding: of
+#: the certificate, whose terms may cancel.
+_DIGITS, _AGREE = 50, mpf(10) ** -12
+
+#: The rank of accelerations and multipliers (see :class:`.value_graph.ValueGraph`).
+_GIVEN = 5
+
+
+class DirectDerivation:
+    """Mass matrix and forcing as values of a graph.
+
+    Attributes
+    ----------
+    mass
+        Rows of M without zeros.
+    forcing
+        f.
+    """
+
+    def __init__(self, values: ValueGraph, equations: Equations) -> None:
+        self._values, self._equations = values, equations
+        assert equations.motion is not None
+        self._motion: Motion = equations.motion
+        coordinates = equations.coordinates[: len(equations.mass_matrix)]
+        self._n = len(coordinates)
+        self._v = [values.convert(c.v) for c in coordinates]
+        q = [values.convert(c.q)[1] for c in coordinates]
+        self._by_q: dict[int, Tangent] = {number: {k: UNIT} for k, number in enumerate(q)}
+        self._by_v: dict[int, Tangent] = {v[1]: {k: UNIT} for k, v in enumerate(self._v)}
+        self._along: dict[int, Tangent] = {
+            number: {0: v} for number, v in zip(q, self._v, strict=True)
+        }
+        self._along[values.convert(equations.t)[1]] = {0: UNIT}
+        self._masses: dict[tuple[int, int], list[ScaledNode]] = {}
+        self._forces: list[list[ScaledNode]] = [[] for _ in range(self._n)]
+        self._add_particles()
+        self._add_energy(values.convert(self._motion.rest))
+        self._add_forces()
+        self.mass: list[dict[int, ScaledNode]] = [{} for _ in range(self._n)]
+        for (j, k), terms in self._masses.items():
+            value = values.add(terms)
+            if value[0]:
+                self.mass[j][k] = self.mass[k][j] = value
+        self.forcing = [values.add(terms) for terms in self._forces]
+
+    def _rate(self, wanted: Sequence[ScaledNode]) -> list[ScaledNode]:
+        """Differentiate by time along the motion, without accelerations."""
+        tangents = derivatives(self._values, wanted, self._along)
+        return [tangent.get(0, _ZERO) for tangent in tangents]
+
+    def _add_particles(self) -> None:
+        values = self._values
+        particles = self._equations.particles
+        masses = [values.convert(p.mass) for p in particles for _ in range(3)]
+        positions = [values.convert(r) for p in particles for r in p.position]
+        jacobians = derivatives(values, positions, self._by_q)
+        convective = self._rate(self._rate(positions))
+        # What recurs from particle to particle, as in a chain, takes one product by their masses.
+        squares: dict[tuple[int, int, int, int], list[ScaledNode]] = {}
+        for mass, row, gamma in zip(masses, jacobians, convective, strict=True):
+            entries = sorted(row.items())
+            for place, (j, (c, a)) in enumerate(entries):
+                for k, (d, b) in entries[place:]:
+                    squares.setdefault((j, k, a, b), []).append(scaled(mass, c * d))
+                if gamma[0]:
+                    self._forces[j].append(scaled(product(values, mass, (c, a), gamma), _MINUS))
+        for (j, k, a, b), carried in squares.items():
+            square = product(values, values.add(carried), (UNIT[0], a), (UNIT[0], b))
+            self._masses.setdefault((j, k), []).append(square)
+
+    def _add_energy(self, rest: ScaledNode) -> None:
+        """Add the Euler–Lagrange expression of the other part of the Lagrangian."""
+        values = self._values
+        (slopes,) = derivatives(values, [rest], self._by_q)
+        for j, slope in slopes.items():
+            self._forces[j].append(slope)
+        (momenta,) = derivatives(values, [rest], self._by_v)
+        rows = derivatives(values, list(momenta.values()), self._by_v)
+        rates = self._rate(list(momenta.values()))
+        for j, row, rate in zip(momenta, rows, rates, strict=True):
+            for k, value in row.items():
+                if j <= k:
+                    self._masses.setdefault((j, k), []).append(value)
+            if rate[0]:
+                self._forces[j].append(scaled(rate, _MINUS))
+
+    def _add_forces(self) -> None:
+        values, equations = self._values, self._equations
+        for force in equations.forces:
+            for terms, component in zip(self._forces, force.generalized, strict=True):
+                terms.append(values.convert(component))
+        (drag,) = derivatives(values, [values.convert(equations.dissipation)], self._by_v)
+        for j, value in drag.items():
+            self._forces[j].append(scaled(value, _MINUS))
+
+    @property
+    def operations(self) -> int:
+        """Count operations before parts of sums and products are shared, which leaves fewer."""
+        values = self._values
+        wanted = [*(entry for row in self.mass for entry in row.values()), *self.forcing]
+        count = 0
+        for number in order_of(values, [number for _, number in wanted]):
+            node = values.nodes[number]
+            if isinstance(node, SumNode):
+                scaled_terms = sum(abs(c) != 1 and part != ONE for part, c in node.terms)
+                count += len(node.terms) - 1 + scaled_terms
+            elif isinstance(node, ProductNode):
+                count += sum(abs(exponent) for _, exponent in node.factors) - 1
+            else:
+                count += isinstance(node, CallNode)
+        return count
+
+    def define(self) -> None:
+        """Let the graph have these values for the collected expressions."""
+        for row, derived in zip(self._equations.mass_matrix, self.mass, strict=True):
+            for k, entry in entries(row).items():
+                self._values.define(entry, derived.get(k, _ZERO))
+        for entry, value in zip(self._equations.forcing, self.forcing, strict=True):
+            self._values.define(entry, value)
+
+    def agrees(self) -> bool:
+        """Compare M a − f with the residuals of the certificate, at one of its states."""
+        values, equations, motion = self._values, self._equations, self._motion
+        a = [self._given(f"a{k}") for k in range(self._n)]
+        pushes = [self._given(f"l{k}") for k in range(len(equations.pushing))]
+        residuals = [
+            [product(values, entry, a[k]) for k, entry in row.items()] + [scaled(f, _MINUS)]
+            for row, f in zip(self.mass, self.forcing, strict=True)
+        ]
+        for closure, push in zip(equations.pushing, pushes, strict=True):
+            for j, entry in entries(closure.gradient).items():
+                work = product(values, push, values.convert(entry))
+                residuals[j].append(scaled(work, _MINUS))
+        with mpmath.workdps(_DIGITS):
+            numbers = evaluated(
+                values,
+                [values.add(terms) for terms in residuals],
+                self._inputs(),
+                _FUNCTIONS,
+                lambda x: mpf(x.numerator) / x.denominator,
+            )
+            pairs = zip(numbers, motion.residuals, strict=True)
+            return all(abs(x - residual) <= _AGREE * size for x, (residual, size) in pairs)
+
+    def _given(self, name: str) -> ScaledNode:
+        return Fraction(1), self._values.intern(InputNode(name), _GIVEN)
+
+    def _inputs(self) -> dict[str, Any]:
+        """The state of the certificate, by the names of inputs."""
+        equations, state = self._equations, self._motion.state
+        symbols: dict[str, Expr] = {"t": equations.t}
+        symbols |= {f"p{k}": p.symbol for k, p in enumerate(equations.parameters)}
+        symbols |= {f"u{k}": u.symbol for k, u in enumerate(equations.inputs)}
+        for k, c in enumerate(equations.coordinates[: self._n]):
+            symbols |= {f"q{k}": c.q, f"v{k}": c.v, f"a{k}": c.a}
+        symbols |= {f"l{k}": closure.multiplier for k, closure in enumerate(equations.pushing)}
+        return {name: state.get(symbol, mpf(0)) for name, symbol in symbols.items()}
+
+
+_OTHERS: dict[str, Callable[..., Any]] = {
+    "abs": abs,
+    "sign": mpmath.sign,
+    "pow": mpmath.power,
+    "min": min,
+    "max": max,
+}
+_FUNCTIONS = {name: getattr(mpmath, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
+
+
+def is_derivable(equations: Equations) -> bool:
+    """Tell whether mass matrix and forcing are still those of the derivation."""
+    return equations.motion is not None and equations.motion.forcing is equations.forcing
