@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli import load
+from lagrange_cli.errors import InputError
 from tests.emit.derivative_reference import AccelerationReference, relative
 from tests.emit.emitted_c import WARNINGS, Compiled, compiler, run
 
@@ -67,9 +68,9 @@ def modes_of(equations):
     return [(0,) * count, (1,) + (0,) * (count - 1)] if count else [()]
 
 
-def check(scene, folder=None):
+def check(scene, folder=None, **parameters):
     """Compare Python, and C compiled in a folder, with the reference."""
-    derivation = load(SYSTEMS / f"{scene}.yaml").derive()
+    derivation = load(SYSTEMS / f"{scene}.yaml", parameters=parameters).derive()
     equations, module = derivation.equations, module_of(derivation)
     if not equations.coordinates:
         assert not hasattr(module, "jacobian")
@@ -140,6 +141,41 @@ class Library(Compiled):
 @pytest.mark.parametrize("scene", FEW)
 def test_python(scene):
     check(scene)
+
+
+@pytest.mark.compiler
+def test_sparse_results(tmp_path):
+    """25 beads that springs couple to their neighbours."""
+    compiler()
+    derivation = load(SYSTEMS / "chains" / "net_of_springs.yaml", parameters={"n": 5}).derive()
+    module = module_of(derivation)
+    assert 25 < len(module.JACOBIAN_ROWS) < 25 * 50 / 4
+    check("chains/net_of_springs", tmp_path, n=5)
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("scene", ["constraints/four_bar_linkage", "chains/pendulum_chain"])
+@pytest.mark.parametrize("real", ["float", "long-double"])
+def test_other_types_compile(scene, real, tmp_path):
+    derivation = load(SYSTEMS / f"{scene}.yaml").derive()
+    for name, text in derivation.emit("c", jacobian=True, real=real).items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (source,) = tmp_path.glob("*.c")
+    words = ["-std=c99", *WARNINGS, "-Wdouble-promotion", "-fsyntax-only"]
+    run(compiler(), *words, source)
+
+
+@pytest.mark.slow
+def test_too_many_to_write_out():
+    derivation = load(SYSTEMS / "chains" / "chain_of_rods.yaml", parameters={"n": 600}).derive()
+    with pytest.raises(InputError, match="too many to write out"):
+        derivation.emit("c", jacobian=True)
+
+
+def test_without_it_nothing_is_added():
+    derivation = load(SYSTEMS / "pendulums" / "pendulum.yaml").derive()
+    for to in ("c", "python"):
+        assert "jacobian" not in "".join(derivation.emit(to).values())
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from lagrange_cli.program.solvers.jacobians import Jacobian
 _BY = {
     "jacobian": ("y[k]", "2n"),
     "jacobian_u": ("input u[k]", "@NAME@_INPUTS"),
-    "jacobian_p": ("parameter k, in their order in the structure", "@NAME@_PARAMETERS"),
+    "jacobian_p": ("parameter k of the structure", "@NAME@_PARAMETERS"),
 }
 
 _WHOLE = """
