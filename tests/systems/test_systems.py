@@ -387,7 +387,7 @@ def test_energy_stays_where_it_is_conserved(name: str) -> None:
 def test_check_passes_on_every_scene_and_every_refusal() -> None:
     report = check_paths([str(SYSTEMS)])
     assert [(s.path, s.problems) for s in report.scenes if s.outcome != "pass"] == []
-    assert len(report.scenes) == len(SCENES) + len(REFUSED)
+    assert len(report.scenes) == len(SCENES) + len(APART) + len(REFUSED)
     assert len(REFUSED) >= 5
 
 
