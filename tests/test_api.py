@@ -58,6 +58,17 @@ def test_parameters_and_initial_values_replace_those_of_the_scene():
     assert changed.initial.velocities[1] == pytest.approx(6.283185307179586, rel=1e-15)
 
 
+def test_sizes_replace_those_of_the_scene_and_its_equations():
+    ring = ROOT / "systems" / "chains" / "oscillator_ring.yaml"
+    derivation = load(ring).derive()
+    for n in (4, 5, 6):
+        ours = derivation.simulate(parameters={"n": n}, until=1.0)
+        alone = load(ring, parameters={"n": n}).derive().simulate(until=1.0)
+        assert ours.state == alone.state
+        assert f"x[{n}]" in ours.state
+        assert f"x[{n + 1}]" not in ours.state
+
+
 def test_further_simulations_build_and_compile_nothing(derivation, monkeypatch):
     first = derivation.simulate(until=1.0)
     refuse = Mock(side_effect=AssertionError)

@@ -161,6 +161,8 @@ def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> boo
     """Tell if members differ from the ``model`` of one of them in numbers alone."""
     scene = recipe.scene(member)
     initial_names = [(value.name, value.order) for value in scene.initial]
+    if not {size.name for size in scene.sizes}.isdisjoint(member.parameters):
+        return False
     simple = not (model.multipliers or model.contacts or model.chart)
     if not simple or not {name for name, _ in initial_names} <= set(model.coordinates):
         return False
