@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.errors import InputError, Problem
+
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.emit.base import OptionValue
@@ -21,10 +23,10 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.reader import SceneText
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
-    from lagrange_cli.simulate.ensemble.members import MemberValues
     from lagrange_cli.simulate.ensemble.result import Ensemble
     from lagrange_cli.simulate.ensemble.variants import Variants
     from lagrange_cli.simulate.model.model import Model
+    from lagrange_cli.simulate.model.sensitivities import SensitiveModels
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
     from lagrange_cli.studies.tradeoff.measure import Trade
@@ -37,6 +39,12 @@ DrivenInputs = Mapping[str, Callable[[float], float]]
 def _text(value: float | str) -> str:
     """Write a number as the shortest text that reads back the same; keep an expression."""
     return value if isinstance(value, str) else repr(float(value))
+
+
+def _sensitive_inputs() -> InputError:
+    message = "the motion's derivatives are not found with inputs that are Python functions"
+    hint = "write the input in the scene, as an expression or a file"
+    return InputError(Problem(message, hint=hint, rule="sensitivity"))
 
 
 def _texts(values: GivenValues | None) -> dict[str, str]:
@@ -271,10 +279,13 @@ class Derivation:
         >>> round(swung.state["d(theta)/d(l)"], 6)
         1.559491
         """
-        from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
+        from lagrange_cli.simulate.charts.simulation import (
+            simulate_past_singularities,
+            simulate_with_sensitivities,
+        )
         from lagrange_cli.simulate.ensemble.members import MemberValues
         from lagrange_cli.simulate.options import SimulationOptions
-        from lagrange_cli.simulate.simulation import RunContext, integrate
+        from lagrange_cli.simulate.simulation import RunContext
         from lagrange_cli.simulate.system.functions import KeptFunctions
 
         options = SimulationOptions(
@@ -301,8 +312,10 @@ class Derivation:
         variants = self._variants(frozenset(inputs or ()))
         values = MemberValues(_texts(parameters), _texts(initial))
         if sensitivity:
-            model = self._sensitive(tuple(sensitivity), values)
-            return integrate(model, context.resolved(model, options), context)
+            if inputs:
+                raise _sensitive_inputs()
+            model = self._sensitive_models.of(sensitivity, values.parameters, values.initial)
+            return simulate_with_sensitivities(model, options, context)
         free = variants.recipe.formulation == "auto"
         maker = partial(variants.with_multipliers, values) if free else None
         return simulate_past_singularities(variants.of(values), options, maker, context)
@@ -428,31 +441,7 @@ class Derivation:
 
         ``sensitivity``: what the motion is differentiated by, as in :meth:`simulate`.
         """
-        from lagrange_cli.simulate.ensemble.members import MemberValues
-
-        return self._sensitive(tuple(sensitivity), MemberValues()) if sensitivity else self._model
-
-    def _sensitive(self, names: tuple[str, ...], values: MemberValues) -> Model:
-        """Return the model with derivatives by some numbers, kept for the same values."""
-        from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
-        from lagrange_cli.simulate.ensemble.variants import variants_of
-        from lagrange_cli.simulate.model.sensitivities import sensitive_model
-
-        key = names, *(tuple(sorted(x.items())) for x in (values.parameters, values.initial))
-        if key not in self._sensitive_models:
-            recipe = Recipe(self.source, self.forces, self.equations.formulation)
-            variants = variants_of(self.equations, recipe, self.model)
-
-            def with_parameter(name: str, text: str) -> Model:
-                moved = MemberValues({**values.parameters, name: text}, values.initial)
-                model = variants.of(moved)
-                # Numbers that depend on others come as doubles from variants.
-                exact = None not in (*model.exact_numbers, *model.exact_initial)
-                return model if exact else variants.recipe.model(moved)
-
-            model = sensitive_model(self.equations, names, variants.of(values), with_parameter)
-            self._sensitive_models[key] = model
-        return self._sensitive_models[key]
+        return self._sensitive_models.of(sensitivity, {}, {}) if sensitivity else self._model
 
     # Made once, at the first simulation that needs it.
 
@@ -463,8 +452,22 @@ class Derivation:
         return model_of(self.equations)
 
     @cached_property
-    def _sensitive_models(self) -> dict[Any, Model]:
-        return {}
+    def _sensitive_models(self) -> SensitiveModels:
+        from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
+        from lagrange_cli.simulate.ensemble.variants import variants_of
+        from lagrange_cli.simulate.model.sensitivities import SensitiveModels
+
+        recipe = Recipe(self.source, self.forces, self.equations.formulation)
+        variants = variants_of(self.equations, recipe, self.model)
+
+        def model(parameters: Mapping[str, str], initial: Mapping[str, str]) -> Model:
+            values = MemberValues(parameters, initial)
+            made = variants.of(values)
+            # Numbers that depend on others come as doubles from variants.
+            exact = None not in (*made.exact_numbers, *made.exact_initial)
+            return made if exact else recipe.model(values)
+
+        return SensitiveModels(self.equations, model)
 
     @cached_property
     def _functions(self) -> KeptFunctions:

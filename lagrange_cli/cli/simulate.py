@@ -246,10 +246,13 @@ def _integrated(
     checkpoint: Checkpoint | None,
 ) -> tuple[Trajectory, Interrupts]:
     """Integrate within a budget in seconds; return also the signal that may have ended it."""
-    from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
+    from lagrange_cli.simulate.charts.simulation import (
+        simulate_past_singularities,
+        simulate_with_sensitivities,
+    )
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.results.trajectory import require_forces
-    from lagrange_cli.simulate.simulation import RunContext, integrate
+    from lagrange_cli.simulate.simulation import RunContext
 
     if asked.scene.forces:
         require_forces(model.name, [*model.multipliers, *model.forces])
@@ -273,7 +276,7 @@ def _integrated(
         )
         with heard_by(Listener(ends=stop)):
             if asked.scene.sensitivity:
-                trajectory = integrate(model, context.resolved(model, options), context)
+                trajectory = simulate_with_sensitivities(model, options, context)
             else:
                 trajectory = simulate_past_singularities(
                     model, options, make_other_model, context, formulation=formulation

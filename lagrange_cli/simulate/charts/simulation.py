@@ -5,12 +5,44 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from lagrange_cli.errors import AccuracyError, Problem
 from lagrange_cli.simulate.simulation import RunContext, integrate
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.options import SimulationOptions
     from lagrange_cli.simulate.results.trajectory import Trajectory
+
+
+def simulate_with_sensitivities(
+    model: Model, options: SimulationOptions, context: RunContext
+) -> Trajectory:
+    """Simulate a model with derivatives of its motion, whose coordinates are kept.
+
+    Raises
+    ------
+    AccuracyError
+        The motion passed a singular configuration of the coordinates: derivatives do not.
+    InputError
+        As :func:`.simulate.simulation.simulate`.
+    """
+    trajectory = integrate(model, context.resolved(model, options), context)
+    if not model.singular:
+        return trajectory
+    from lagrange_cli.simulate.charts.detection import passage_of_run
+
+    passage = passage_of_run(model, trajectory)
+    if passage is None or not passage.passed:
+        return trajectory
+    time = trajectory.t[passage.samples - 1]
+    raise AccuracyError(
+        Problem(
+            f"the coordinates are singular where {passage.singularity.where}, which the motion"
+            f" passes after t = {time:.6g}: its derivatives are not known from there on",
+            hint=f"--until {time:.6g}, or other coordinates",
+            rule="sensitivity",
+        )
+    )
 
 
 def simulate_past_singularities(

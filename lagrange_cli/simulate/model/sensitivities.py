@@ -33,8 +33,11 @@ _KEPT = Context(prec=20)
 #: Digits that a parameter's text is written with.
 _WRITTEN = Context(prec=60)
 
+#: Parameters and initial values that replace the scene's, as texts → its model.
+WithValues = Callable[[Mapping[str, str], Mapping[str, str]], "Model"]
+
 #: Scene with one parameter replaced by a text → its model.
-WithParameter = Callable[[str, str], "Model"]
+_WithParameter = Callable[[str, str], "Model"]
 
 
 @dataclass(frozen=True)
@@ -56,43 +59,91 @@ class _Direction:
     parameters: Mapping[str, Fraction]
 
 
-def sensitive_model(
-    equations: Equations, names: Sequence[str], model: Model, with_parameter: WithParameter
-) -> Model:
-    """Make the model that finds derivatives of a motion by numbers beside it.
+class SensitiveModels:
+    """Models of one derivation that find derivatives of a motion beside it.
+
+    Code is made once for each choice of numbers and for how other parameters change with them; it
+    serves other values of parameters and start.
 
     Parameters
     ----------
     equations
-        The equations of ``model``.
-    names
-        Coordinates, their ``dot`` (for their starts) and parameters.
+        The equations.
     model
-        The model whose values the motion has.
-    with_parameter
-        Makes the same model with another value of one parameter.
-
-    Raises
-    ------
-    InputError
-        There is no such name; the equations have multipliers, contacts or kinks, or do not solve
-        for accelerations in closed form; the start is not known.
+        Makes their model with other values, given parameters and initial values as texts.
     """
-    _require_smooth(equations, model)
-    directions = [_direction(name, model, with_parameter) for name in dict.fromkeys(names)]
+
+    def __init__(self, equations: Equations, model: WithValues) -> None:
+        self._equations, self._model = equations, model
+        self._made: dict[object, Model] = {}
+
+    def of(
+        self, names: Sequence[str], parameters: Mapping[str, str], initial: Mapping[str, str]
+    ) -> Model:
+        """Make the model that finds derivatives by some numbers.
+
+        Parameters
+        ----------
+        names
+            Coordinates, their ``dot`` (for their starts) and parameters.
+        parameters, initial
+            Values that replace the scene's.
+
+        Raises
+        ------
+        InputError
+            There is no such name; the equations have multipliers, contacts or kinks, or do not
+            solve for accelerations in closed form; the start is not known.
+        """
+        model = self._model(parameters, initial)
+        _require_same(self._model({}, {}), model)
+        _require_smooth(self._equations, model)
+
+        def with_parameter(name: str, text: str) -> Model:
+            return self._model({**parameters, name: text}, initial)
+
+        directions = [_direction(name, model, with_parameter) for name in dict.fromkeys(names)]
+        key = tuple((d.name, tuple(d.parameters.items())) for d in directions)
+        if key not in self._made:
+            self._made[key] = model_of(_varied(self._equations, directions))
+        kinds = [f"{kind} by {d.name}" for d in directions for kind in model.kinds]
+        start = _initial(model, directions)
+        return replace(
+            self._made[key],
+            parameters=model.parameters,
+            defaults=model.defaults,
+            massless=model.massless,
+            kinds=(*model.kinds, *kinds),
+            initial=None if start is None else (*start.positions, *start.velocities),
+            initial_decimals=() if start is None else start.decimals,
+        )
+
+
+def _varied(equations: Equations, directions: Sequence[_Direction]) -> Equations:
+    """Add the derivatives of the coordinates to the coordinates."""
     further = [_change(c, d.name) for d in directions for c in equations.coordinates]
     symbols = {p.name: p.symbol for p in equations.parameters}
-    varied = replace(
+    return replace(
         equations,
         coordinates=(*equations.coordinates, *further),
-        initial=_initial(model, directions),
+        initial=None,
         sensitivities=tuple(
             {symbols[name]: slope for name, slope in d.parameters.items()} for d in directions
         ),
     )
-    made = model_of(varied)
-    kinds = [f"{kind} by {d.name}" for d in directions for kind in model.kinds]
-    return replace(made, parameters=model.parameters, kinds=(*model.kinds, *kinds))
+
+
+def _require_same(own: Model, model: Model) -> None:
+    """Refuse values with which the scene has other equations than with its own."""
+    # Sizes change the equations, and values choose among the solutions of a constraint.
+    if model.code != own.code or model.coordinates != own.coordinates:
+        raise InputError(
+            Problem(
+                "with these values the scene has other equations, whose derivatives are not made",
+                hint="give the values where the scene is read: load(path, parameters=...)",
+                rule="sensitivity",
+            )
+        )
 
 
 def _require_smooth(equations: Equations, model: Model) -> None:
@@ -109,7 +160,7 @@ def _require_smooth(equations: Equations, model: Model) -> None:
         raise InputError(Problem(message, hint=hint, rule="sensitivity"))
 
 
-def _direction(name: str, model: Model, with_parameter: WithParameter) -> _Direction:
+def _direction(name: str, model: Model, with_parameter: _WithParameter) -> _Direction:
     states = model.state_names
     if name in states:
         unit = tuple(Fraction(int(state == name)) for state in states)

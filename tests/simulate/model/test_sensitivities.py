@@ -12,7 +12,8 @@ import pytest
 import sympy as sp
 
 from lagrange_cli import load, loads
-from lagrange_cli.errors import InputError
+from lagrange_cli.errors import AccuracyError, InputError
+from lagrange_cli.simulate.model import sensitivities
 
 SYSTEMS = Path(__file__).parents[3] / "systems"
 DIGITS = 40
@@ -153,6 +154,110 @@ def test_other_values_of_a_derivation():
     assert np.abs(run.columns["d(x)/d(w)"] + run.t * np.sin(2 * run.t)).max() < 1e-9
     again = derivation.simulate(sensitivity=["w"])
     assert np.abs(again.columns["d(x)/d(w)"] + again.t * np.sin(3 * again.t)).max() < 1e-9
+
+
+SPRING = """
+sizes: {n: 1, k: 1}
+parameters: {m: 2.0, K: 3.0, x0: 0.5}
+particles: {"bead[i=1..n]": {mass: m, position: ["x[i]", 0, 0]}}
+coordinates: ["x[i=1..n]"]
+potentials: {"spring[i=1..n]": "k*K/2*x[i]^2 + x[i]^4"}
+initial: {"x[i=1..n]": 2*x0}
+simulate: {until: 2*sqrt(m/K), accuracy: 1e-9, samples: 21}
+"""
+
+
+@pytest.mark.parametrize(
+    "values", [{"m": 0.7}, {"K": 5, "x0": -0.2}, {"x0": "1/3", "m": "sqrt(2)"}]
+)
+def test_other_values_are_those_of_a_scene_that_has_them(values):
+    names = ["K", "x0", "x[1]"]
+    derivation = loads(SPRING).derive()
+    derivation.simulate(sensitivity=names)
+    run = derivation.simulate(sensitivity=names, parameters=values)
+    anew = loads(SPRING, parameters=values).derive().simulate(sensitivity=names)
+    assert run.t[-1] == anew.t[-1]
+    for name, column in anew.columns.items():
+        scale = max(anew.scales.get(name, 1.0), 1e-6)
+        assert np.abs(run.columns[name] - column).max() <= 2e-9 * scale, name
+
+
+def test_code_is_made_once_for_all_values(monkeypatch):
+    made = []
+    model_of = sensitivities.model_of
+    monkeypatch.setattr(
+        sensitivities, "model_of", lambda equations: made.append(equations) or model_of(equations)
+    )
+    derivation = loads(SPRING).derive()
+    for values in ({}, {"m": 3}, {"K": 4, "x0": 0.1}):
+        derivation.simulate(sensitivity=["x0", "m"], parameters=values)
+    derivation.simulate(sensitivity=["x0", "m"], initial={"x[1]": 2})
+    assert len(made) == 1
+    derivation.simulate(sensitivity=["m"])
+    assert len(made) == 2
+
+
+ROD = """
+parameters: {m: 1, l: {value: 1, positive: true}, K: 9.81}
+plane: xz
+particles: {bob: {mass: m, position: [x, y, z]}}
+coordinates: [x]
+constraints: {rod: x^2 + z^2 = l^2}
+potentials: {weight: {gravity: K}}
+initial: {x: 0.6, z: -0.8}
+simulate: {until: 0.3, formulation: minimal}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        (SPRING, {"parameters": {"n": 2}}),
+        (SPRING, {"parameters": {"k": 2}}),
+        (ROD, {"initial": {"z": 0.8}}),
+    ],
+)
+def test_values_that_lead_to_other_equations(text, values):
+    """A size, also one that is only a factor, and the other root of a constraint."""
+    derivation = loads(text).derive()
+    assert derivation.simulate(**values).status == "ok"
+    with pytest.raises(InputError, match="other equations"):
+        derivation.simulate(sensitivity=["K"], **values)
+    assert loads(text, **values).derive().simulate(sensitivity=["K"]).status == "ok"
+
+
+def test_inputs_that_are_functions():
+    text = SPRING + "inputs: {F: 0}\nforces: {push: {on: 'bead[1]', force: [F, 0, 0]}}\n"
+    derivation = loads(text).derive()
+    inputs = {"F": lambda t: 1.0}
+    assert derivation.simulate(inputs=inputs).status == "ok"
+    with pytest.raises(InputError, match="Python functions"):
+        derivation.simulate(inputs=inputs, sensitivity=["m"])
+
+
+SPHERICAL = """
+parameters: {m: 1.0, l: {value: 1.0, positive: true}, g: 9.81}
+coordinates: [theta, phi]
+definitions: {x: l*sin(theta)*cos(phi), y: l*sin(theta)*sin(phi), z: -l*cos(theta)}
+particles: {bob: {mass: m, position: [x, y, z]}}
+potentials: {weight: {gravity: g}}
+initial: {theta: 1.2, phi: 0, dot(theta): 0, dot(phi): 1e-6}
+simulate: {until: 1, samples: 101}
+"""
+
+
+def test_a_step_over_the_pole():
+    """Steps of fixed size pass the pole unseen: from there on derivatives would be wrong."""
+    derivation = loads(SPHERICAL).derive()
+    how = {"method": "RK4", "step": 0.01, "sensitivity": ["theta"]}
+    with pytest.raises(AccuracyError, match=r"singular where sin\(theta\) = 0") as caught:
+        derivation.simulate(**how)
+    (problem,) = caught.value.problems
+    last = float(problem.hint.removeprefix("--until ").partition(",")[0])
+    assert 0.3 < last < 0.6  # a quarter of the period
+    assert derivation.simulate(**how, until=last).status == "ok"
+    through = derivation.simulate(**how, initial={"dot(phi)": 0})
+    assert through.status == "ok", "phi stands still: the angles' own equations go through"
 
 
 @pytest.mark.slow
