@@ -58,6 +58,22 @@ def test_parameters_and_initial_values_replace_those_of_the_scene():
     assert changed.initial.velocities[1] == pytest.approx(6.283185307179586, rel=1e-15)
 
 
+def test_an_end_over_parameters_follows_them():
+    text = """
+    parameters: {m: 1.0, k: 4.0}
+    particles: {bob: {mass: m, position: [x, 0, 0]}}
+    coordinates: [x]
+    potentials: {spring: k*x^2/2}
+    initial: {x: 1}
+    simulate: {until: 2*pi/sqrt(k)}
+    """
+    derivation = loads(text).derive()
+    for k in (4, 16, 1, "2 + 7"):
+        run = derivation.simulate(parameters={"k": k})
+        assert run.t[-1] == loads(text, parameters={"k": k}).derive().simulate().t[-1]
+        assert run.state["x"] == pytest.approx(1.0)
+
+
 def test_sizes_replace_those_of_the_scene_and_its_equations():
     ring = ROOT / "systems" / "chains" / "oscillator_ring.yaml"
     derivation = load(ring).derive()

@@ -56,6 +56,12 @@ class WrittenDefaults:
     atol: Expression | None = None
     formulation: Formulation | None = None
 
+    @property
+    def numbers(self) -> tuple[Expression | None, ...]:
+        """The entries that are expressions."""
+        times = (self.until, self.start, self.step, self.samples)
+        return (*times, self.accuracy, self.rtol, self.atol)
+
     def formulation_for(self, asked: Formulation | None) -> Formulation:
         """The formulation that is asked for, else the scene's, else ``auto``."""
         return asked or self.formulation or "auto"

@@ -19,6 +19,7 @@ from lagrange_cli.simulate.model.model import Model
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation
+    from lagrange_cli.scene.defaults import SimulationDefaults
     from lagrange_cli.scene.model import Scene
     from lagrange_cli.scene.reader import SceneText
     from lagrange_cli.simulate.ensemble.input_file import Members
@@ -209,9 +210,11 @@ class NumericMembers:
         self._values, self._start = [p.value for p in model.parameters], model.initial
         self._parameters = {p.name: k for k, p in enumerate(model.parameters)}
         self._place = {name: k for k, name in enumerate(model.coordinates)}
-        resting = varied_parameters(self._scene, member) - set(member.parameters)
+        varied = varied_parameters(self._scene, member)
+        resting = varied - set(member.parameters)
         used_names = set[str]().union(*(_names(value.value) for value in self._scene.initial))
         self._plain = not resting and not used_names & set(member.parameters)
+        self._timed = any(_names(entry) & varied for entry in self._scene.simulate.numbers)
 
     def of(self, member: MemberValues) -> Model | None:
         """Make the model of a member; None if a parameter has another sign, which may matter.
@@ -233,7 +236,21 @@ class NumericMembers:
         )
         named = zip(self._model.state_names, self._model.initial_decimals, strict=False)
         decimals = () if texts is None else tuple(texts.get(name, kept) for name, kept in named)
-        return replace(self._model, parameters=parameters, initial=start, initial_decimals=decimals)
+        return replace(
+            self._model,
+            parameters=parameters,
+            initial=start,
+            initial_decimals=decimals,
+            defaults=self._defaults(member) if self._timed else self._model.defaults,
+        )
+
+    def _defaults(self, member: MemberValues) -> SimulationDefaults:
+        """Evaluate the section ``simulate``, which depends on values."""
+        from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
+        from lagrange_cli.mechanics.symbols.values import ParameterValues
+
+        scene = self._with_values(member)
+        return simulation_defaults(scene, ParameterValues(scene))
 
     def _is_plain(self, member: MemberValues) -> bool:
         """Tell if the values of a member are numbers that nothing else depends on."""
@@ -259,6 +276,14 @@ class NumericMembers:
 
     def _evaluated(self, member: MemberValues) -> tuple[dict[str, float], dict[str, float]]:
         """Evaluate all values as the scene's expressions give them."""
+        values, start = numeric_values(self._with_values(member))
+        return (
+            {name: value for name, value in values.items() if value is not None},
+            {name: value for name, value in start.items() if value is not None},
+        )
+
+    def _with_values(self, member: MemberValues) -> Scene:
+        """Replace values of the scene."""
         from lagrange_cli.scene.language.problems import Problems
         from lagrange_cli.scene.reading.overrides import override_initial, override_parameters
 
@@ -266,11 +291,7 @@ class NumericMembers:
         scene = override_parameters(self._scene, member.parameters, problems)
         scene = override_initial(scene, member.initial, problems)
         problems.raise_if_any()
-        values, start = numeric_values(scene)
-        return (
-            {name: value for name, value in values.items() if value is not None},
-            {name: value for name, value in start.items() if value is not None},
-        )
+        return scene
 
     def _with(
         self, parameters: Mapping[str, float], initial: Mapping[str, float]
