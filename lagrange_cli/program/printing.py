@@ -8,17 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Protocol
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.program.graph.operands import (
+    Coefficient,
     Constant,
     FunctionCall,
     Operand,
     Product,
     Sum,
     Variable,
+    magnitude,
     rebuilt,
 )
 
@@ -31,7 +32,7 @@ _ATOM = 2
 
 
 class _NumberFormat(Protocol):
-    def __call__(self, value: Fraction, /) -> str: ...
+    def __call__(self, value: Coefficient, /) -> str: ...
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ def _format_product(product: Product, dialect: Dialect) -> str:
     for factor in product.numerator:
         parts.append(_at_least(first, factor, dialect))
         first = _ATOM
-    numerator = "*".join(parts) or dialect.number(Fraction(1))
+    numerator = "*".join(parts) or dialect.number(1)
     if not product.denominator:
         return numerator
     denominator = "*".join(_at_least(_ATOM, d, dialect) for d in product.denominator)
@@ -117,7 +118,7 @@ def _format_sum(operand: Sum, dialect: Dialect) -> tuple[str, int]:
     text = ""
     for coefficient, term in operand.terms:
         sign = "-" if coefficient < 0 else "+"
-        body = _format_term(abs(coefficient), term, dialect)
+        body = _format_term(magnitude(coefficient), term, dialect)
         if text:
             text += f" {sign} {body}"
         else:
@@ -126,13 +127,13 @@ def _format_sum(operand: Sum, dialect: Dialect) -> tuple[str, int]:
     return text, _PRODUCT if positive_product else _SUM
 
 
-def _format_term(magnitude: Fraction, term: Operand, dialect: Dialect) -> str:
+def _format_term(size: Coefficient, term: Operand, dialect: Dialect) -> str:
     if isinstance(term, Constant):
-        return dialect.number(magnitude * term.value)
-    if magnitude == 1:
+        return dialect.number(size * term.value)
+    if size == 1:
         return _at_least(_PRODUCT, term, dialect)
     # The first factor of a product may join the coefficient without parentheses.
-    return f"{dialect.number(magnitude)}*{_at_least(_PRODUCT, term, dialect)}"
+    return f"{dialect.number(size)}*{_at_least(_PRODUCT, term, dialect)}"
 
 
 def local_name(name: str) -> str:

@@ -212,11 +212,18 @@ def _graph(equations: Equations, *, direct: bool) -> ValueGraph:
     if not direct or equations.motion is None:
         return ValueGraph(inputs)
     graphs = _DERIVED.setdefault(equations.motion, {})
-    key = tuple(inputs)
-    if key not in graphs:
-        graphs[key] = ValueGraph(inputs)
-        DirectDerivation(graphs[key], equations).define()
-    return graphs[key].copy()
+    if tuple(inputs) not in graphs:
+        _derive(equations, equations.motion)
+    return graphs[tuple(inputs)].copy()
+
+
+def _derive(equations: Equations, motion: Motion) -> DirectDerivation:
+    """Derive M and f on a graph over the inputs, which is kept."""
+    inputs = _inputs(equations)
+    derivation = DirectDerivation(ValueGraph(inputs), equations)
+    derivation.define()
+    _DERIVED.setdefault(motion, {})[tuple(inputs)] = derivation.values
+    return derivation
 
 
 #: Graphs with M and f on them, by motion and inputs.
@@ -243,7 +250,7 @@ def _is_direct(equations: Equations) -> bool:
     if motion is None or not is_derivable(equations) or is_large_system(equations):
         return False
     if motion not in _DIRECT:
-        derivation = DirectDerivation(ValueGraph(_inputs(equations)), equations)
+        derivation = _derive(equations, motion)
         fewer = _takes_fewer(equations, motion, derivation)
         _DIRECT[motion] = fewer and derivation.agrees()
     return _DIRECT[motion]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import C_RESERVED, unique_identifiers
 from lagrange_cli.program.graph.literals import decimal_literal, double_literal, out_of_range
+from lagrange_cli.program.graph.operands import Coefficient, magnitude
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -45,14 +46,14 @@ class Real:
     parse: str
     print_format: str
 
-    def literal(self, value: Fraction) -> str:
+    def literal(self, value: Coefficient) -> str:
         """Return a constant that reads as the number nearest to ``value``."""
         if not value:
             return f"0.0{self.constant_suffix}"
         if self.name == "double":
             return double_literal(value)
         limit = Fraction(10) ** self.largest_exponent
-        if not 1 / limit <= abs(value) <= limit:
+        if not 1 / limit <= magnitude(value) <= limit:
             raise out_of_range(value)
         return decimal_literal(value) + self.constant_suffix
 

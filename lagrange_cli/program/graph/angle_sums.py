@@ -10,15 +10,15 @@ M a = f counts on small differences to fit together, they keep their own sines.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from fractions import Fraction
 
+from lagrange_cli.program.graph.operands import Coefficient
 from lagrange_cli.program.graph.value_graph import ONE, CallNode, SumNode, ValueGraph
 
 #: Calls that must go for each that comes: few differences keep their own sines, which are
 #: accurate however small.
 _CALLS_SAVED = 4
 
-_UNITS = (Fraction(1), Fraction(-1))
+_UNITS = (1, -1)
 
 
 def expand_angle_sums(values: ValueGraph, order: Iterable[int]) -> None:
@@ -40,7 +40,7 @@ def expand_angle_sums(values: ValueGraph, order: Iterable[int]) -> None:
             values.nodes[number] = _expanded(values, circular[number].function, a, b, sign)
 
 
-def _two_angles(values: ValueGraph, node: CallNode) -> tuple[int, int, Fraction] | None:
+def _two_angles(values: ValueGraph, node: CallNode) -> tuple[int, int, Coefficient] | None:
     """a, b and the sign of b where the argument is a ± b."""
     argument = values.nodes[node.arguments[0]]
     if not isinstance(argument, SumNode) or len(argument.terms) != 2:
@@ -49,8 +49,8 @@ def _two_angles(values: ValueGraph, node: CallNode) -> tuple[int, int, Fraction]
     return (a, b, sign) if first == 1 and sign in _UNITS and ONE not in (a, b) else None
 
 
-def _expanded(values: ValueGraph, function: str, a: int, b: int, sign: Fraction) -> SumNode:
-    one = Fraction(1)
+def _expanded(values: ValueGraph, function: str, a: int, b: int, sign: Coefficient) -> SumNode:
+    one = 1
     sin_a, cos_a, sin_b, cos_b = (
         (values.call(f, (one, angle)), 1) for angle in (a, b) for f in ("sin", "cos")
     )

@@ -12,18 +12,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from typing import Protocol, TypeAlias
 
+from lagrange_cli.program.graph.operands import Coefficient, magnitude, quotient
 from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, SumNode, ValueGraph
-
-_ONE = Fraction(1)
 
 #: Longer sums and products do not take part: the pairs of one grow with its square.
 LONGEST_GROUP = 256
 
-_Weight: TypeAlias = int | Fraction
+_Weight: TypeAlias = Coefficient
 """Coefficient of a term of a sum, or exponent of a factor of a product."""
 
 _Group: TypeAlias = dict[int, _Weight]
@@ -47,7 +45,7 @@ class _Sums:
 
     def between(self, a: tuple[int, _Weight], b: tuple[int, _Weight]) -> tuple[_Key, int]:
         (m, c), (n, d) = (a, b) if a[0] < b[0] else (b, a)
-        return (m, n, _ONE if c == d else Fraction(d) / c), 1
+        return (m, n, 1 if c == d else quotient(d, c)), 1
 
     def within(self, a: tuple[int, _Weight]) -> int:
         return 0
@@ -58,7 +56,7 @@ class _Sums:
         return coefficient
 
     def define(self, key: _Key) -> _Group:
-        return {key[0]: Fraction(1), key[1]: key[2]}
+        return {key[0]: 1, key[1]: key[2]}
 
 
 class _Products:
@@ -229,7 +227,7 @@ def share_sums(values: ValueGraph, reachable: Iterable[int]) -> None:
     _nest(values, sums)
     _Extraction(values, _Sums(), sums).run()
     for number, terms in sums.items():
-        values.nodes[number] = SumNode(tuple(sorted((n, Fraction(c)) for n, c in terms.items())))
+        values.nodes[number] = SumNode(tuple(sorted(terms.items())))
 
 
 def _nest(values: ValueGraph, sums: dict[int, _Group]) -> None:
@@ -242,7 +240,7 @@ def _nest(values: ValueGraph, sums: dict[int, _Group]) -> None:
         for part in group:
             holders.setdefault(part, set()).add(number)
     longest_first = sorted(sums, key=lambda n: (-len(sums[n]), n))
-    inner: dict[int, tuple[int, Fraction]] = {}
+    inner: dict[int, tuple[int, Coefficient]] = {}
     for number in longest_first:
         group = sums[number]
         for whole in sorted(set.intersection(*(holders[part] for part in group))):
@@ -258,10 +256,10 @@ def _nest(values: ValueGraph, sums: dict[int, _Group]) -> None:
             sums[whole][number] = sums[whole].get(number, 0) + ratio
 
 
-def _ratio(whole: _Group, part: _Group) -> Fraction | None:
+def _ratio(whole: _Group, part: _Group) -> Coefficient | None:
     """Divide ``whole`` by ``part``, term by term; None if the ratios differ."""
     first = next(iter(part))
-    ratio = Fraction(whole[first]) / part[first]
+    ratio = quotient(whole[first], part[first])
     alike = all(whole[number] == ratio * weight for number, weight in part.items())
     return ratio if alike else None
 
@@ -276,13 +274,13 @@ def share_scaled(
         if isinstance(node, SumNode) and len(node.terms) > 1:
             sums[number] = node
     terms = [(n, c) for node in sums.values() for n, c in node.terms]
-    often = Counter((n, abs(c)) for n, c in (*terms, *((n, c) for c, n in roots)))
+    often = Counter((n, magnitude(c)) for n, c in (*terms, *((n, c) for c, n in roots)))
 
-    def once(number: int, coefficient: Fraction) -> tuple[int, Fraction]:
-        magnitude = abs(coefficient)
-        if number == ONE or magnitude in (0, 1) or often[number, magnitude] < 2:
+    def once(number: int, coefficient: Coefficient) -> tuple[int, Coefficient]:
+        size = magnitude(coefficient)
+        if number == ONE or size in (0, 1) or often[number, size] < 2:
             return number, coefficient
-        return values.node((magnitude, number)), coefficient / magnitude
+        return values.node((size, number)), quotient(coefficient, size)
 
     for number, node in sums.items():
         values.nodes[number] = SumNode(tuple(sorted(once(n, c) for n, c in node.terms)))

@@ -13,6 +13,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.program.graph.operands import Coefficient
 from lagrange_cli.program.graph.schedule import order_of
 from lagrange_cli.program.graph.value_graph import (
     ONE,
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 Tangent: TypeAlias = "Mapping[int, ScaledNode]"
 """Number of a direction → derivative along it, of those that are not zero."""
 
-UNIT: ScaledNode = (Fraction(1), ONE)
+UNIT: ScaledNode = (1, ONE)
 
 
 def derivatives(
@@ -62,7 +63,7 @@ def derivatives(
     ]
 
 
-def scaled(value: ScaledNode, by: Fraction) -> ScaledNode:
+def scaled(value: ScaledNode, by: Coefficient) -> ScaledNode:
     """Return a value times a number."""
     return value[0] * by, value[1] if by else ONE
 
@@ -84,8 +85,8 @@ def _tangent(values: ValueGraph, number: int, tangents: Mapping[int, Tangent]) -
     if slopes_of is None:
         message = f"the function {node.function} has no derivative in emitted code"
         raise InternalError(Problem(message, rule="unprintable"))
-    arguments: list[ScaledNode] = [(Fraction(1), part) for part in node.arguments]
-    by_argument = slopes_of(values, (Fraction(1), number), *arguments)
+    arguments: list[ScaledNode] = [(1, part) for part in node.arguments]
+    by_argument = slopes_of(values, (1, number), *arguments)
     parts = zip(by_argument, node.arguments, strict=True)
     return _combined(values, [(slope, tangents[part]) for slope, part in parts])
 
@@ -93,7 +94,7 @@ def _tangent(values: ValueGraph, number: int, tangents: Mapping[int, Tangent]) -
 def _without_one(node: ProductNode, part: int, values: ValueGraph) -> ScaledNode:
     """Differentiate a product by one of its factors."""
     exponent = dict(node.factors)[part]
-    factors = [((Fraction(1), n), e - (n == part)) for n, e in node.factors]
+    factors = [((1, n), e - (n == part)) for n, e in node.factors]
     coefficient, number = values.multiply(factors)
     return coefficient * exponent, number
 
@@ -116,9 +117,9 @@ def product(values: ValueGraph, *factors: ScaledNode) -> ScaledNode:
         node = values.nodes[number]
         flat.append(((coefficient, ONE), 1))
         if isinstance(node, ProductNode):
-            flat.extend(((Fraction(1), base), exponent) for base, exponent in node.factors)
+            flat.extend(((1, base), exponent) for base, exponent in node.factors)
         else:
-            flat.append(((Fraction(1), number), 1))
+            flat.append(((1, number), 1))
     return values.multiply(flat)
 
 
@@ -147,7 +148,7 @@ def _inverse_root(g: ValueGraph, x: ScaledNode) -> ScaledNode:
 
 def _from_one(g: ValueGraph, x: ScaledNode, sign: int) -> ScaledNode:
     """sign·(1 − x²), by factors that keep their digits near 1."""
-    minus = Fraction(-1)
+    minus = -1
     first, second = ((UNIT, scaled(x, minus)), (UNIT, x))
     if sign < 0:
         first = ((minus, ONE), x)
@@ -159,13 +160,13 @@ def _atan2(
 ) -> tuple[ScaledNode, ScaledNode]:
     square = g.add([product(g, x, x), product(g, y, y)])
     by_y = g.multiply([(x, 1), (square, -1)])
-    return by_y, scaled(g.multiply([(y, 1), (square, -1)]), Fraction(-1))
+    return by_y, scaled(g.multiply([(y, 1), (square, -1)]), -1)
 
 
 def _power(
     g: ValueGraph, f: ScaledNode, x: ScaledNode, a: ScaledNode
 ) -> tuple[ScaledNode, ScaledNode]:
-    lower = g.call("pow", x, g.add([a, (Fraction(-1), ONE)]))
+    lower = g.call("pow", x, g.add([a, (-1, ONE)]))
     return g.multiply([(a, 1), (lower, 1)]), g.multiply([(f, 1), (g.call("log", x), 1)])
 
 
@@ -175,7 +176,7 @@ def _extremum(sign: int) -> _Slopes:
     def slopes(
         g: ValueGraph, f: ScaledNode, a: ScaledNode, b: ScaledNode
     ) -> tuple[ScaledNode, ScaledNode]:
-        side = g.call("sign", g.add([a, scaled(b, Fraction(-1))]))
+        side = g.call("sign", g.add([a, scaled(b, -1)]))
         half = Fraction(1, 2)
         first = g.add([(half, ONE), scaled(side, sign * half)])
         return first, g.add([(half, ONE), scaled(side, -sign * half)])
@@ -186,10 +187,10 @@ def _extremum(sign: int) -> _Slopes:
 #: Function of a program → the derivatives by its arguments.
 SLOPES: dict[str, _Slopes] = {
     "sin": _of_one(lambda g, f, x: g.call("cos", x)),
-    "cos": _of_one(lambda g, f, x: scaled(g.call("sin", x), Fraction(-1))),
+    "cos": _of_one(lambda g, f, x: scaled(g.call("sin", x), -1)),
     "tan": _of_one(lambda g, f, x: _quadratic(g, f, 1, 1)),
     "asin": _of_one(lambda g, f, x: _inverse_root(g, _from_one(g, x, 1))),
-    "acos": _of_one(lambda g, f, x: scaled(_inverse_root(g, _from_one(g, x, 1)), Fraction(-1))),
+    "acos": _of_one(lambda g, f, x: scaled(_inverse_root(g, _from_one(g, x, 1)), -1)),
     "atan": _of_one(lambda g, f, x: _inverse(g, _quadratic(g, x, 1, 1))),
     "sinh": _of_one(lambda g, f, x: g.call("cosh", x)),
     "cosh": _of_one(lambda g, f, x: g.call("sinh", x)),
@@ -201,7 +202,7 @@ SLOPES: dict[str, _Slopes] = {
     "log": _of_one(lambda g, f, x: _inverse(g, x)),
     "sqrt": _of_one(lambda g, f, x: scaled(_inverse(g, f), Fraction(1, 2))),
     "abs": _of_one(lambda g, f, x: g.call("sign", x)),
-    "sign": _of_one(lambda g, f, x: (Fraction(0), ONE)),
+    "sign": _of_one(lambda g, f, x: (0, ONE)),
     "atan2": _atan2,
     "pow": _power,
     "max": _extremum(1),
@@ -223,8 +224,8 @@ def replaced(
 def _rebuilt(values: ValueGraph, number: int, new: Mapping[int, ScaledNode]) -> ScaledNode:
     """Make a node of the new values of its parts."""
     node = values.nodes[number]
-    if all(new[part] == (Fraction(1), part) for part in values.parts(number)):
-        return Fraction(1), number
+    if all(new[part] == (1, part) for part in values.parts(number)):
+        return 1, number
     if isinstance(node, SumNode):
         return values.add(scaled(new[part], c) for part, c in node.terms)
     if isinstance(node, ProductNode):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
 from typing import Any
 
+from lagrange_cli.program.graph.operands import Coefficient
 from lagrange_cli.program.graph.schedule import order_of
 from lagrange_cli.program.graph.value_graph import (
     ONE,
@@ -22,7 +22,7 @@ def evaluated(
     wanted: Sequence[ScaledNode],
     inputs: Mapping[str, Any],
     functions: Mapping[str, Callable[..., Any]],
-    number: Callable[[Fraction], Any],
+    number: Callable[[Coefficient], Any],
 ) -> list[Any]:
     """Evaluate values of a graph.
 
@@ -35,9 +35,9 @@ def evaluated(
     number
         Makes a number of that type.
     """
-    known: dict[int, Any] = {ONE: number(Fraction(1))}
+    known: dict[int, Any] = {ONE: number(1)}
 
-    def scaled(coefficient: Fraction, part: int) -> Any:
+    def scaled(coefficient: Coefficient, part: int) -> Any:
         if part == ONE:
             return number(coefficient)
         return known[part] if coefficient == 1 else number(coefficient) * known[part]
@@ -52,7 +52,7 @@ def evaluated(
             first, *rest = (scaled(c, part) for part, c in node.terms)
             known[node_number] = sum(rest, first)
         elif isinstance(node, ProductNode):
-            result = number(Fraction(1))
+            result = number(1)
             for part, exponent in node.factors:
                 power = known[part] ** abs(exponent)
                 result = result * power if exponent > 0 else result / power

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from fractions import Fraction
 from typing import TypeAlias
 
 from lagrange_cli.program.graph.common_subexpressions import LONGEST_GROUP
+from lagrange_cli.program.graph.operands import Coefficient
 from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, SumNode, ValueGraph
 
 _Factor: TypeAlias = tuple[int, int]
@@ -34,8 +34,8 @@ def factor_sums(values: ValueGraph, order: Iterable[int]) -> None:
 
 
 def _factored(
-    values: ValueGraph, terms: dict[int, Fraction], uses: Counter[int]
-) -> dict[int, Fraction]:
+    values: ValueGraph, terms: dict[int, Coefficient], uses: Counter[int]
+) -> dict[int, Coefficient]:
     """The terms of a sum after every factor that several share is taken out."""
     while True:
         holders: dict[_Factor, list[int]] = {}
@@ -48,7 +48,7 @@ def _factored(
         _, _, factor = min(shared)
         left = [(terms.pop(number), _without(values, number, factor)) for number in holders[factor]]
         coefficient, number = _times(values, factor, _sum(values, left, uses))
-        terms[number] = terms.get(number, Fraction(0)) + coefficient
+        terms[number] = terms.get(number, 0) + coefficient
         if not terms[number]:
             del terms[number]
 
@@ -70,7 +70,7 @@ def _without(values: ValueGraph, number: int, factor: _Factor) -> int:
         return ONE
     node = values.nodes[number]
     assert isinstance(node, ProductNode)
-    powers = [((Fraction(1), b), e - sign * (b == base)) for b, e in node.factors]
+    powers = [((1, b), e - sign * (b == base)) for b, e in node.factors]
     return values.multiply(powers)[1]
 
 
@@ -88,4 +88,4 @@ def _sum(values: ValueGraph, terms: Iterable[ScaledNode], uses: Counter[int]) ->
 
 def _times(values: ValueGraph, factor: _Factor, remainder: ScaledNode) -> ScaledNode:
     base, sign = factor
-    return values.multiply([((Fraction(1), base), sign), (remainder, 1)])
+    return values.multiply([((1, base), sign), (remainder, 1)])

@@ -6,12 +6,13 @@ from fractions import Fraction
 from math import floor, isfinite, log10
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.program.graph.operands import Coefficient, magnitude
 
 #: Significant digits of non-terminating decimals: enough for quadruple precision.
 _DECIMAL_DIGITS = 36
 
 
-def double_literal(value: Fraction) -> str:
+def double_literal(value: Coefficient) -> str:
     """The shortest decimal that reads as the double nearest to ``value``.
 
     Raises
@@ -28,7 +29,7 @@ def double_literal(value: Fraction) -> str:
     return repr(number)
 
 
-def decimal_literal(value: Fraction) -> str:
+def decimal_literal(value: Coefficient) -> str:
     """A decimal for types other than double: exact where it terminates within
     :data:`DECIMAL_DIGITS` significant digits, else correctly rounded to them."""
     if not value:
@@ -45,7 +46,7 @@ def decimal_literal(value: Fraction) -> str:
     return f"{sign}{digits[0]}.{fraction}e{exponent:+03d}"
 
 
-def _decimal_exponent(value: Fraction) -> int:
+def _decimal_exponent(value: Coefficient) -> int:
     """The e with 10^e <= value < 10^(e+1)."""
     bits = value.numerator.bit_length() - value.denominator.bit_length()
     exponent = floor(bits * log10(2))
@@ -63,9 +64,9 @@ def _positional(digits: str, exponent: int) -> str:
     return f"{whole}.{digits[exponent + 1 :].rstrip('0') or '0'}"
 
 
-def out_of_range(value: Fraction) -> InputError:
+def out_of_range(value: Coefficient) -> InputError:
     """The refusal of a constant that the type cannot hold."""
-    size = _decimal_exponent(abs(value))
+    size = _decimal_exponent(magnitude(value))
     return InputError(
         Problem(
             f"a constant of magnitude 1e{size:+d} is outside the range of the number type",

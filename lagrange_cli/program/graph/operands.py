@@ -7,10 +7,26 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
 
+Coefficient: TypeAlias = int | Fraction
+"""An exact number; most are integers, which :class:`int` reckons with many times faster."""
+
+
+def magnitude(coefficient: Coefficient) -> Coefficient:
+    """Return the absolute value."""
+    return -coefficient if coefficient < 0 else coefficient
+
+
+def quotient(dividend: Coefficient, divisor: Coefficient) -> Coefficient:
+    """Divide exactly."""
+    if divisor in (1, -1):
+        return dividend * divisor
+    ratio = Fraction(dividend) / divisor
+    return ratio.numerator if ratio.denominator == 1 else ratio
+
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    value: Fraction
+    value: Coefficient
 
 
 class Cell(NamedTuple):
@@ -41,7 +57,7 @@ class Variable:
 class Sum:
     """Σ coefficient · operand; a constant term has a :class:`Constant` of 1 as operand."""
 
-    terms: tuple[tuple[Fraction, Operand], ...]
+    terms: tuple[tuple[Coefficient, Operand], ...]
 
 
 @dataclass(frozen=True, slots=True)

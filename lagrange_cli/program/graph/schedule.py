@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from fractions import Fraction
 from typing import TypeAlias
 
 from lagrange_cli.program.graph import value_graph as graph
@@ -14,6 +13,7 @@ from lagrange_cli.program.graph.common_subexpressions import (
 )
 from lagrange_cli.program.graph.factoring import factor_sums
 from lagrange_cli.program.graph.operands import (
+    Coefficient,
     Constant,
     FunctionCall,
     Operand,
@@ -109,7 +109,7 @@ def _split_long_sums(values: ValueGraph) -> None:
             for start in range(0, len(node.terms), LONGEST_SUM):
                 part = node.terms[start : start + LONGEST_SUM]
                 rank = max(values.rank[n] for n, _ in part)
-                groups.append((values.intern(graph.SumNode(part), rank), Fraction(1)))
+                groups.append((values.intern(graph.SumNode(part), rank), 1))
             node = values.nodes[number] = graph.SumNode(tuple(groups))
 
 
@@ -134,7 +134,7 @@ class _Writer:
     def __init__(self, values: ValueGraph) -> None:
         self.values = values
         self.assignments: list[tuple[str, Operand]] = []
-        self.operands: dict[int, Operand] = {ONE: Constant(Fraction(1))}
+        self.operands: dict[int, Operand] = {ONE: Constant(1)}
         self.sizes: dict[int, int] = {ONE: 1}
 
     def write(self, number: int, uses: int) -> None:
@@ -161,7 +161,7 @@ class _Writer:
         self.assignments.append((name, operand))
         return Variable(name)
 
-    def scaled(self, coefficient: Fraction, number: int) -> Operand:
+    def scaled(self, coefficient: Coefficient, number: int) -> Operand:
         """A coefficient times a written node."""
         operand = self.operands[number]
         if number == ONE:
@@ -185,7 +185,7 @@ class _Writer:
         terms = sorted(node.terms, key=lambda term: term[1] < 0)
         if len(terms) > _LONGEST_INLINE_SUM:
             return Sum(tuple((c, self._named(operands[n])) for n, c in terms))
-        return Sum(tuple((c, operands[n]) for n, c in terms)) if terms else Constant(Fraction(0))
+        return Sum(tuple((c, operands[n]) for n, c in terms)) if terms else Constant(0)
 
     def _product(self, node: graph.ProductNode) -> Operand:
         numerator: list[Operand] = []

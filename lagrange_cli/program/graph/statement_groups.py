@@ -9,11 +9,11 @@ the one before, stays together too.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from heapq import heappop, heappush
 from typing import TypeAlias
 
 from lagrange_cli.program.graph.operands import (
+    Coefficient,
     Constant,
     FunctionCall,
     Operand,
@@ -72,7 +72,9 @@ def _with_key(operand: Operand) -> tuple[Operand, _Key]:
 
 
 def _sum_with_key(operand: Sum) -> tuple[Operand, _Key]:
-    def place(term: tuple[Fraction, tuple[Operand, _Key]]) -> tuple[bool, str, Fraction, object]:
+    def place(
+        term: tuple[Coefficient, tuple[Operand, _Key]],
+    ) -> tuple[bool, str, Coefficient, object]:
         coefficient, (_, (shape, numbers)) = term
         return coefficient < 0, shape, coefficient, numbers
 

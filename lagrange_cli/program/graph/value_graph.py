@@ -21,11 +21,12 @@ from lagrange_cli.mechanics.symbols.convert import (
     ODD_FUNCTIONS,
     SYMPY_FUNCTIONS,
 )
+from lagrange_cli.program.graph.operands import Coefficient, magnitude, quotient
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-ScaledNode: TypeAlias = tuple[Fraction, int]
+ScaledNode: TypeAlias = tuple[Coefficient, int]
 """A value: rational coefficient times node."""
 
 #: The node of the number one.
@@ -54,7 +55,7 @@ class InputNode:
 class SumNode:
     """Σ coefficient · node; the node :data:`ONE` stands for the constant term."""
 
-    terms: tuple[tuple[int, Fraction], ...]
+    terms: tuple[tuple[int, Coefficient], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +94,7 @@ class ValueGraph:
         self._numbers: dict[ValueNode, int] = {}
         self._known: dict[Expr, ScaledNode] = {}
         for symbol, name, rank in inputs:
-            self._known[symbol] = (Fraction(1), self.intern(InputNode(name), rank))
+            self._known[symbol] = (1, self.intern(InputNode(name), rank))
 
     def copy(self) -> ValueGraph:
         """Return a graph of the same values, which grows by itself."""
@@ -123,29 +124,31 @@ class ValueGraph:
     def add(self, values: Iterable[ScaledNode]) -> ScaledNode:
         """The sum of values, normalised so that its first coefficient is
         positive, and 1 where all have one magnitude."""
-        terms: dict[int, Fraction] = {}
+        terms: dict[int, Coefficient] = {}
         for coefficient, number in values:
-            terms[number] = terms.get(number, Fraction(0)) + coefficient
+            terms[number] = terms.get(number, 0) + coefficient
         ordered = sorted((n, c) for n, c in terms.items() if c)
         if not ordered:
-            return Fraction(0), ONE
+            return 0, ONE
         if len(ordered) == 1:
             return ordered[0][1], ordered[0][0]
         first = ordered[0][1]
-        if all(abs(c) == abs(first) for _, c in ordered):
-            scale = first
-        else:
-            scale = Fraction(1 if first > 0 else -1)
-        node = SumNode(tuple((n, c / scale) for n, c in ordered))
+        size = magnitude(first)
+        one_size = all(magnitude(c) == size for _, c in ordered)
+        scale = first if one_size else 1 if first > 0 else -1
+        node = SumNode(tuple((n, quotient(c, scale)) for n, c in ordered))
         return scale, self.intern(node, max(self.rank[n] for n, _ in ordered))
 
     def multiply(self, factors: Iterable[tuple[ScaledNode, int]]) -> ScaledNode:
         """The product of values to integer powers."""
-        scale, powers = Fraction(1), dict[int, int]()
+        scale: Coefficient = 1
+        powers: dict[int, int] = {}
         for (coefficient, number), exponent in factors:
             if coefficient == 0 and exponent < 0:
                 raise _unprintable("division by zero")
-            scale *= coefficient**exponent
+            if coefficient != 1:
+                power = coefficient ** abs(exponent)
+                scale = scale * power if exponent > 0 else quotient(scale, power)
             if number != ONE:
                 powers[number] = powers.get(number, 0) + exponent
         ordered = sorted((n, e) for n, e in powers.items() if e)
@@ -165,12 +168,12 @@ class ValueGraph:
 
     def call(self, function: str, *arguments: ScaledNode) -> ScaledNode:
         """A function of values; signs leave odd and even functions."""
-        sign = Fraction(1)
+        sign = 1
         if function in ODD_FUNCTIONS or function in EVEN_FUNCTIONS:
             coefficient, number = arguments[0]
             if coefficient < 0 and function in ODD_FUNCTIONS:
                 sign = -sign
-            arguments = ((abs(coefficient), number),)
+            arguments = ((magnitude(coefficient), number),)
         numbers = tuple(self.node(a) for a in arguments)
         rank = max(self.rank[n] for n in numbers)
         return sign, self.intern(CallNode(function, numbers), rank)
@@ -222,7 +225,7 @@ class ValueGraph:
         coefficient, number = self._known[e]
         node = self.nodes[number]
         if e.is_Pow and isinstance(node, ProductNode):
-            powers = [((Fraction(1), base), exponent) for base, exponent in node.factors]
+            powers = [((1, base), exponent) for base, exponent in node.factors]
             return [((coefficient, ONE), 1), *powers]
         return [((coefficient, number), 1)]
 
@@ -249,7 +252,7 @@ class ValueGraph:
         if e.func is sympy.Heaviside:
             # H(x) = (1 + sign x)/2, with the value 1/2 at zero.
             sign, number = self.call("sign", arguments[0])
-            return self.add([(Fraction(1, 2), ONE), (sign / 2, number)])
+            return self.add([(Fraction(1, 2), ONE), (quotient(sign, 2), number)])
         name = _CALLS.get(e.func)
         if name is None:
             raise _unprintable(str(e.func))
@@ -274,15 +277,15 @@ def _arguments(e: Expr) -> tuple[Expr, ...]:
     return tuple(e.args)
 
 
-def _constant(e: Expr) -> Fraction:
+def _constant(e: Expr) -> Coefficient:
     """A constant expression as a fraction, exact if it is rational."""
     if e.is_Rational:
-        return Fraction(int(e.p), int(e.q))
+        return quotient(int(e.p), int(e.q))
     number = e if e.is_Float else e.evalf(_CONSTANT_DIGITS)
     if not (number.is_Float and number.is_finite):
         raise _unprintable(f"the constant {e}")
     exact = sympy.Rational(number)
-    return Fraction(int(exact.p), int(exact.q))
+    return quotient(int(exact.p), int(exact.q))
 
 
 def _unprintable(what: str) -> InternalError:

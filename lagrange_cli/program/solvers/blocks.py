@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import sympy
@@ -37,7 +36,7 @@ if TYPE_CHECKING:
 #: Positive definite blocks up to this size are written out.
 LARGEST_UNROLLED = 4
 
-_ZERO: ScaledNode = (Fraction(0), ONE)
+_ZERO: ScaledNode = (0, ONE)
 
 #: The rank of multipliers (see :class:`lagrange_cli.program.graph.value_graph.ValueGraph`).
 _FOUND = 5
@@ -281,7 +280,7 @@ class _Band:
         values = self.values
         terms = {i: [free] for i, free in self.free.items()}
         for name, row in zip(self.block.multipliers, self.directions, strict=True):
-            multiplier = Fraction(1), values.intern(InputNode(name), _FOUND)
+            multiplier = 1, values.intern(InputNode(name), _FOUND)
             for i, direction in row.items():
                 terms[i].append(values.multiply([(direction, 1), (multiplier, 1)]))
         return map(values.add, terms.values())

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives, product, scaled
@@ -44,7 +43,7 @@ _SMALL = 16
 #: The rank of accelerations and multipliers that are given (see :class:`.value_graph.ValueGraph`).
 _GIVEN = 5
 
-_MINUS = Fraction(-1)
+_MINUS = -1
 
 #: Outputs of a program of derivatives, in their order.
 Outputs: TypeAlias = "list[tuple[str, list[ScaledNode]]]"
@@ -187,7 +186,7 @@ def solve_jacobian(
         places = tuple((i, k) for i, k, _ in given)
         blocks.append(ColumnBlock(members, closures, compliant, columns, places))
         outputs["dense_forcing"] += (x for _, _, x in given)
-        dense, none = outputs["dense_matrix"], (Fraction(0), 0)
+        dense, none = outputs["dense_matrix"], (0, 0)
         dense += (matrix[i].get(j, none) for k, i in enumerate(members) for j in members[k:])
         dense += (gradients[k].get(j, none) for k in closures for j in members)
         dense += (values.convert(system.compliance_of(k)) for k in closures if compliant)
@@ -228,7 +227,7 @@ def changes_along(
 
 def given(values: ValueGraph, name: str) -> ScaledNode:
     """Return an acceleration or a multiplier that is handed over."""
-    return Fraction(1), values.intern(InputNode(name), _GIVEN)
+    return 1, values.intern(InputNode(name), _GIVEN)
 
 
 def _unrolled(
@@ -239,7 +238,7 @@ def _unrolled(
     right: Sequence[Tangent],
 ) -> tuple[list[tuple[int, int]], list[ScaledNode]]:
     """Solve for all columns in straight-line code; where results are, and the results."""
-    none = (Fraction(0), 0)
+    none = (0, 0)
     rows = factored(values, [[matrix[i].get(j, none) for j in members] for i in members])
     places, nodes = [], []
     for column in columns:

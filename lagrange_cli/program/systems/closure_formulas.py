@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.program.graph.operands import magnitude
 from lagrange_cli.program.graph.value_graph import ONE, ScaledNode, ValueGraph
 from lagrange_cli.program.systems.loop_builder import Formula
 
@@ -74,7 +75,7 @@ def _size(values: ValueGraph, closure: Closure, row: _Coordinates) -> ScaledNode
 
 def _magnitude(values: ValueGraph, terms: Sequence[ScaledNode]) -> ScaledNode:
     return values.add(
-        (abs(c), n) if n == ONE else values.call("abs", (c, n)) for c, n in terms if c
+        (magnitude(c), n) if n == ONE else values.call("abs", (c, n)) for c, n in terms if c
     )
 
 

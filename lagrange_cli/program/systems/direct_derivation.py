@@ -12,7 +12,6 @@ forces is taken from the derivation that is shown, which is compared with this o
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import mpmath
@@ -40,8 +39,8 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations, Motion
 
-_ZERO: ScaledNode = (Fraction(0), ONE)
-_MINUS = Fraction(-1)
+_ZERO: ScaledNode = (0, ONE)
+_MINUS = -1
 
 #: Digits in which both derivations are compared, and the relative difference that is rounding: of
 #: the certificate, whose terms may cancel.
@@ -56,6 +55,8 @@ class DirectDerivation:
 
     Attributes
     ----------
+    values
+        The graph.
     mass
         Rows of M without zeros.
     forcing
@@ -63,7 +64,7 @@ class DirectDerivation:
     """
 
     def __init__(self, values: ValueGraph, equations: Equations) -> None:
-        self._values, self._equations = values, equations
+        self.values, self._equations = values, equations
         assert equations.motion is not None
         self._motion: Motion = equations.motion
         coordinates = equations.coordinates[: len(equations.mass_matrix)]
@@ -90,11 +91,11 @@ class DirectDerivation:
 
     def _rate(self, wanted: Sequence[ScaledNode]) -> list[ScaledNode]:
         """Differentiate by time along the motion, without accelerations."""
-        tangents = derivatives(self._values, wanted, self._along)
+        tangents = derivatives(self.values, wanted, self._along)
         return [tangent.get(0, _ZERO) for tangent in tangents]
 
     def _add_particles(self) -> None:
-        values = self._values
+        values = self.values
         particles = self._equations.particles
         masses = [values.convert(p.mass) for p in particles for _ in range(3)]
         positions = [values.convert(r) for p in particles for r in p.position]
@@ -115,7 +116,7 @@ class DirectDerivation:
 
     def _add_energy(self, rest: ScaledNode) -> None:
         """Add the Euler–Lagrange expression of the other part of the Lagrangian."""
-        values = self._values
+        values = self.values
         (slopes,) = derivatives(values, [rest], self._by_q)
         for j, slope in slopes.items():
             self._forces[j].append(slope)
@@ -130,7 +131,7 @@ class DirectDerivation:
                 self._forces[j].append(scaled(rate, _MINUS))
 
     def _add_forces(self) -> None:
-        values, equations = self._values, self._equations
+        values, equations = self.values, self._equations
         for force in equations.forces:
             for terms, component in zip(self._forces, force.generalized, strict=True):
                 terms.append(values.convert(component))
@@ -141,7 +142,7 @@ class DirectDerivation:
     @property
     def operations(self) -> int:
         """Count operations before parts of sums and products are shared, which leaves fewer."""
-        values = self._values
+        values = self.values
         wanted = [*(entry for row in self.mass for entry in row.values()), *self.forcing]
         count = 0
         for number in order_of(values, [number for _, number in wanted]):
@@ -159,15 +160,19 @@ class DirectDerivation:
         """Let the graph have these values for the collected expressions."""
         for row, derived in zip(self._equations.mass_matrix, self.mass, strict=True):
             for k, entry in entries(row).items():
-                self._values.define(entry, derived.get(k, _ZERO))
+                self.values.define(entry, derived.get(k, _ZERO))
         for entry, value in zip(self._equations.forcing, self.forcing, strict=True):
-            self._values.define(entry, value)
+            self.values.define(entry, value)
 
     def agrees(self) -> bool:
         """Compare M a − f with the residuals of the certificate, at one of its states."""
-        values, equations, motion = self._values, self._equations, self._motion
-        a = [self._given(f"a{k}") for k in range(self._n)]
-        pushes = [self._given(f"l{k}") for k in range(len(equations.pushing))]
+        values, equations, motion = self.values.copy(), self._equations, self._motion
+
+        def given(name: str) -> ScaledNode:
+            return 1, values.intern(InputNode(name), _GIVEN)
+
+        a = [given(f"a{k}") for k in range(self._n)]
+        pushes = [given(f"l{k}") for k in range(len(equations.pushing))]
         residuals = [
             [product(values, entry, a[k]) for k, entry in row.items()] + [scaled(f, _MINUS)]
             for row, f in zip(self.mass, self.forcing, strict=True)
@@ -186,9 +191,6 @@ class DirectDerivation:
             )
             pairs = zip(numbers, motion.residuals, strict=True)
             return all(abs(x - residual) <= _AGREE * size for x, (residual, size) in pairs)
-
-    def _given(self, name: str) -> ScaledNode:
-        return Fraction(1), self._values.intern(InputNode(name), _GIVEN)
 
     def _inputs(self) -> dict[str, Any]:
         """The state of the certificate, by the names of inputs."""

@@ -12,14 +12,13 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import partial
 from itertools import count
 from math import prod
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.program.graph.operands import Cell
+from lagrange_cli.program.graph.operands import Cell, Coefficient
 from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.bandwidth import FEWEST_UNKNOWNS
 from lagrange_cli.program.solvers.sparse_factorization import choose_factorization
@@ -58,7 +57,7 @@ _MOST_PARTS = 256
 _Row: TypeAlias = dict[int, tuple[ScaledCell, ScaledCell]]
 """Coordinate → entry of a gradient, and the same over the mass."""
 
-_Product: TypeAlias = tuple[Fraction, tuple[Cell, ...]]
+_Product: TypeAlias = tuple[Coefficient, tuple[Cell, ...]]
 """A coefficient, and the cells that it is multiplied by."""
 
 
@@ -200,7 +199,7 @@ def _free(forcing: Expr, mass: Expr, values: ValueGraph) -> list[ScaledNode]:
     node = values.nodes[number]
     # A weight m·g loses its mass.
     factors = node.factors if isinstance(node, ProductNode) else ((number, 1),)
-    powers = [((Fraction(1), factor), exponent) for factor, exponent in factors]
+    powers = [((1, factor), exponent) for factor, exponent in factors]
     return [values.multiply([((coefficient, ONE), 1), *powers, (values.convert(mass), -1)])]
 
 
@@ -225,7 +224,7 @@ class _System:
         multipliers = self._multipliers() if self.closures else []
         if self.asked.multipliers:
             copies = enumerate(multipliers)
-            self._combine([(((Fraction(1), (p,)),), Cell("out", k)) for k, p in copies])
+            self._combine([(((1, (p,)),), Cell("out", k)) for k, p in copies])
             results = len(multipliers)
         else:
             results = self._accelerations(multipliers)
@@ -308,18 +307,18 @@ class _System:
         terms = [[_product(self.free[j])] if j in self.free else [] for j in range(n)]
         for row, multiplier in zip(self.rows, multipliers, strict=True):
             for j, (_, over) in row.items():
-                terms[j].append(_product(over, ScaledCell(Fraction(1), multiplier)))
+                terms[j].append(_product(over, ScaledCell(1, multiplier)))
         start = n if self.asked.forced else 0
         sums = [
             (tuple(t for t in row if t[0]), Cell("out", start + j)) for j, row in enumerate(terms)
         ]
         if self.asked.forced:
-            sums += [(((Fraction(1), (Cell("v", j),)),), Cell("out", j)) for j in range(n)]
+            sums += [(((1, (Cell("v", j),)),), Cell("out", j)) for j in range(n)]
         self._combine(sums)
         return len(sums)
 
 
 def _product(*values: ScaledCell) -> _Product:
     """Multiply values at cells."""
-    coefficient = prod((value.coefficient for value in values), start=Fraction(1))
+    coefficient = prod((value.coefficient for value in values), start=1)
     return coefficient, tuple(value.place for value in values if value.place is not None)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
-from lagrange_cli.program.graph.operands import Cell, Variable
+from lagrange_cli.program.graph.operands import Cell, Coefficient, Variable
 from lagrange_cli.program.graph.schedule import LONGEST_SUM, order_of, schedule
 from lagrange_cli.program.graph.statement_groups import renamed
 from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
@@ -36,7 +35,7 @@ _RANKS = {"p": 1, "s": 1, "t": 2, "u": 2, "q": 3, "v": 4, "w": 5}
 class ScaledCell:
     """A value: a number times what stands at a place (None: the number alone)."""
 
-    coefficient: Fraction
+    coefficient: Coefficient
     place: Cell | None
 
 
@@ -68,7 +67,7 @@ class Formula:
 class SumOfProducts:
     """Σ coefficient · Π value, with the target of the sum."""
 
-    terms: tuple[tuple[Fraction, tuple[Cell, ...]], ...]
+    terms: tuple[tuple[Coefficient, tuple[Cell, ...]], ...]
     target: Cell
 
 
@@ -211,7 +210,7 @@ class LoopBuilder:
             self._append(values, results, inputs, columns)
             return [[] for _ in members]
         if whole:
-            results = [(Fraction(1), values.node(result)) for result in results]
+            results = [(1, values.node(result)) for result in results]
         return self._stored(values, results, inputs, len(members))
 
     def _stored(
@@ -225,7 +224,7 @@ class LoopBuilder:
         columns = [IndexColumn("w", tuple(range(starts[n], starts[n] + rows))) for n in nodes]
         if once:
             inputs = [IndexColumn(column.array, column.indices[:1]) for column in inputs]
-        self._append(values, [(Fraction(1), node) for node in nodes], inputs, columns)
+        self._append(values, [(1, node) for node in nodes], inputs, columns)
         return [
             [
                 ScaledCell(c, None if n == ONE else Cell("w", starts[n] + (0 if once else k)))
@@ -325,7 +324,7 @@ def _prototype(member: _Member) -> tuple[ValueGraph, list[ScaledNode]]:
     names = [(f"l{k}", _RANKS[place.array]) for k, place in enumerate(member.places)]
     atoms = zip(member.atoms, names, strict=False)
     values = ValueGraph([(atom, name, rank) for atom, (name, rank) in atoms])
-    inputs = [(Fraction(1), values.intern(InputNode(name), rank)) for name, rank in names]
+    inputs: list[ScaledNode] = [(1, values.intern(InputNode(name), rank)) for name, rank in names]
     return values, member.make(values, inputs)
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import astuple
-from fractions import Fraction
 
 from lagrange_cli.emit.c.impact import impact_text
 from lagrange_cli.emit.c.loops import loop_helpers
@@ -20,6 +19,7 @@ from lagrange_cli.emit.c.solvers import helper_text, solver_text
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.graph.literals import decimal_literal
+from lagrange_cli.program.graph.operands import Coefficient
 from lagrange_cli.program.program import Program, result_count
 from lagrange_cli.simulate.native.simd import LANES_HEADER, lanes_text
 from lagrange_cli.simulate.native.taylor import TAYLOR_HEADER, taylor_text
@@ -29,7 +29,7 @@ class _Rewritable(Real):
     """Doubles whose constants are written with the digits of wider types, for which the text is
     rewritten (:func:`lagrange_cli.simulate.kernels.in_arithmetic`)."""
 
-    def literal(self, value: Fraction) -> str:
+    def literal(self, value: Coefficient) -> str:
         """Return a constant that reads as the number nearest to ``value`` in each type."""
         super().literal(value)  # refuses what is beyond doubles
         return decimal_literal(value)

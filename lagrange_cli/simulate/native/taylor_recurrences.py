@@ -17,9 +17,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from fractions import Fraction
 
 from lagrange_cli.program.graph.operands import (
+    Coefficient,
     Constant,
     FunctionCall,
     Operand,
@@ -105,7 +105,7 @@ class Recurrences:
         Key of an operation → row that holds its result.
     """
 
-    literal: Callable[[Fraction], str]
+    literal: Callable[[Coefficient], str]
     coordinates: int
     rows: int
     constants: list[str] = field(default_factory=list)
@@ -135,7 +135,7 @@ class Recurrences:
     def _times(self, left: str, right: str) -> str:
         return self.constant(f"{left}*{right}") if left and right else left or right
 
-    def number(self, value: Fraction) -> str:
+    def number(self, value: Coefficient) -> str:
         """Write a number as a constant, "" for 1."""
         return "" if value == 1 else f"({self.literal(value)})"
 
