@@ -100,6 +100,7 @@ class _Extraction:
         self.kind = kind
         self.groups = groups
         self.occurrences: dict[_Key, dict[int, int]] = {}
+        self.counts: Counter[_Key] = Counter()
         self.definitions: dict[_Key, int] = {}
         # A node in one group alone, once, has no pair that occurs twice.
         often = Counter(n for group in groups.values() for n in group)
@@ -108,29 +109,26 @@ class _Extraction:
             n for group in groups.values() for n in group if kind.within((n, group[n]))
         )
         for number, group in groups.items():
-            self._enter(number, self._pairs(group, list(group)))
+            for key, times in self._pairs(group, list(group)):
+                self._enter(key, number, times)
             self._note_definition(number, group)
-        self.heap = [(*self._priority(k), k) for k in self.occurrences if self._count(k) > 1]
+        self.heap = [(*self._priority(k), k) for k, count in self.counts.items() if count > 1]
         heapify(self.heap)
 
     def run(self) -> None:
         """Give every pair that occurs at least twice a node, most frequent first."""
         while self.heap:
             priority, rank, key = heappop(self.heap)
-            count = self._count(key)
-            if count < 2:
+            if self.counts[key] < 2:
                 continue
             if (priority, rank) != self._priority(key):
                 heappush(self.heap, (*self._priority(key), key))
                 continue
             self._extract(key)
 
-    def _count(self, key: _Key) -> int:
-        return sum(self.occurrences[key].values())
-
     def _priority(self, key: _Key) -> tuple[int, int]:
         rank = self.values.rank
-        return -self._count(key), max(rank[key[0]], rank[key[1]])
+        return -self.counts[key], max(rank[key[0]], rank[key[1]])
 
     def _pairs(self, group: _Group, nodes: Iterable[int]) -> Iterator[tuple[_Key, int]]:
         """The pairs of a group in which at least one of ``nodes`` takes part."""
@@ -147,9 +145,13 @@ class _Extraction:
                 if partner not in seen and partner in candidates:
                     yield self.kind.between(term, (partner, weight))
 
-    def _enter(self, number: int, pairs: Iterable[tuple[_Key, int]]) -> None:
-        for key, times in pairs:
-            self.occurrences.setdefault(key, {})[number] = times
+    def _enter(self, key: _Key, number: int, times: int) -> None:
+        holders = self.occurrences.setdefault(key, {})
+        self.counts[key] += times - holders.get(number, 0)
+        holders[number] = times
+
+    def _leave(self, key: _Key, number: int) -> None:
+        self.counts[key] -= self.occurrences.get(key, {}).pop(number, 0)
 
     def _note_definition(self, number: int, group: _Group) -> None:
         """A group that is just a pair is that pair's node."""
@@ -164,10 +166,15 @@ class _Extraction:
         target = self.definitions.get(key)
         if target is None:
             target = self._new_node(key)
+        changed: dict[_Key, None] = {}
         for number in sorted(holders):
             if number != target:
-                self._replace(number, key, target)
+                changed.update(dict.fromkeys(self._replace(number, key, target)))
         self.occurrences[key] = {target: 1}
+        self.counts[key] = 1
+        for new in changed:
+            if self.counts[new] > 1:
+                heappush(self.heap, (*self._priority(new), new))
 
     def _new_node(self, key: _Key) -> int:
         values, definition = self.values, self.kind.define(key)
@@ -181,14 +188,15 @@ class _Extraction:
         self.candidates.add(number)
         return number
 
-    def _replace(self, number: int, key: _Key, target: int) -> None:
+    def _replace(self, number: int, key: _Key, target: int) -> list[_Key]:
+        """Put a pair's node in its place in a group; return the pairs that the group has since."""
         group = self.groups[number]
         touched = [n for n in dict.fromkeys(key[:2]) if n in group]
         if target in group:
             touched.append(target)
         self.candidates.add(target)
         for old, _ in self._pairs(group, touched):
-            self.occurrences.get(old, {}).pop(number, None)
+            self._leave(old, number)
         weight = self.kind.take(group, key)
         if target in group:
             weight += group[target]
@@ -197,11 +205,11 @@ class _Extraction:
         else:
             del group[target]
         present = [n for n in dict.fromkeys((*key[:2], target)) if n in group]
-        for new, times in list(self._pairs(group, present)):
-            self.occurrences.setdefault(new, {})[number] = times
-            if self._count(new) > 1:
-                heappush(self.heap, (*self._priority(new), new))
+        pairs = dict(self._pairs(group, present))
+        for new, times in pairs.items():
+            self._enter(new, number, times)
         self._note_definition(number, group)
+        return list(pairs)
 
 
 def share_products(values: ValueGraph, reachable: Iterable[int]) -> None:

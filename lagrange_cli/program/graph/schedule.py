@@ -84,20 +84,17 @@ def _in_families(assignments: list[Assignment], results: _Results) -> tuple[_Ass
 
 def order_of(values: ValueGraph, roots: Iterable[int]) -> list[int]:
     """Every node that the roots need, parts first, in the order of first need."""
-    order: list[int] = []
-    done: set[int] = set()
-    stack = [(root, False) for root in reversed(list(roots))]
+    order: dict[int, None] = {}
+    entered: set[int] = set()
+    stack = list(roots)[::-1]
     while stack:
-        number, parts_done = stack.pop()
-        if number in done:
-            continue
-        if parts_done:
-            done.add(number)
-            order.append(number)
+        number = stack[-1]
+        if number in entered:
+            order.setdefault(stack.pop())
         else:
-            stack.append((number, True))
-            stack.extend((part, False) for part in reversed(values.parts(number)))
-    return order
+            entered.add(number)
+            stack.extend([part for part in values.parts(number)[::-1] if part not in order])
+    return list(order)
 
 
 def _split_long_sums(values: ValueGraph) -> None:

@@ -134,6 +134,8 @@ class _Sides:
         Expression as written, up to its sign → number of its surface.
     _smooth
         Expression → the same on one side of every surface.
+    _plain
+        Expressions without kinks.
     """
 
     moving: frozenset[Symbol]
@@ -142,14 +144,23 @@ class _Sides:
     below: list[Symbol] = field(default_factory=list)
     _numbers: dict[Expr, int] = field(default_factory=dict)
     _smooth: dict[Expr, Expr] = field(default_factory=dict)
+    _plain: set[Expr] = field(default_factory=set)
 
     def smooth(self, expression: Expr) -> Expr:
         """Replace every kinked function in an expression by itself on one side of its surface."""
-        if not expression.has(*_KINKED):
+        if self._is_plain(expression):
             return expression
         if expression not in self._smooth:
             self._smooth[expression] = self._smoothed(expression)
         return self._smooth[expression]
+
+    def _is_plain(self, e: Expr) -> bool:
+        """Tell if nothing in an expression has a kink; parts that expressions share are known."""
+        plain = e in self._plain
+        if not plain and not isinstance(e, _KINKED) and all(map(self._is_plain, e.args)):
+            self._plain.add(e)
+            plain = True
+        return plain
 
     def _smoothed(self, e: Expr) -> Expr:
         if self._is_bounded(e):
