@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Closure, Coordinate
 from lagrange_cli.mechanics.findings import Conserved, Facts
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.rank import (
     DoubleRow,
     Matrix,
@@ -49,12 +50,12 @@ def structure_facts(derivation: Uncertified) -> Facts:
     """Structure facts; a fact that is not proven is False."""
     reduced = derivation.reduced
     mass = [{k: sp.Add(*entry) for k, entry in row.items()} for row in derivation.mass]
-    forcing = {s for row in derivation.forcing for term in row for s in term.free_symbols}
+    forcing = {s for row in derivation.forcing for term in row for s in symbols_in(term)}
     moving = {c.q for c in reduced.coordinates} | {c.v for c in reduced.coordinates}
     moving.add(reduced.names.t)
-    constant = not any(e.free_symbols & moving for row in mass for e in row.values())
+    constant = not any(symbols_in(e) & moving for row in mass for e in row.values())
     diagonal = all(e == 0 for j, row in enumerate(mass) for k, e in row.items() if j != k)
-    symbols = {s for row in mass for e in row.values() for s in e.free_symbols} | forcing
+    symbols = {s for row in mass for e in row.values() for s in symbols_in(e)} | forcing
     for closure in derivation.pushing:
         symbols |= closure.expression.free_symbols
     velocities = {c.v for c in reduced.coordinates}

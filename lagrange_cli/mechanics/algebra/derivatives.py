@@ -15,6 +15,7 @@ from typing import Any
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.free_symbols import symbols_in
 
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)
@@ -56,7 +57,7 @@ def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
     ``sign``; the impulses of a second derivative, which live on a set of measure
     zero, are left out.
     """
-    if symbol not in expr.free_symbols:
+    if symbol not in symbols_in(expr):
         return _ZERO
     if expr == symbol:
         return _ONE
@@ -64,7 +65,7 @@ def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
         return sp.Add(*(derivative(a, symbol) for a in expr.args))
     if expr.is_Mul:
         return _product_rule(expr.args, symbol)
-    if expr.is_Pow and symbol not in expr.exp.free_symbols:
+    if expr.is_Pow and symbol not in symbols_in(expr.exp):
         return expr.exp * expr.base ** (expr.exp - 1) * derivative(expr.base, symbol)
     if expr.func in _SLOPES:
         return _SLOPES[expr.func](expr.args[0]) * derivative(expr.args[0], symbol)
@@ -138,7 +139,7 @@ class Kinematics:
         return self._gradients[term]
 
     def _variables(self, term: sp.Expr) -> list[sp.Symbol]:
-        present = term.free_symbols
+        present = symbols_in(term)
         variables = sorted((s for s in present if s in self._number), key=self._number.__getitem__)
         return [*variables, self._t] if self._t in present else variables
 

@@ -25,6 +25,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.elementary import (
     ELEMENTARY_FUNCTIONS,
     DomainError,
@@ -349,7 +350,7 @@ def _accumulate(
 def evaluate(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Mpf]) -> list[Mpf]:
     """Evaluate expressions at one point, in the working precision of mpmath."""
     outputs = [sp.sympify(e) for e in expressions]
-    present = set().union(*(e.free_symbols for e in outputs))
+    present = set().union(*map(symbols_in, outputs))
     symbols = sorted((s for s in present if s in point), key=attrgetter("name"))
     tape = Tape(outputs, symbols)
     return tape.run([(mpf(point[s]), _ZERO, _ZERO) for s in symbols], order=0).values

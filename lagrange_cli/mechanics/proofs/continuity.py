@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from lagrange_cli.mechanics.free_symbols import symbols_in
+
 #: Most operations in a radicand whose zeros are examined. Set by hand.
 _RADICAND_BUDGET = 100
 
@@ -72,7 +74,7 @@ class _Natures:
         return self.known[e]
 
     def _nature(self, e: sp.Expr) -> _Nature | None:
-        if e.is_Symbol or e.is_number or self.moving.isdisjoint(e.free_symbols):
+        if e.is_Symbol or e.is_number or self.moving.isdisjoint(symbols_in(e)):
             return _SMOOTH
         if isinstance(e, sp.exp):
             return self._function(e)

@@ -22,6 +22,7 @@ from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.diagnosis.errors import remaining_coordinates
 from lagrange_cli.mechanics.diagnosis.inconsistency import proven_inconsistency
 from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, substitute
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import (
     RANK_TOLERANCE,
@@ -263,7 +264,7 @@ class _Seen:
 
 
 def _held(expressions: Sequence[sp.Expr], point: SymbolValues) -> dict[sp.Symbol, mpf]:
-    symbols = set().union(*(e.free_symbols for e in expressions))
+    symbols = set().union(*map(symbols_in, expressions))
     return {s: point[s] for s in sorted(symbols, key=str)}
 
 
