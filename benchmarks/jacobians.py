@@ -32,7 +32,7 @@ FLAGS = ["-std=c99", "-O2", "-march=native", "-fno-math-errno", "-ffp-contract=o
 STATES = 64
 
 #: Calls of one function before the other has its turn take about this many seconds.
-TURN = 0.002
+TURN = 0.0005
 
 LOOP = """
 #include "@NAME@.h"
@@ -87,13 +87,14 @@ def measure(path: str, parameters: dict[str, str], rounds: int) -> dict[str, Any
         subprocess.run([*words, "-o", str(library), "-lm"], check=True)
         code = ctypes.CDLL(str(library))
         seconds = _seconds(code, derivation, rounds)
-    rhs, jacobian = (statistics.median(times) for times in zip(*seconds, strict=True))
+    # Others on the machine add to times and never take away.
+    rhs, jacobian = (min(times) for times in zip(*seconds, strict=True))
     return {
         "scene": Path(path).stem,
         "n": n,
         "rhs": rhs,
         "jacobian": jacobian,
-        "ratio": statistics.median(b / a for a, b in seconds),
+        "ratio": jacobian / rhs,
         "emitted": emitted,
     }
 
@@ -113,7 +114,9 @@ def _seconds(code: ctypes.CDLL, derivation: Any, rounds: int) -> list[tuple[floa
         ctypes.c_double,
         [ctypes.c_int, ctypes.c_long, *[ctypes.c_void_p] * 3],
     )
-    calls = [max(1, int(TURN / (run(which, 200, *pointers) / 200))) for which in (0, 1)]
+    # The first calls are slower, and others may be interrupted.
+    fastest = [min(run(which, 200, *pointers) for _ in range(9)) for which in (0, 1)]
+    calls = [max(1, int(200 * TURN / seconds)) for seconds in fastest]
     return [
         tuple(run(which, calls[which], *pointers) / calls[which] for which in (0, 1))
         for _ in range(rounds)
