@@ -17,7 +17,6 @@ from lagrange_cli.mechanics.equations import (
     Equations,
     InitialState,
     Input,
-    Motion,
     Parameter,
     ParticleMotion,
     ShownEquation,
@@ -26,6 +25,7 @@ from lagrange_cli.mechanics.formulation import replaced_chart, starting_state
 from lagrange_cli.mechanics.initial.rank_deficient_start import rank_deficiency_warning
 from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
 from lagrange_cli.mechanics.initial.suggestions import possible_start
+from lagrange_cli.mechanics.motion import Motion
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced

@@ -26,11 +26,11 @@ from lagrange_cli.mechanics.findings import (
 from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
-    from mpmath import mpf
     from sympy import Expr, Symbol
 
     from lagrange_cli.errors import Mark, Problem
     from lagrange_cli.files import Recording
+    from lagrange_cli.mechanics.motion import Motion
     from lagrange_cli.mechanics.reaction_values import ConstraintForces
     from lagrange_cli.scene.defaults import SimulationDefaults
 
@@ -163,31 +163,6 @@ class ParticleMotion:
     components: tuple[str, str, str]
     position: tuple[Expr, Expr, Expr]
     velocity: tuple[Expr, Expr, Expr]
-
-
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """The sources of the equations of motion beside positions and forces, for another derivation.
-
-    Attributes
-    ----------
-    rest
-        The Lagrangian without ½ m ṙ² of the particles.
-    forcing
-        The forcing that was derived from this; equations with another one are not of this motion.
-    collected_terms
-        Number of terms of mass matrix and forcing; None if sums were left factored.
-    state
-        A state of the certificate: symbol → value with its digits, multipliers included.
-    residuals
-        M q̈ − f − Σ λ·gradient there, each with the size of its terms.
-    """
-
-    rest: Expr
-    forcing: tuple[Expr, ...]
-    collected_terms: int | None
-    state: Mapping[Symbol, mpf]
-    residuals: tuple[tuple[mpf, mpf], ...]
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,8 @@ from lagrange_cli.program.systems.loops import ProgramPart
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-    from lagrange_cli.mechanics.equations import Equations, Motion
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.motion import Motion
 
 
 class ProgramKind(Enum):
@@ -235,8 +236,8 @@ _DERIVED = WeakKeyDictionary()
 _LARGEST_COUNTED = 16
 
 #: Operations before sharing, for each collected term, up to which direct code is shorter: a quarter
-#: of them is left, and a term takes 3. Set by hand: chains of pendulums have 5, rigid bodies, whose
-#: collected equations are far shorter, 30 and more.
+#: of them is left, and a term takes 3. Set by hand: chains of pendulums have 5 to 8, rigid bodies
+#: of points, whose collected equations are far shorter, 47 and more.
 _BEFORE_SHARING = 8
 
 #: Whether code for a motion takes M and f from the graph.
@@ -287,16 +288,17 @@ def _written(equations: Equations, outputs: Sequence[str], *, direct: bool) -> P
     if not any(block.exact for block in blocks):
         needed = [number for _, nodes in wanted for _, number in nodes]
         expand_angle_sums(values, order_of(values, needed))
-    assignments, results = schedule(values, wanted)
-    return Program(
-        len(equations.coordinates),
-        len(equations.parameters),
-        assignments,
-        results,
-        blocks,
-        len(equations.inputs),
-        kind=_kind(outputs, bool(blocks)),
-    )
+    program = _scheduled(values, equations, wanted)
+    return replace(program, blocks=blocks, kind=_kind(outputs, bool(blocks)))
+
+
+def _scheduled(
+    values: ValueGraph, equations: Equations, wanted: list[tuple[str, list[ScaledNode]]]
+) -> Program:
+    """Write the statements that wanted values take."""
+    assignments, outputs = schedule(values, wanted)
+    n, parameters = len(equations.coordinates), len(equations.parameters)
+    return Program(n, parameters, assignments, outputs, driven=len(equations.inputs))
 
 
 def _solution(
@@ -337,17 +339,9 @@ def build_jacobian(equations: Equations, by: str) -> Program:
     values = _graph(equations, direct=_is_direct(equations))
     system = SYSTEMS["contact_acceleration" if equations.contacts else "acceleration"](equations)
     jacobian, wanted = solve_jacobian(values, equations, system, _COLUMNS[by](equations))
-    assignments, results = schedule(values, wanted)
-    return Program(
-        len(equations.coordinates),
-        len(equations.parameters),
-        assignments,
-        results,
-        driven=len(equations.inputs),
-        results=jacobian.size,
-        kind=ProgramKind.JACOBIAN,
-        jacobian=jacobian,
-    )
+    program = _scheduled(values, equations, wanted)
+    kind = ProgramKind.JACOBIAN
+    return replace(program, results=jacobian.size, kind=kind, jacobian=jacobian)
 
 
 def _kind(outputs: Sequence[str], solves: bool) -> ProgramKind:

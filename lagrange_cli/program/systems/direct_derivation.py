@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Equations, Motion
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.motion import Motion
 
 _ZERO: ScaledNode = (0, ONE)
 _MINUS = -1
