@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.motion import Motion
+    from lagrange_cli.program.graph.operands import Coefficient
 
 _ZERO: ScaledNode = (0, ONE)
 _MINUS = -1
@@ -182,14 +183,12 @@ class DirectDerivation:
             for j, entry in entries(closure.gradient).items():
                 work = product(values, push, values.convert(entry))
                 residuals[j].append(scaled(work, _MINUS))
+        wanted = [values.add(terms) for terms in residuals]
         with mpmath.workdps(_DIGITS):
-            numbers = evaluated(
-                values,
-                [values.add(terms) for terms in residuals],
-                self._inputs(),
-                _FUNCTIONS,
-                lambda x: mpf(x.numerator) / x.denominator,
-            )
+            try:
+                numbers = evaluated(values, wanted, self._inputs(), _FUNCTIONS, _number)
+            except ZeroDivisionError:
+                return False
             pairs = zip(numbers, motion.residuals, strict=True)
             return all(abs(x - residual) <= _AGREE * size for x, (residual, size) in pairs)
 
@@ -203,6 +202,10 @@ class DirectDerivation:
             symbols |= {f"q{k}": c.q, f"v{k}": c.v, f"a{k}": c.a}
         symbols |= {f"l{k}": closure.multiplier for k, closure in enumerate(equations.pushing)}
         return {name: state.get(symbol, mpf(0)) for name, symbol in symbols.items()}
+
+
+def _number(x: Coefficient) -> mpf:
+    return mpf(x.numerator) / x.denominator
 
 
 _OTHERS: dict[str, Callable[..., Any]] = {
