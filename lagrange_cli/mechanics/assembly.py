@@ -19,6 +19,7 @@ from lagrange_cli.mechanics.equations import (
     Input,
     Parameter,
     ParticleMotion,
+    ReplacedChart,
     ShownEquation,
 )
 from lagrange_cli.mechanics.formulation import replaced_chart, starting_state
@@ -44,6 +45,7 @@ from lagrange_cli.mechanics.symbols.values import (
 )
 from lagrange_cli.scene.language.expression import Equation
 from lagrange_cli.scene.model import Scene
+from lagrange_cli.scene.units import Units, units
 from lagrange_cli.stages import announce
 
 #: Relative agreement of two residuals that are the same equation.
@@ -109,6 +111,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         closures=derivation.closures,
         contacts=derivation.contacts,
         chart=chart,
+        units=_units(derivation, chart),
         motion=_motion(derivation, evidence, forcing),
     )
 
@@ -210,6 +213,15 @@ def _cartesian_names(derivation: Uncertified) -> Iterator[CartesianName]:
         if velocity is None:
             velocity = total_derivative(position, reduced.names.t, motion)
         yield CartesianName(symbol.name, position, velocity)
+
+
+def _units(derivation: Uncertified, chart: ReplacedChart | None) -> Units:
+    """Units of everything that a trajectory has a column of."""
+    reduced = derivation.reduced
+    coordinates = (*reduced.coordinates, *(() if chart is None else chart.coordinates))
+    angles = {c.name for c in coordinates if c.is_angle}
+    names = [c.name for c in coordinates] + [symbol.name for symbol in reduced.resolved]
+    return units(reduced.scene, angles, [*names, *(o.name for o in reduced.scene.outputs)])
 
 
 def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:

@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.findings import (
     SingularConfiguration,
 )
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.scene.units import Units
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -390,6 +391,8 @@ class Equations:
         For each number by which the motion is differentiated, the parameters that change with it,
         and their derivatives. Those of the n coordinates stand behind the coordinates, n for
         each; mass matrix and forcing are of the first n alone.
+    units
+        Units of coordinates, Cartesian names, outputs and their rates, of ``t`` and ``energy``.
     motion
         The sources of another derivation of mass matrix and forcing.
     """
@@ -435,6 +438,7 @@ class Equations:
     chart: ReplacedChart | None = None
     open_questions: tuple[str, ...] = ()
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
+    units: Units = field(default_factory=Units)
     motion: Motion | None = field(default=None, compare=False, repr=False)
 
     @property

@@ -28,6 +28,7 @@ from lagrange_cli.scene.language.expression import (
     Number,
     Pow,
     names_in,
+    walk,
 )
 from lagrange_cli.scene.language.grammar import parse_expression
 from lagrange_cli.scene.model import Scene
@@ -48,7 +49,7 @@ _TIME = "t"
 #: Key of the exponent of lengths; blanks set it apart from names of a scene.
 _LENGTH = "a length"
 #: Key of the exponent of energies.
-_ENERGY = "an energy"
+ENERGY = "an energy"
 
 #: Exponents of time, length and energy in each base dimension.
 _GENERATORS: dict[Base, tuple[int, int, int]] = {
@@ -59,9 +60,7 @@ _GENERATORS: dict[Base, tuple[int, int, int]] = {
 
 #: Units of mechanics: powers of energy, length and time.
 _UNITS: dict[str, _LinearForm] = {
-    unit: {
-        name: Fraction(k) for name, k in zip((_ENERGY, _LENGTH, _TIME), powers, strict=True) if k
-    }
+    unit: {name: Fraction(k) for name, k in zip((ENERGY, _LENGTH, _TIME), powers, strict=True) if k}
     for unit, powers in {
         "kg": (1, -2, 2),
         "m": (0, 1, 0),
@@ -92,6 +91,14 @@ class Dimensions:
         """Exponents of mass, length and time of a name; 0 for those that are missing."""
         return tuple(self.exponents.get(base, {}).get(name, Fraction(0)) for base in _BASES)
 
+    def of_value(self, expression: Expression) -> tuple[Fraction, ...]:
+        """Exponents of mass, length and time of a value, as :meth:`of`."""
+        form = _Reader()._of(expression.node) or {}
+        powers = [[value * e for e in self.of(name)] for name, value in form.items()]
+        return tuple(sum(column, Fraction(0)) for column in zip(*powers, strict=True)) or self.of(
+            ""
+        )
+
     def factor(self, name: str, factors: Mapping[Base, float]) -> float:
         """Multiplier of ``NAME`` or ``dot(NAME)`` if bases are multiplied by ``factors``."""
         rate = name.startswith("dot(")
@@ -119,7 +126,7 @@ def dimensions(scene: Scene) -> Dimensions:
         return Dimensions({})
     exponents: dict[Base, Mapping[str, Fraction]] = {}
     for base, values in _GENERATORS.items():
-        generator = dict(zip((_TIME, _LENGTH, _ENERGY), map(Fraction, values), strict=True))
+        generator = dict(zip((_TIME, _LENGTH, ENERGY), map(Fraction, values), strict=True))
         for equations in (said.equations, needed.equations):
             solution = _solved(equations, generator, names)
             if solution is not None:
@@ -138,7 +145,7 @@ class _Reader:
         self._numbers(scene)
         self._bodies(scene)
         self._relations(scene)
-        energy, power = _form(_ENERGY), _form(_ENERGY, **{_TIME: -1})
+        energy, power = _form(ENERGY), _form(ENERGY, **{_TIME: -1})
         for term in (*scene.potentials, *scene.kinetic):
             self._is(term.expression, energy)
         for term in scene.dissipation:
@@ -175,7 +182,7 @@ class _Reader:
                 self.equations += [_form(declared.name), _form(_TIME)]
 
     def _bodies(self, scene: Scene) -> None:
-        length, mass = _form(_LENGTH), _form(_ENERGY, **{_LENGTH: -2, _TIME: 2})
+        length, mass = _form(_LENGTH), _form(ENERGY, **{_LENGTH: -2, _TIME: 2})
         for particle in scene.particles:
             self._is(particle.mass, mass)
         positions = {particle.name: particle.position for particle in scene.particles}
@@ -284,6 +291,16 @@ def _unit(text: str) -> _LinearForm | None:
     for name, exponent in (form or {}).items():
         total = _sum(total, _UNITS.get(name, _form(f"unit {name}")), exponent)
     return total
+
+
+def unit_symbols(text: str) -> frozenset[str] | None:
+    """Return the symbols in the text of a unit; None if it is no product of powers."""
+    product = _BETWEEN.sub("*", text)
+    try:
+        read = parse_expression(product, Mark("unit", 1, 1, product))
+    except InputError:
+        return None
+    return None if any(isinstance(n, Add) for n in walk(read.node)) else frozenset(_names(read))
 
 
 def _names(expression: Expression) -> Iterator[str]:
