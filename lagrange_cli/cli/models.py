@@ -74,6 +74,8 @@ class SimulationRequest:
         Names of further columns of the output.
     output, plot
         Files to write; None for none.
+    plot_of
+        What the plot shows; None for coordinates, velocities and energy.
     as_json
         True if the report is JSON.
     """
@@ -83,6 +85,7 @@ class SimulationRequest:
     columns: tuple[str, ...]
     output: str | None
     plot: str | None
+    plot_of: str | None
     as_json: bool
 
 

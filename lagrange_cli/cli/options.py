@@ -95,16 +95,25 @@ def writable_as(*endings: str) -> Callable[..., str | None]:
     return checked
 
 
-def _plottable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-    """Name the missing extra or folder before the work."""
-    if value is not None:
-        if importlib.util.find_spec("matplotlib") is None:
-            hint = "pip install 'lagrange-cli[plot]'"
-            raise InputError(Problem("plots need matplotlib", hint=hint, rule="extra"))
-        from lagrange_cli.simulate.results.plot import require_program
+def _plottable(*formats: str) -> Callable[..., str | None]:
+    """Make a callback that names what is missing for a plot before the work.
 
-        require_program(Path(value).suffix.lower().lstrip("."))
-    return _writable(ctx, option, value)
+    ``formats``: endings of files that are made without matplotlib.
+    """
+
+    def checked(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
+        ending = "" if value is None else Path(value).suffix.lower().lstrip(".")
+        if value is not None and ending not in formats:
+            if importlib.util.find_spec("matplotlib") is None:
+                further = "; --plot FILE.tex needs none" if formats else ""
+                hint = f"pip install 'lagrange-cli[plot]'{further}"
+                raise InputError(Problem("plots need matplotlib", hint=hint, rule="extra"))
+            from lagrange_cli.simulate.results.plot import require_ending
+
+            require_ending(ending)
+        return _writable(ctx, option, value)
+
+    return checked
 
 
 def number(
@@ -148,9 +157,9 @@ def formulation(default: str | None, said: str) -> Callable[[_Command], _Command
     )
 
 
-def plot(said: str) -> Callable[[_Command], _Command]:
-    """``--plot FILE``."""
-    return file("--plot", f"{said}; needs matplotlib.  [default: none]", callback=_plottable)
+def plot(said: str, *formats: str) -> Callable[[_Command], _Command]:
+    """``--plot FILE``; ``formats`` are endings of files that are made without matplotlib."""
+    return file("--plot", f"{said}  [default: none]", callback=_plottable(*formats))
 
 
 def jobs(what: str) -> Callable[[_Command], _Command]:

@@ -130,7 +130,18 @@ def _further_columns(
     "Write the samples, as .csv or .npz.  [default: none]",
     callback=options.writable_as(".csv", ".npz"),
 )
-@options.plot("Draw coordinates, velocities and energy over time")
+@options.plot(
+    "Draw coordinates, velocities and energy over time, as .pdf, .svg, .png or .pgf, by "
+    "matplotlib, or as .tex for pgfplots.",
+    "tex",
+)
+@click.option(
+    "--plot-of",
+    metavar="CURVES",
+    help="Draw these instead: 'z:x, dot(theta):theta' is z over x in one panel and a phase "
+    "portrait in another, 'theta1 + theta2' are two curves over the time in one.  "
+    "[default: none]",
+)
 @options.file(
     "--checkpoint",
     "Write the state of the run now and then, and when it is stopped, for --resume FILE.  "
@@ -154,6 +165,7 @@ def simulate(
     sensitivity: tuple[str, ...],
     output: str | None,
     plot: str | None,
+    plot_of: str | None,
     as_json: bool,
     checkpoint: str | None,
     resume: str | None,
@@ -177,7 +189,9 @@ def simulate(
         raise click.UsageError("--sensitivity is of one motion, not of an ensemble")
     forces = "forces" in columns
     scene_asked = SceneRequest(source, parameters, initial, times, forces, formulation, sensitivity)
-    files = columns, output, plot
+    if plot_of is not None and plot is None:
+        raise click.UsageError("--plot-of needs --plot FILE")
+    files = columns, output, plot, plot_of
     asked = SimulationRequest(scene_asked, SimulationOptions(**chosen), *files, as_json)
     if members is not None:
         with sole_writer(output):
@@ -203,7 +217,7 @@ def _simulate_one(
         report = Simulated(model, trajectory, asked.columns, derive_seconds)
         print_report(report, FORMATS, as_json=asked.as_json)
         if asked.plot is not None:
-            trajectory.plot(asked.plot)
+            trajectory.plot(asked.plot, asked.plot_of)
         if checkpoint is not None and trajectory.status != "stopped":
             checkpoint.remove()
     for remark in _remarks(trajectory, model, checkpoint):
@@ -260,7 +274,7 @@ def _integrated(
     make_other_model = partial(model_of_scene, session, cartesian)
     formulation = asked.scene.formulation
     options = replace(asked.options, budget=budget)
-    stream = Stream(asked.output, asked.columns, asked.plot is not None)
+    stream = Stream(asked.output, asked.columns, _drawn(model, asked))
     with session.progress("integrating") as progress, noted_interrupts() as interrupt:
 
         def stop() -> bool:
@@ -284,6 +298,25 @@ def _integrated(
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     return trajectory, interrupt
+
+
+def _drawn(model: Model, asked: SimulationRequest) -> tuple[str, ...] | None:
+    """Return the columns that a picture shows, None if there is none.
+
+    Raises
+    ------
+    InputError
+        Located: the motion will have none of such a name.
+    """
+    if asked.plot is None:
+        return None
+    from lagrange_cli.simulate.results.curves import columns_of, read_panels, usual_panels
+
+    if asked.plot_of is None:
+        panels = usual_panels(model.coordinates, model.labels.dimensions)
+    else:
+        panels = read_panels(asked.plot_of, ("t", *model.columns, "energy"), "--plot-of")
+    return columns_of(panels)
 
 
 def _checkpoint(path: str | None, resumed: str | None) -> Checkpoint | None:

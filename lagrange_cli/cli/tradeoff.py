@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 @options.parameters
 @options.initial
 @options.report_path
-@options.plot("Draw seconds and right-hand sides over the error")
+@options.plot("Draw seconds and right-hand sides over the error; needs matplotlib.")
 @options.json_flag("Report as JSON.")
 @options.common
 @click.pass_context

@@ -132,3 +132,28 @@ def _latex_subscript(part: str) -> str:
         return part
     inner = split_name(part)
     return latex_name(part) if inner.is_letter and not part[0].isdigit() else _latex_word(part)
+
+
+#: A symbol, a number or a sign in the text of a unit.
+_UNIT_PART = re.compile(r"([^\W\d_]+)|(\d+)|\s*([*·]|\s)\s*|\^\(([^()]+)\)|\^(-?\d+)|([/()])")
+
+
+def latex_unit(unit: str) -> str:
+    """A unit in LaTeX math: ``kg*m^2/s`` with upright symbols; other texts as they are."""
+    parts: list[str] = []
+    place = 0
+    while place < len(unit):
+        part = _UNIT_PART.match(unit, place)
+        if part is None:
+            return _in_text(unit)
+        symbol, number, between, power, short_power, sign = part.groups()
+        if symbol:
+            parts.append(rf"\mathrm{{{symbol}}}" if symbol.isascii() else _in_text(symbol))
+        elif between is not None:
+            parts.append(r"\,")
+        elif power or short_power:
+            parts.append(f"^{{{power or short_power}}}")
+        else:
+            parts.append(number or sign)
+        place = part.end()
+    return "".join(parts)

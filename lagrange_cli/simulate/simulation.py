@@ -334,6 +334,7 @@ def _trajectory(
     promised = request.accuracy is not None
     last_time = float(times[len(states) - 1])
     part = sampled(model, seen, *shown_samples(times, states))
+    drift = energy_drift(model, seen, times, states)
     return Trajectory(
         name=model.name,
         status=status(problem, measured),
@@ -346,7 +347,9 @@ def _trajectory(
         estimated=measured.estimate if promised else None,
         scales=dict(zip(model.state_names, measured.scales.tolist(), strict=True)),
         holds_until=last_time if promised else None,
-        energy_drift=energy_drift(model, seen, times, states),
+        energy_drift=None if drift is None else drift.drift,
+        energy_scale=None if drift is None else drift.scale,
+        labels=model.labels,
         constraint_drift=seen.drift(times, states, measured.scales),
         multipliers=part.multipliers,
         symbols=dict(zip((*model.multipliers, *model.contacts), model.symbols, strict=True)),

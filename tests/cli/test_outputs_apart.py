@@ -102,7 +102,7 @@ def test_samples_of_a_checkpoint_are_an_output_too(folder):
     [
         ("check", "scene.yaml", "-o", "a", "--junit", "./a"),
         ("simulate", "scene.yaml", "-o", "a.csv", "--checkpoint", "a.csv"),
-        ("tradeoff", "scene.yaml", "-o", "a.json", "--plot", "a.json"),
+        ("simulate", "scene.yaml", "--plot", "a.tex", "--checkpoint", "a.tex"),
     ],
 )
 def test_two_outputs_in_one_file(folder, words):

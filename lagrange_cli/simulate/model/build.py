@@ -28,6 +28,7 @@ from lagrange_cli.simulate.model.charts import (
 )
 from lagrange_cli.simulate.model.expressions import outputs_program, with_accelerations
 from lagrange_cli.simulate.model.inputs import substitute_inputs
+from lagrange_cli.simulate.model.labels import labels_of
 from lagrange_cli.simulate.model.model import Code, Model, ModelParameter
 from lagrange_cli.simulate.model.peak_exponents import peak_exponents
 from lagrange_cli.simulate.model.switching_surfaces import (
@@ -105,6 +106,7 @@ def _model_of(equations: Equations) -> Model:
         massless=_massless(equations),
         steep=steep_places(substitute_inputs(equations)),
         **_surfaces(equations),
+        labels=labels_of(equations),
         landmarks=len(peak_exponents(substitute_inputs(equations))),
     )
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.defaults import SimulationDefaults
+from lagrange_cli.simulate.model.labels import Labels
 
 if TYPE_CHECKING:
     from lagrange_cli.files import Recording
@@ -192,6 +193,8 @@ class Model:
     landmarks
         Number of exponents of sharp functions
         (:mod:`lagrange_cli.simulate.model.peak_exponents`).
+    labels
+        Names and units of columns in pictures.
     """
 
     name: str
@@ -221,12 +224,22 @@ class Model:
     surfaces: tuple[bool, ...] = ()
     continuous: int = 0
     landmarks: int = 0
+    labels: Labels = field(default_factory=Labels)
     initial_decimals: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the numbers of a state: coordinates, then their ``dot``."""
         return (*self.coordinates, *(f"dot({name})" for name in self.coordinates))
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns of a trajectory, each once."""
+        rates = (f"dot({name})" for name in self.cartesian)
+        former = () if self.chart is None else self.chart.coordinates
+        of_former = (f"dot({name})" for name in former)
+        names = (*self.state_names, *self.cartesian, *rates, *former, *of_former, *self.outputs)
+        return tuple(dict.fromkeys(names))
 
     @property
     def numbers(self) -> list[float]:
@@ -265,6 +278,7 @@ class Model:
         fields["recordings"] = tuple(_recording(**r) for r in fields["recordings"])
         fields["defaults"] = _defaults(**fields["defaults"])
         fields["code"] = Code(**fields["code"])
+        fields["labels"] = Labels(**fields["labels"])
         fields["singular"] = tuple(_place(**place) for place in fields["singular"])
         fields["chart"] = None if fields["chart"] is None else _chart(**fields["chart"])
         return cls(**fields)

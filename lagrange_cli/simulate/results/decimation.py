@@ -1,10 +1,11 @@
-"""Curves of very many samples as a picture shows them: what is least and largest in each part."""
+"""Curves of very many samples with as few points as a picture needs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.columns import Sampled
@@ -12,18 +13,48 @@ from lagrange_cli.simulate.results.columns import Sampled
 #: Parts of the time: more than a picture has pixels beside each other.
 _PARTS = 2000
 
+#: Points of a path.
+_PATH = 50_000
 
-class Decimator:
-    """The least and the largest value of each curve in equal parts of the time.
 
-    Fast oscillations become a band, as they would if every sample were drawn.
+@dataclass(frozen=True)
+class Decimated:
+    """Samples for a picture.
+
+    Attributes
+    ----------
+    curves
+        Over the time: two points a part of it, with the least and the largest values there.
+    path
+        Samples at equal distances.
     """
 
-    def __init__(self, start: float, until: float, names: tuple[str, ...]) -> None:
+    curves: Sampled
+    path: Sampled
+
+
+class Decimator:
+    """The least and the largest value of each curve in equal parts of the time, and a path.
+
+    Fast oscillations become a band, as they would if every sample were drawn.
+
+    Parameters
+    ----------
+    start, until
+        Bounds of the time.
+    count
+        Number of samples, or more.
+    names
+        Columns that are drawn; the energy is drawn as well.
+    """
+
+    def __init__(self, start: float, until: float, count: int, names: tuple[str, ...]) -> None:
         self._edges = np.linspace(start, until, _PARTS + 1)
         self._names = names
         # The last row is that of the energy.
         self._bounds = np.full((2, len(names) + 1, _PARTS), np.nan)
+        self._seen, self._stride = 0, -(-count // _PATH)
+        self._path: list[tuple[Array, Array]] = []
 
     def add(self, part: Sampled) -> None:
         """Take further samples."""
@@ -32,14 +63,58 @@ class Decimator:
         inside, firsts = np.unique(np.minimum(inner, _PARTS - 1), return_index=True)
         for bound, extreme in zip(self._bounds, (np.fmin, np.fmax), strict=True):
             bound[:, inside] = extreme(bound[:, inside], extreme.reduceat(curves, firsts, axis=1))
+        first = -self._seen % self._stride
+        self._seen += len(part.t)
+        self._path.append((part.t[first :: self._stride], curves[:, first :: self._stride].copy()))
 
-    def curves(self) -> Sampled:
-        """Return two points a part, in place of samples."""
+    def result(self) -> Decimated:
+        """Return the points in place of samples."""
         seen = ~np.isnan(self._bounds[0]).all(axis=0)
         middles = (self._edges[:-1] + self._edges[1:])[seen] / 2
-        *columns, energy = (self._both(k, seen) for k in range(len(self._names) + 1))
-        named: Mapping[str, Array] = dict(zip(self._names, columns, strict=True))
-        return Sampled(np.repeat(middles, 2), named, energy, {}, {})
+        bounds = self._bounds[:, :, seen].transpose(1, 2, 0).reshape(len(self._names) + 1, -1)
+        times, rows = zip(*self._path, strict=True)
+        return Decimated(
+            self._sampled(np.repeat(middles, 2), bounds),
+            self._sampled(np.concatenate(times), np.concatenate(rows, axis=1)),
+        )
 
-    def _both(self, curve: int, seen: Array) -> Array:
-        return np.asarray(self._bounds[:, curve, seen].T.ravel())
+    def _sampled(self, t: Array, curves: Array) -> Sampled:
+        *columns, energy = curves
+        return Sampled(t, dict(zip(self._names, columns, strict=True)), energy, {}, {})
+
+
+def simplified(x: Array, y: Array, tolerance: float) -> NDArray[np.intp]:
+    """Choose points of a curve that keep its shape (D. H. Douglas and T. K. Peucker, 1973).
+
+    Parameters
+    ----------
+    x, y
+        Shape (m,), finite.
+    tolerance
+        Distance from the curve that its points may have, relative to the extents of the curve.
+
+    Returns
+    -------
+    NDArray
+        Indices of the points, ascending.
+    """
+    scaled = np.stack([(c - c.min()) / (np.ptp(c) or 1.0) for c in (x, y)], axis=1)
+    kept = np.zeros(len(x), dtype=bool)
+    kept[[0, -1]] = True
+    open_parts = [(0, len(x) - 1)]
+    while open_parts:
+        first, last = open_parts.pop()
+        inner = scaled[first + 1 : last] - scaled[first]
+        if not len(inner):
+            continue
+        chord = scaled[last] - scaled[first]
+        length = float(chord @ chord)
+        # Distances from the chord, not from its line: paths turn back.
+        along = np.clip(inner @ chord / length, 0.0, 1.0) if length else np.zeros(len(inner))
+        off = np.hypot(*(inner - along[:, None] * chord).T)
+        farthest = int(off.argmax())
+        if off[farthest] > tolerance:
+            middle = first + 1 + farthest
+            kept[middle] = True
+            open_parts += [(first, middle), (middle, last)]
+    return np.flatnonzero(kept)

@@ -1,22 +1,29 @@
-"""Trajectory → picture, with matplotlib where it is installed."""
+"""Picture → file: by matplotlib where it is installed, or as LaTeX for pgfplots."""
 
 from __future__ import annotations
 
+import functools
 import io
 import os
 import shutil
-from collections.abc import Iterator, Sequence
+import textwrap
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.simulate.results.pgfplots import pgfplots_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lagrange_cli.simulate.results.columns import Sampled
-    from lagrange_cli.simulate.results.trajectory import Trajectory
+    from lagrange_cli.simulate.model.labels import Label
+    from lagrange_cli.simulate.results.picture import Panel, Picture
+
+#: Ending of files for pgfplots, which need no matplotlib.
+TEX = "tex"
 
 #: More lines than this in one panel have no legend.
 _LONGEST_LEGEND = 12
@@ -24,27 +31,91 @@ _LONGEST_LEGEND = 12
 #: Salt of the names of parts of an SVG, so that a picture is the same every time.
 _SALT = "lagrange"
 
+#: Inches: the width of the text of a page, that of a single path, the height of panels over time.
+_WIDTH, _SINGLE, _HEIGHT = 6.3, 4.4, 1.9
 
-def draw(trajectory: Trajectory, ending: str) -> bytes:
-    """Draw coordinates, velocities and energy over time; return the picture's bytes.
+#: Dots an inch of pictures that are made of dots.
+_DPI = 200
+
+#: Characters of a line of the title.
+_TITLE = 64
+
+#: Colours that differ in lightness, and dashes: lines can be told apart without colours too.
+_COLOURS = ("black", "#0072b2", "#d55e00", "#009e73")
+_DASHES = ("-", "--", ":", "-.", (0, (6, 1, 1, 1, 1, 1)))
+
+#: Beginning of a picture as .pgf, with what matplotlib leaves to the reader's preamble.
+_PGF_HEAD = b"\\begingroup%\n\\providecommand{\\mathdefault}[1]{#1}%\n"
+
+#: Programs of TeX that set the texts of a picture as .pgf.
+_TEX_PROGRAMS = ("xelatex", "lualatex", "pdflatex")
+
+
+def draw(picture: Picture, ending: str) -> bytes:
+    """Draw a picture; return the bytes of a file of this ending.
 
     Raises
     ------
     InputError
         matplotlib is not installed, or does not know the ending.
     """
-    figure = new_figure((8, 8), ending)
-    top, middle, bottom = figure.subplots(3, 1, sharex=True)
-    dots = [f"dot({name})" for name in trajectory.coordinates]
-    shown = trajectory.decimated or trajectory
-    _lines(top, shown, trajectory.coordinates, "coordinates")
-    _lines(middle, shown, dots, "velocities")
-    bottom.plot(shown.t, shown.energy, color="black")
-    bottom.set_ylabel("energy")
-    bottom.set_xlabel("t")
-    # Text of a scene is text, not mathematics to be parsed.
-    top.set_title(trajectory.name, parse_math=False)
-    return picture(figure, ending)
+    if ending == TEX:
+        return pgfplots_text(picture).encode()
+    columns, rows = picture.columns, -(-len(picture.panels) // picture.columns)
+    over_time = all(panel.over_time for panel in picture.panels)
+    width = _WIDTH if over_time or columns > 1 else _SINGLE
+    height = rows * (_HEIGHT if over_time else width / columns)
+    figure = new_figure((width, height + 0.4), ending)
+    with _settings(ending) as by_tex:
+        grid = figure.subplots(rows, columns, squeeze=False, sharex=over_time)
+        for axes, panel in zip(grid.flat, picture.panels, strict=False):
+            _draw_panel(axes, panel, by_tex)
+            _draw_legend(axes, len(panel.lines), beside=columns == 1)
+        for axes in grid.flat[len(picture.panels) :]:
+            axes.set_visible(False)
+        if over_time:
+            for axes in grid.flat[:-1]:
+                axes.set_xlabel("")
+            figure.align_ylabels()
+        # Text of a scene is text, not mathematics to be parsed.
+        lines = textwrap.wrap(picture.title, _TITLE)
+        title = "\n".join(map(latex_text, lines) if by_tex else lines)
+        figure.suptitle(title, fontsize="large", parse_math=by_tex)
+        return picture_bytes(figure, ending)
+
+
+def _draw_panel(axes: Axes, panel: Panel, by_tex: bool) -> None:
+    for number, line in enumerate(panel.lines):
+        (drawn,) = axes.plot(line.x, line.y, linewidth=1.0, label=_shown(line.label, by_tex))
+        drawn.set(color=_COLOURS[number % len(_COLOURS)], linestyle=_DASHES[number % len(_DASHES)])
+    axes.set_xlabel(_shown(panel.x_label, by_tex))
+    axes.set_ylabel(_shown(panel.y_label, by_tex))
+    axes.tick_params(direction="in", top=True, right=True)
+    if panel.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+    elif panel.over_time:
+        axes.margins(x=0)
+
+
+def _draw_legend(axes: Axes, lines: int, *, beside: bool) -> None:
+    """Name the lines outside of the axes, where no line is covered."""
+    if 1 < lines <= _LONGEST_LEGEND:
+        place: Any = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+        above: Any = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 3}
+        axes.legend(**(place if beside else above), frameon=False)
+
+
+def _shown(label: Label, by_tex: bool) -> str:
+    """Return a label as LaTeX, or in the part of it that matplotlib knows, or in Unicode."""
+    if by_tex:
+        return label.latex
+    from matplotlib.mathtext import MathTextParser
+
+    try:
+        MathTextParser("path").parse(label.latex)
+    except ValueError:
+        return label.plain.replace("$", r"\$")
+    return label.latex
 
 
 def new_figure(size: tuple[float, float], ending: str) -> Figure:
@@ -91,20 +162,74 @@ def _without_backend() -> Iterator[None]:
             os.environ["MPLBACKEND"] = named
 
 
-def require_program(ending: str) -> None:
-    """Refuse a format that another program makes, where that is not installed.
+@contextmanager
+def _settings(ending: str, tex_program: str | None = None) -> Iterator[bool]:
+    """Set what files of an ending need; yields True if TeX sets the texts."""
+    from matplotlib import rc_context, rcParams
+
+    changed: Any = {
+        "svg.hashsalt": _SALT,
+        "pdf.fonttype": 42,
+        "axes.formatter.use_mathtext": True,
+    }
+    if ending == "pgf":
+        changed["pgf.texsystem"] = tex_program or _tex_program(os.environ.get("PATH"))
+        changed["pgf.preamble"] = rcParams["pgf.preamble"] + r"\usepackage{amsmath}"
+        # The fonts are those of the document that takes the picture.
+        changed |= {"pgf.rcfonts": False, "font.family": "serif"}
+    with rc_context(changed):
+        yield ending == "pgf" or bool(rcParams["text.usetex"])
+
+
+def require_ending(ending: str) -> None:
+    """Refuse a format that cannot be written here, before there is anything to draw.
 
     Raises
     ------
     InputError
-        It is not.
+        matplotlib is not installed or does not know the ending, or TeX is needed and not there.
     """
-    if ending == "pgf" and shutil.which("xelatex") is None:
-        message = "a plot as '.pgf' needs xelatex, which is not installed"
-        raise InputError(Problem(message, hint="--plot plot.pdf", rule="output"))
+    new_figure((1, 1), ending)
+    if ending == "pgf":
+        _tex_program(os.environ.get("PATH"))
 
 
-def picture(figure: Figure, ending: str) -> bytes:
+@functools.cache
+def _tex_program(path: str | None) -> str:
+    """Find a program, on a search path, that sets the texts of a .pgf and has what it needs.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    from matplotlib import rcParams
+
+    reasons = ["none of them is installed"]
+    for program in dict.fromkeys((str(rcParams["pgf.texsystem"]), *_TEX_PROGRAMS)):
+        if shutil.which(program, path=path):
+            figure = new_figure((1, 1), "pgf")
+            figure.text(0, 0, "$x$")
+            try:
+                with _settings("pgf", program):
+                    figure.savefig(io.BytesIO(), format="pgf")
+            except Exception as error:
+                reasons.append(f"{program} fails: {_of_tex(error)}")
+            else:
+                return program
+    said = f"a plot as '.pgf' needs one of {', '.join(_TEX_PROGRAMS)}: {reasons[-1]}"
+    raise InputError(Problem(said, hint="--plot plot.tex needs none of them", rule="output"))
+
+
+def _of_tex(error: Exception) -> str:
+    """Return TeX's own words, in an exception of matplotlib; raise another exception again."""
+    if not isinstance(error, RuntimeError) and type(error).__name__ != "LatexError":
+        raise error
+    lines = str(error).splitlines() or [type(error).__name__]
+    return next((line[1:].strip() for line in lines if line.startswith("!")), lines[0])
+
+
+def picture_bytes(figure: Figure, ending: str) -> bytes:
     """Write a figure as the bytes of a file, the same ones for the same figure.
 
     Raises
@@ -112,31 +237,20 @@ def picture(figure: Figure, ending: str) -> bytes:
     InputError
         A program that the user's settings of matplotlib name is not there, or fails.
     """
-    from matplotlib import rc_context
-
     file = io.BytesIO()
     # Without a salt the names of parts of an SVG are random.
     try:
-        with rc_context({"svg.hashsalt": _SALT}):
-            figure.savefig(file, format=ending, metadata=_undated(ending))
-    except RuntimeError as error:
-        first = next(iter(str(error).splitlines()), type(error).__name__)
-        message = f"matplotlib cannot make the plot: {first}"
+        with _settings(ending):
+            figure.savefig(file, format=ending, dpi=_DPI, **_undated(ending))
+    except InputError:
+        raise
+    except Exception as error:
+        message = f"matplotlib cannot make the plot: {_of_tex(error)}"
         raise InputError(Problem(message, hint="--plot plot.svg", rule="output")) from error
-    return file.getvalue()
+    return file.getvalue().replace(b"\\begingroup%\n", _PGF_HEAD, 1)
 
 
-def _lines(axes: Axes, shown: Sampled | Trajectory, names: Sequence[str], label: str) -> None:
-    for name in names:
-        axes.plot(shown.t, shown.columns[name], label=name)
-    axes.set_ylabel(label)
-    if len(names) <= _LONGEST_LEGEND:
-        for text in axes.legend(loc="best").get_texts():
-            text.set_parse_math(False)
-
-
-def _undated(ending: str) -> dict[str, None] | None:
+def _undated(ending: str) -> Mapping[str, Any]:
     """Leave out the date where the format has one: the same run, the same bytes."""
-    return (
-        {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
-    )
+    dates = {"svg": "Date", "pdf": "CreationDate"}
+    return {"metadata": {dates[ending]: None}} if ending in dates else {}

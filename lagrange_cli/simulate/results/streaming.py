@@ -48,14 +48,14 @@ class Stream:
     extra
         Columns in it beside those of the state.
     drawn
-        There is to be a picture.
+        Columns that a picture is to show beside the energy; None if there is to be none.
     in_memory
         Numbers of states that are kept in memory at most.
     """
 
     output: str | None = None
     extra: tuple[str, ...] = ()
-    drawn: bool = False
+    drawn: tuple[str, ...] | None = None
     in_memory: int = _IN_MEMORY
 
 
@@ -117,9 +117,10 @@ def written_in_windows(
     InputError
         The file cannot be written, or the columns are not there.
     """
-    if stream.output is None and not stream.drawn:
+    if stream.output is None and stream.drawn is None:
         return trajectory
-    decimator = Decimator(float(times[0]), float(times[len(times) - 1]), _curves(trajectory))
+    ends = float(times[0]), float(times[len(times) - 1])
+    decimator = Decimator(*ends, len(states), stream.drawn or ())
     with ExitStack() as files:
         add = None
         if stream.output is not None:
@@ -131,8 +132,4 @@ def written_in_windows(
             decimator.add(columns)
             if add is not None:
                 add(replace(trajectory, **vars(columns)).table(stream.extra))
-    return replace(trajectory, written=stream.output, decimated=decimator.curves())
-
-
-def _curves(trajectory: Trajectory) -> tuple[str, ...]:
-    return (*trajectory.coordinates, *(f"dot({name})" for name in trajectory.coordinates))
+    return replace(trajectory, written=stream.output, decimated=decimator.result())

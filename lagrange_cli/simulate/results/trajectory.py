@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any, Literal
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
 from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.model.labels import Labels
 from lagrange_cli.simulate.results.formats import Format, as_csv, as_npz, format_of
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.results.columns import Sampled
+    from lagrange_cli.simulate.results.decimation import Decimated
 
 #: Columns that can be asked for; every component of a particle is there without asking.
 EXTRA_COLUMNS = ("energy", "positions", "forces")
@@ -128,7 +129,11 @@ class Trajectory:
     written
         Name of the file that has all samples; None if memory has them.
     decimated
-        Least and largest values in parts of the time, for a picture.
+        Samples for a picture, if memory does not have all.
+    energy_scale
+        What changes of the energy are compared with in ``energy_drift``; None where it is.
+    labels
+        Names and units of the columns in pictures.
     """
 
     name: str
@@ -159,7 +164,9 @@ class Trajectory:
     remarks: tuple[str, ...] = ()
     exempt: tuple[float, ...] = ()
     written: str | None = None
-    decimated: Sampled | None = None
+    decimated: Decimated | None = None
+    energy_scale: float | None = None
+    labels: Labels = field(default_factory=Labels)
 
     @property
     def exit_code(self) -> int:
@@ -253,17 +260,32 @@ class Trajectory:
         """
         write_file(path, self._bytes(format_of(path), extra))
 
-    def plot(self, path: str | os.PathLike[str]) -> None:
-        """Draw coordinates, velocities and energy over time into a picture file.
+    def plot(self, path: str | os.PathLike[str], of: str | None = None) -> None:
+        """Draw the motion into a file: a picture by matplotlib, or ``.tex`` for pgfplots.
+
+        Parameters
+        ----------
+        of
+            What to draw, as ``lagrange simulate --plot-of`` takes it: ``"z:x, dot(theta):theta"``
+            is z over x in one panel and a phase portrait in another. By default coordinates,
+            velocities and energy over the time.
 
         Raises
         ------
         InputError
-            matplotlib is not installed, or it cannot write such a file.
+            matplotlib is not installed, or it cannot write such a file; nothing has a name that is
+            asked for.
         """
+        from lagrange_cli.simulate.results.curves import read_panels, usual_panels
+        from lagrange_cli.simulate.results.picture import picture_of
         from lagrange_cli.simulate.results.plot import draw
 
-        write_file(path, draw(self, Path(path).suffix.lower().lstrip(".")))
+        if of is None:
+            panels = usual_panels(self.coordinates, self.labels.dimensions)
+        else:
+            panels = read_panels(of, ("t", *self.columns, "energy"), "of")
+        ending = Path(path).suffix.lower().lstrip(".")
+        write_file(path, draw(picture_of(self, panels), ending))
 
 
 def _reported(event: Event) -> dict[str, Any]:

@@ -123,12 +123,11 @@ def energies(seen: MotionFunctions, t: Array, states: Array) -> tuple[Array, Arr
 
 def energy_drift(
     model: Model, seen: MotionFunctions, t: RowSequence, states: RowSequence
-) -> float | None:
-    """Return the largest change of the energy relative to its parts; None if it is not conserved,
-    see :class:`.energy_drift.EnergyDrift`."""
+) -> EnergyDrift | None:
+    """Measure the change of the energy relative to its parts; None if it is not conserved."""
     if not energy_is_conserved(model):
         return None
     running = EnergyDrift()
     for times, part in windows(t, states):
         running.add(*energies(seen, times, part), seen.lost(times))
-    return running.drift
+    return running

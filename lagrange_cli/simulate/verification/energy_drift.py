@@ -208,9 +208,14 @@ class EnergyDrift:
         self._size = np.max([self._size, np.abs(kinetic).max(), np.abs(lost).max()])
 
     @property
+    def scale(self) -> float:
+        """Largest of the kinetic parts and of what impacts took, which no choice of zero shifts;
+        1 if all of them are 0."""
+        return float(self._size) if self._size > 0 else 1.0
+
+    @property
     def drift(self) -> float | None:
-        """Largest change over the largest of the kinetic parts and of what impacts took, which
-        no choice of zero shifts."""
+        """Largest change over :attr:`scale`."""
         with np.errstate(all="ignore"):
-            drift = float(self._change / self._size) if self._size > 0 else float(self._change)
+            drift = float(self._change / self.scale)
         return drift if math.isfinite(drift) else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from lagrange_cli.simulate.results.plot import new_figure, picture
+from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,7 +46,7 @@ def draw_trade(trade: Trade, ending: str) -> bytes:
     right.legend(*right.get_legend_handles_labels(), fontsize="small")
     # Text of a scene is text, not mathematics to be parsed.
     figure.suptitle(f"{trade.name}, until t = {trade.until:.6g}", parse_math=False)
-    return picture(figure, ending)
+    return picture_bytes(figure, ending)
 
 
 def _seconds(point: WorkPrecisionPoint) -> float:

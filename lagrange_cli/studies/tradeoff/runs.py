@@ -248,7 +248,8 @@ class Bench:
 
     def _drift(self, measured: Measured) -> float | None:
         seen = functions_along(self.model, self.functions, self.problem.start, measured)
-        return energy_drift(self.model, seen, self.problem.times, measured.states)
+        measured_drift = energy_drift(self.model, seen, self.problem.times, measured.states)
+        return None if measured_drift is None else measured_drift.drift
 
     def seconds(self, setting: Setting) -> float:
         """Measure the seconds of a run that is known to end."""

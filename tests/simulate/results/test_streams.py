@@ -117,8 +117,8 @@ def test_a_picture_has_every_extreme_of_a_curve(small):
     of = model(PENDULUM)
     how = {"method": "RK4", "step": 1e-4}
     whole = simulate(of, **how)
-    part = simulate(of, **how, stream=Stream(drawn=True, in_memory=0))
-    shown = part.decimated
+    part = simulate(of, **how, stream=Stream(drawn=("theta", "dot(theta)"), in_memory=0))
+    shown = part.decimated.curves
     assert len(shown.t) == 4000
     for name in ("theta", "dot(theta)"):
         assert shown.columns[name].max() == whole.columns[name].max()
@@ -128,6 +128,10 @@ def test_a_picture_has_every_extreme_of_a_curve(small):
         lowest = [part.min() for part in parts]
         assert np.abs(shown.columns[name][:-2:2] - lowest[:-1]).max() < 1e-3
     assert shown.energy.max() == whole.energy.max()
+    # A path has samples as they are, at equal distances.
+    path = part.decimated.path
+    assert np.array_equal(path.t, whole.t[:: len(whole.t) // 50_000 + 1])
+    assert np.array_equal(path.columns["theta"], np.interp(path.t, whole.t, whole.columns["theta"]))
 
 
 def test_a_stream_that_is_stopped_writes_what_is_done(small, tmp_path):

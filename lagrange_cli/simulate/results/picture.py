@@ -1,0 +1,153 @@
+"""Picture: what a drawing of a trajectory shows, whatever draws it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.model.labels import Label, Labels
+from lagrange_cli.simulate.results.curves import Curve, Panels
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.results.trajectory import Trajectory
+
+#: Symbols that the label of an axis lists; of more it has the first and the last.
+_MOST_SYMBOLS = 3
+
+#: Change of a conserved energy over the largest kinetic part of it.
+_DRIFT = Label(r"$(%s - %s_{0}) / T_{\mathrm{max}}$", "(%s − %s₀)/T max")
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line, its points of shape (m,), all finite."""
+
+    label: Label
+    x: Array
+    y: Array
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A pair of axes.
+
+    Attributes
+    ----------
+    lines
+        At least one.
+    x_label, y_label
+        Labels of the axes.
+    over_time
+        True if all lines are over the time.
+    equal
+        True if both axes show lengths, and so are to have one scale.
+    """
+
+    lines: tuple[Line, ...]
+    x_label: Label
+    y_label: Label
+    over_time: bool
+    equal: bool
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Panels with a title, which is text of the scene without any mathematics."""
+
+    title: str
+    panels: tuple[Panel, ...]
+
+    @property
+    def columns(self) -> int:
+        """Panels beside each other: those over the time stand below each other."""
+        return 1 if len(self.panels) == 1 or all(p.over_time for p in self.panels) else 2
+
+
+def picture_of(trajectory: Trajectory, panels: Panels) -> Picture:
+    """Gather the lines of a picture and their labels."""
+    title = trajectory.labels.title or trajectory.name
+    return Picture(title, tuple(_panel(trajectory, curves) for curves in panels))
+
+
+def _panel(trajectory: Trajectory, curves: Sequence[Curve]) -> Panel:
+    labels = trajectory.labels
+    over_time = all(curve.abscissa == "t" for curve in curves)
+    lengths = (labels.dimensions.get(name) == "m" for curve in curves for name in curve)
+    drift = _is_drift(trajectory, curves)
+    return Panel(
+        lines=tuple(_line(trajectory, curve, over_time) for curve in curves),
+        x_label=_axis_label(labels, [curve.abscissa for curve in curves]),
+        y_label=_drift_label(labels)
+        if drift
+        else _axis_label(labels, [curve.ordinate for curve in curves]),
+        over_time=over_time,
+        equal=all(lengths),
+    )
+
+
+def _is_drift(trajectory: Trajectory, curves: Sequence[Curve]) -> bool:
+    """Say whether a panel shows nothing but a conserved energy over the time."""
+    return trajectory.energy_scale is not None and set(curves) == {Curve("energy")}
+
+
+def _drift_label(labels: Labels) -> Label:
+    symbol = labels.energy
+    return Label(_DRIFT.latex % (symbol, symbol), _DRIFT.plain % (symbol, symbol))
+
+
+def _line(trajectory: Trajectory, curve: Curve, over_time: bool) -> Line:
+    symbol, over = (trajectory.labels.symbol(name) for name in curve)
+    label = Label(f"${symbol.latex}$", symbol.plain)
+    if not over_time:
+        label = Label(f"${symbol.latex}({over.latex})$", f"{symbol.plain}({over.plain})")
+    x, y = _points(trajectory, curve)
+    if trajectory.energy_scale is not None and _is_drift(trajectory, [curve]):
+        y = (y - trajectory.energy[0]) / trajectory.energy_scale
+    finite = np.isfinite(x) & np.isfinite(y)
+    return Line(label, x[finite], y[finite])
+
+
+def _points(trajectory: Trajectory, curve: Curve) -> tuple[Array, Array]:
+    """Return abscissas and ordinates of a curve, both sides of every jump among them."""
+    known = trajectory.decimated
+    if known is None:
+        columns = {**trajectory.columns, "t": trajectory.t, "energy": trajectory.energy}
+        return _with_events(trajectory, curve, columns)
+    shown = known.curves if curve.abscissa == "t" else known.path
+    values = {**shown.columns, "t": shown.t, "energy": shown.energy}
+    return values[curve.abscissa], values[curve.ordinate]
+
+
+def _with_events(
+    trajectory: Trajectory, curve: Curve, columns: Mapping[str, Array]
+) -> tuple[Array, Array]:
+    """Put the states at events among samples: an impact is as steep, and as high, as it is."""
+    x, y = columns[curve.abscissa], columns[curve.ordinate]
+    states = [
+        {**side, "t": event.t}
+        for event in trajectory.events
+        for side in (event.before, event.state)
+        if side is not None
+    ]
+    if not all(name in state for state in states for name in curve):
+        return x, y  # energy
+    places = np.searchsorted(trajectory.t, [state["t"] for state in states])
+    above, over = ([state[name] for state in states] for name in curve)
+    return np.insert(x, places, over), np.insert(y, places, above)
+
+
+def _axis_label(labels: Labels, names: Sequence[str]) -> Label:
+    """Name what an axis shows, and its unit if that is the same for all."""
+    distinct = list(dict.fromkeys(names))
+    symbols = [labels.symbol(name) for name in distinct]
+    latex, plain = [f"${s.latex}$" for s in symbols], [s.plain for s in symbols]
+    if len(symbols) > _MOST_SYMBOLS:
+        latex, plain = [latex[0], r"$\ldots$", latex[-1]], [plain[0], "…", plain[-1]]
+    units = {labels.unit(name) for name in distinct}
+    unit = units.pop() if len(units) == 1 else None
+    ending = ("", "") if unit is None else (f" in ${unit.latex}$", f" in {unit.plain}")
+    return Label(", ".join(latex) + ending[0], ", ".join(plain) + ending[1])
