@@ -8,6 +8,8 @@ coefficient is too small to matter.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 #: Primes p = 2r + 1 with r prime, p ≡ 7 (mod 8): −1 is no square, every odd root is unique,
 #: and 2, 3, 5, 7, 11, 13 are squares.
 SAFE_PRIMES = (
@@ -60,6 +62,33 @@ def field_root(x: int, q: int, p: int) -> int:
             raise NoValueError
         root = square
     return root if odd == 1 else pow(root, pow(odd, -1, p - 1), p)
+
+
+def solved_linear_system(rows: Sequence[Sequence[int]], p: int) -> list[int]:
+    """Solve A x = b modulo p by elimination (Gauss and Jordan).
+
+    Parameters
+    ----------
+    rows
+        Those of A, shape (n, n), each followed by its entry of b.
+
+    Raises
+    ------
+    NoValueError
+        A is singular.
+    """
+    left = [list(row) for row in rows]
+    for k in range(len(left)):
+        pivot = next((i for i in range(k, len(left)) if left[i][k] % p), None)
+        if pivot is None:
+            raise NoValueError
+        left[k], left[pivot] = left[pivot], left[k]
+        inverse = field_inverse(left[k][k], p)
+        left[k] = [x * inverse % p for x in left[k]]
+        for i, row in enumerate(left):
+            if i != k and row[k]:
+                left[i] = [(x - row[k] * y) % p for x, y in zip(row, left[k], strict=True)]
+    return [row[-1] for row in left]
 
 
 def sign_of_fraction(x: int, p: int) -> int:

@@ -12,15 +12,21 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Context, Decimal
 from fractions import Fraction
+from operator import mul
 from typing import TYPE_CHECKING
 
 import sympy
 
 from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Coordinate, InitialState
+from lagrange_cli.mechanics.proofs.finite_field import NoValueError, solved_linear_system
+from lagrange_cli.mechanics.proofs.zero_test import relation_holds
 from lagrange_cli.simulate.model.build import model_of
 
 if TYPE_CHECKING:
+    from sympy import Symbol
+
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.simulate.model.model import Model
 
@@ -123,14 +129,35 @@ def _varied(equations: Equations, directions: Sequence[_Direction]) -> Equations
     """Add the derivatives of the coordinates to the coordinates."""
     further = [_change(c, d.name) for d in directions for c in equations.coordinates]
     symbols = {p.name: p.symbol for p in equations.parameters}
+    # What is left of a derivative that vanishes is rounding, which has no scale.
+    moving = {p for d in directions for p in d.parameters if not _drops_out(equations, symbols[p])}
     return replace(
         equations,
         coordinates=(*equations.coordinates, *further),
         initial=None,
         sensitivities=tuple(
-            {symbols[name]: slope for name, slope in d.parameters.items()} for d in directions
+            {symbols[name]: slope for name, slope in d.parameters.items() if name in moving}
+            for d in directions
         ),
     )
+
+
+def _drops_out(equations: Equations, parameter: Symbol) -> bool:
+    """Tell if accelerations are proven not to depend on a parameter, as a mass in free fall."""
+    n = len(equations.mass_matrix)
+    rows = [[*row, f] for row, f in zip(equations.mass_matrix, equations.forcing, strict=True)]
+    rows += [[derivative(entry, parameter) for entry in row] for row in rows]
+
+    def vanishes(values: Sequence[int], p: int) -> bool:
+        """Solve M a = f modulo p, and put a into the residual's derivative."""
+        table = [values[start : start + n + 1] for start in range(0, len(values), n + 1)]
+        try:
+            motion = (*solved_linear_system(table[:n], p), -1)
+        except NoValueError:
+            return False
+        return all(sum(map(mul, row, motion)) % p == 0 for row in table[n:])
+
+    return relation_holds([entry for row in rows for entry in row], vanishes)
 
 
 def _require_same(own: Model, model: Model) -> None:

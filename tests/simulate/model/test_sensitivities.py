@@ -277,6 +277,34 @@ def test_coupled_coordinates_that_a_loop_would_solve():
         assert run.state[f"d({c.name})/d(g)"] == pytest.approx(slope, rel=1e-5, abs=1e-7)
 
 
+FALLING = """
+parameters: {m: 2.0, g: 9.81, A: 1.0, w: 1e-3}
+coordinates: [x, z]
+definitions: {y: 0}
+particles: {stone: {mass: m, position: [x, y, z]}}
+potentials: {weight: {gravity: g}, wall: A*exp(-(x/w)^2)}
+initial: {x: 1e-4, z: 0, dot(x): 0, dot(z): 0}
+simulate: {until: 1e-4, accuracy: 1e-9, samples: 11}
+"""
+
+
+def test_parameters_that_drop_out():
+    """Nothing but rounding would be left of the derivative by the planet's mass."""
+    derivation = load(SYSTEMS / "celestial" / "kepler.yaml").derive()
+    run = derivation.simulate(sensitivity=["m"], accuracy=1e-9)
+    assert run.status == "ok"
+    assert {v for name, v in run.state.items() if "d(m)" in name} == {0.0}
+
+
+def test_a_parameter_that_acts_in_a_narrow_place():
+    """At nearly all states the mass drops out in all digits, but not beside x = 0."""
+    near = loads(FALLING).derive().simulate(sensitivity=["m"])
+    # To first order in time x − x₀ = ½ t² F/m, so that its derivative by m is −½ t² F/m².
+    force = 2 * 1e-4 / 1e-6 * np.exp(-0.01)
+    assert near.state["d(x)/d(m)"] == pytest.approx(-(1e-4**2) / 2 * force / 4, rel=0.01)
+    assert near.state["d(z)/d(m)"] == pytest.approx(0.0, abs=1e-12)
+
+
 REFUSALS = {
     "constraints/four_bar_linkage": "constraints are kept beside the coordinates",
     "contact/bouncing_ball": "make it change by jumps",
