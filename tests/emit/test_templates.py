@@ -168,6 +168,7 @@ def test_compilers_read_every_template_of_c(real: str, tmp_path: Path) -> None:
 
 PYTHON_VALUES = {
     "@LED@": python_template("project_positions"),
+    "@MANY@": "",
     "@NAME@": "project",
     "@P@": "p=DEFAULTS",
     "@CALL@": "p",

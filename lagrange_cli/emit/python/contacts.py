@@ -10,6 +10,7 @@ from lagrange_cli.emit.initial_state import START_TOLERANCE
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.python.impact import impact_source
 from lagrange_cli.emit.python.projection import project_source
+from lagrange_cli.emit.python.styles import ARRAYS
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.program import Program
 
@@ -86,7 +87,7 @@ def interface_source(programs: Mapping[str, Program], parameter: str) -> list[st
     )
     texts = [flags, rhs, *functions, project, reset]
     return [
-        project_source(programs, "p, contact", "contact_"),
+        project_source(programs, "p, contact", "contact_", ARRAYS),
         *impact_source(programs, f"{passed}, contact"),
         *(text.replace("@P@", parameter).replace("@GIVEN@", passed) for text in texts),
     ]

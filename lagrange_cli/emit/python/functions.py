@@ -3,15 +3,17 @@
 Scalars run through the ``math`` module, which is several times faster than
 NumPy on single numbers; only results are arrays. Functions never raise for
 numeric trouble (a singular mass matrix, a domain error, overflow): they
-return NaN.
+return NaN. What differs for arrays of states stands in names (``array``,
+``_holds``, ``_numbers``, …), so that one text serves both
+(:mod:`lagrange_cli.emit.python.arrays`).
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
-from textwrap import fill
+from textwrap import dedent, fill, indent
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.python.impact import impact_source
@@ -27,9 +29,12 @@ from lagrange_cli.emit.python.statements import (
     LINE_WIDTH,
     assigned,
     operand_list,
+    regularity,
     solution,
     symmetric,
+    vector_text,
 )
+from lagrange_cli.emit.python.styles import NUMBERS, Style, many_lines
 from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.literals import double_literal
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Variable
@@ -48,15 +53,18 @@ if TYPE_CHECKING:
 #: Names of the standard library that functions may use.
 _MATH = sorted({*PROGRAM_FUNCTIONS, "inf", "nan"} - {"abs", "sign", "min", "max"})
 
-#: Functions that the standard library has not, by the names of their templates.
-_HELPERS = ("sign", "min", "max", *HELPERS, "solve_sparse", "solve_columns")
+#: Functions that the standard library has not, by the names of their templates: those that call
+#: others first.
+_HELPERS = (*HELPERS, "sign", "min", "max", "undefined")
 
-#: Every function of a program as the module calls it.
-_PYTHON_FUNCTIONS = {
-    **{name: name for name in PROGRAM_FUNCTIONS},
-    "sign": "_sign",
-    "min": "_min",
-    "max": "_max",
+#: Names for what is done otherwise with arrays of states.
+_OF_NUMBERS = {
+    "_holds": "_holds = bool",
+    "_number": "_number = float",
+    "_numbers": "_numbers = np.ndarray.tolist",
+    "_shaped": "_shaped = np.ndarray.reshape",
+    "_dot": "_dot = np.dot",
+    "_product": "_product = np.matmul",
 }
 
 _TAB = " " * 4
@@ -138,7 +146,7 @@ def module_source(programs: Mapping[str, Program]) -> str:
     body = "\n\n".join(filter(None, [*functions, *impact_source(programs, arguments)]))
     imports, helpers = prelude(body)
     tables = index_tables_source(programs.values())
-    head = "\n".join([*imports, "import numpy as np\n"])
+    head = "\n".join([*imports, "", "import numpy as np", "from numpy import array, asarray\n"])
     return "\n\n".join(filter(None, [head, tables, *helpers, body]))
 
 
@@ -151,8 +159,15 @@ def _parameter_sources(programs: Mapping[str, Program], program: Program) -> lis
 
 def prelude(body: str) -> tuple[list[str], list[str]]:
     """Import lines and definitions that the functions in ``body`` need, and no others."""
-    helpers = [helper_source(name) for name in _HELPERS if f"_{name}(" in body]
-    words = set(re.findall(r"(?<![\w.])\w+", "\n".join([body, *helpers])))
+    helpers: list[str] = []
+    for name in _HELPERS:
+        if any(f"_{name}(" in text for text in (body, *helpers)):
+            helpers.insert(0, helper_source(name))
+    words = words_in("\n".join([body, *helpers]))
+    aliases = [line for name, line in _OF_NUMBERS.items() if name in words]
+    if aliases:
+        note = "# What is done otherwise with arrays of states."
+        helpers.insert(0, "\n".join([note, *aliases, ""]))
     names = [name for name in _MATH if name in words]
     if not names:
         return [], helpers
@@ -164,12 +179,18 @@ def prelude(body: str) -> tuple[list[str], list[str]]:
     return [line], helpers
 
 
+def words_in(text: str) -> set[str]:
+    """Find the names that stand in a text, those behind a dot left out."""
+    return set(re.findall(r"(?<![\w.])\w+", text))
+
+
 def function_source(
     program: Program,
     name: str,
     names: Mapping[str, str],
     parameter: str,
     sequences: Sequence[tuple[str, int]] = (),
+    style: Style = NUMBERS,
 ) -> str:
     """The definition of one evaluator.
 
@@ -186,17 +207,18 @@ def function_source(
         The text of the last argument (``p``, or ``p=DEFAULTS``).
     sequences
         Where the parameters are, if not in ``p``: texts of sequences, and how many in each.
+    style
+        What the function runs over.
     """
     multipliers = {
         name: f"a{number}[{k}]"
         for number, block in enumerate(program.blocks)
         for k, name in enumerate(block.multipliers)
     }
-    dialect = Dialect(double_literal, _PYTHON_FUNCTIONS, {**names, **multipliers})
+    dialect = Dialect(double_literal, style.functions, {**names, **multipliers})
     if program.parts:
         apart = dict(sequences).get("p") if parameter.endswith("contact") else None
-        body = _of_parts(program, apart)
-        return _defined(name, parameter, body, _failure(program))
+        return _defined(name, parameter, _of_parts(program, apart), program, style)
     sequences = sequences or (("p", program.parameters),)
     body = _load_inputs(
         program, dialect, sequences, velocities=program.kind is ProgramKind.RIGHT_HAND_SIDE
@@ -208,19 +230,24 @@ def function_source(
         body += given_lines(program, prefix, ", ".join(["t", "y", *given]))
     late = dict(dependents(program, multipliers))
     body.extend(assigned([a for a in program.assignments if a[0] not in late], dialect))
-    failure = _failure(program)
-    if program.kind in (ProgramKind.MULTIPLIERS, ProgramKind.CHANGE):
-        body.extend(_unknowns(program, dialect, failure))
-    elif program.kind is ProgramKind.JACOBIAN:
-        body.extend(jacobian_lines(program, dialect, failure))
-    else:
-        body.extend(_RESULTS[program.kind](program, dialect))
-    return _defined(name, parameter, body, failure)
+    if program.kind is ProgramKind.JACOBIAN:
+        body.extend(jacobian_lines(program, dialect, _failure(program)))
+        return _defined(name, parameter, body, program, style)
+    lines, result = _RESULTS[program.kind](program, dialect)
+    regular = regularity(program, dialect) if program.blocks else []
+    if regular and style.traced:
+        result = f"_where(regular, {result})"
+    elif regular:
+        regular.append(f"if not _holds(regular):\n            return {_failure(program)}")
+    body += [*regular, *lines, f"return {result}"]
+    return _defined(name, parameter, body, program, style)
 
 
 def _failure(program: Program) -> str:
     """Write what a function returns where it has no result."""
-    return "nan" if program.kind is ProgramKind.ENERGY else f"np.full({_shape(program)}, nan)"
+    if program.kind is ProgramKind.ENERGY:
+        return "_number(_undefined((), t, *p))"
+    return f"_undefined({_shape(program)}, t, *p)"
 
 
 def _of_parts(program: Program, apart: int | None) -> list[str]:
@@ -229,18 +256,27 @@ def _of_parts(program: Program, apart: int | None) -> list[str]:
     if program.blocks:
         return [*lines, f"return out if np.isfinite(out).all() else {_failure(program)}"]
     n = program.coordinates
-    form = {ProgramKind.ENERGY: "float(out[0])", ProgramKind.MATRIX: f"out.reshape({n}, {n})"}
+    form = {
+        ProgramKind.ENERGY: "_number(out[0])",
+        ProgramKind.MATRIX: f"_shaped(out, {n}, {n})",
+    }
     return [*lines, f"return {form.get(program.kind, 'out')}"]
 
 
-def _defined(name: str, parameter: str, body: Sequence[str], failure: str) -> str:
+def _defined(name: str, parameter: str, body: Sequence[str], program: Program, style: Style) -> str:
     """The definition of a function with a body."""
     label = f"_{name}" if name in INTERNAL_FUNCTIONS or parameter.endswith("contact") else name
     doc = _DOCS[name.removeprefix("sided_").removeprefix("contact_").removeprefix("flight_")]
-    lines = [f"def {label}(t, y, {parameter}):", f'    """{doc}"""', "    try:"]
-    lines.extend(f"        {line}" for line in body)
+    lines = [f"def {label}(t, y, {parameter}):", f'    """{doc}"""']
+    text = "\n".join(f"        {line}" for line in body)
+    if style.traced:
+        return "\n".join([*lines, indent(dedent(text), _TAB), ""])
+    lines.append("    y = asarray(y, float)")
+    if style.takes_arrays:
+        lines += many_lines(label, parameter)
+    lines += ["    try:", text]
     lines.append("    except (ArithmeticError, ValueError, np.linalg.LinAlgError):")
-    lines.append(f"        return {failure}")
+    lines.append(f"        return {_failure(program)}")
     return "\n".join(lines) + "\n"
 
 
@@ -276,9 +312,9 @@ def _load_inputs(
             lines.append(_unpack(names, text, dialect))
     driven = [f"u{i}" for i in range(program.driven)]
     if used.intersection(driven):
-        lines.append(_unpack(driven, "map(float, u(t, y, p))", dialect))
+        lines.append(_unpack(driven, "map(_number, u(t, y, p))", dialect))
     if used.intersection(state):
-        lines.append(_unpack(state, "np.asarray(y, dtype=float).tolist()", dialect))
+        lines.append(_unpack(state, "_numbers(y)", dialect))
     return lines
 
 
@@ -287,43 +323,44 @@ def _unpack(targets: Sequence[str], source: str, dialect: Dialect) -> str:
     return f"{', '.join(names)}{',' if len(names) == 1 else ''} = {source}"
 
 
-def _vector_result(program: Program, dialect: Dialect) -> list[str]:
-    results = operand_list(program.results_in_order, dialect)
-    return [f"return np.array([{results}], dtype=float)"]
+def _vector_result(program: Program, dialect: Dialect) -> tuple[list[str], str]:
+    return [], vector_text(program.results_in_order, dialect)
 
 
-def _scalar_result(program: Program, dialect: Dialect) -> list[str]:
+def _scalar_result(program: Program, dialect: Dialect) -> tuple[list[str], str]:
     ((_, (operand,)),) = program.outputs
-    return [f"return float({expression_text(operand, dialect)})"]
+    return [], f"_number({expression_text(operand, dialect)})"
 
 
-def _matrix_result(program: Program, dialect: Dialect) -> list[str]:
+def _matrix_result(program: Program, dialect: Dialect) -> tuple[list[str], str]:
     ((_, operands),) = program.outputs
-    lines, matrix = symmetric("m", operands, program.coordinates, dialect)
-    return [*lines, f"return {matrix}"]
+    return symmetric("m", operands, program.coordinates, dialect)
 
 
-def _accelerations(program: Program, dialect: Dialect) -> list[str]:
-    """Check pivots, solve the blocks that need a loop, and return [v, a]."""
-    lines, results, _ = solution(program, dialect, f"np.full({2 * program.coordinates}, nan)")
+def _accelerations(program: Program, dialect: Dialect) -> tuple[list[str], str]:
+    """Solve the blocks that are not written out; the text of [v, a]."""
+    lines, results, _ = solution(program, dialect)
     velocities = operand_list([Variable(f"v{i}") for i in range(program.coordinates)], dialect)
     accelerations = ", ".join(results[i] for i in range(program.coordinates))
-    return [*lines, f"return np.array([{velocities}, {accelerations}], dtype=float)"]
+    return lines, f"array([{velocities}, {accelerations}], float)"
 
 
-def _unknowns(program: Program, dialect: Dialect, failure: str) -> list[str]:
-    """Solve, and return the multipliers, or what was found of all coordinates."""
+def _unknowns(program: Program, dialect: Dialect) -> tuple[list[str], str]:
+    """Solve; the text of the multipliers, or of what was found of all coordinates."""
     closures = program.kind is ProgramKind.MULTIPLIERS
-    lines, results, multipliers = solution(program, dialect, failure, coordinates=not closures)
+    lines, results, multipliers = solution(program, dialect, coordinates=not closures)
     unknowns = [results.get(i, "0.0") for i in range(program.coordinates)]
     if closures:
         unknowns = [multipliers[k] for k in sorted(multipliers)]
-    return [*lines, f"return np.array([{', '.join(unknowns)}], dtype=float)"]
+    return lines, f"array([{', '.join(unknowns)}], float)"
 
 
-_RESULTS = {
+#: Kind of program → the lines behind its assignments, and the text of what it returns.
+_RESULTS: dict[ProgramKind, Callable[[Program, Dialect], tuple[list[str], str]]] = {
     ProgramKind.VALUES: _vector_result,
     ProgramKind.ENERGY: _scalar_result,
     ProgramKind.MATRIX: _matrix_result,
     ProgramKind.RIGHT_HAND_SIDE: _accelerations,
+    ProgramKind.MULTIPLIERS: _unknowns,
+    ProgramKind.CHANGE: _unknowns,
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from lagrange_cli.emit.python.statements import bordered, operand_list, symmetric
+from lagrange_cli.emit.python.statements import bordered, symmetric, vector_text
 from lagrange_cli.program.printing import Dialect
 from lagrange_cli.program.program import Program, input_names
 from lagrange_cli.program.solvers.jacobians import Jacobian
@@ -41,9 +41,9 @@ def given_lines(program: Program, prefix: str, passed: str) -> list[str]:
     kinds = {name[0] for name in input_names(program)}
     lines = []
     if kinds.intersection("al"):
-        lines.append(f"given = {prefix}rhs({passed})[{program.coordinates}:].tolist()")
+        lines.append(f"given = _numbers({prefix}rhs({passed})[{program.coordinates}:])")
     if "l" in kinds:
-        lines.append(f"pushes = {prefix}multipliers({passed}).tolist()")
+        lines.append(f"pushes = _numbers({prefix}multipliers({passed}))")
     return lines
 
 
@@ -52,10 +52,10 @@ def jacobian_lines(program: Program, dialect: Dialect, failure: str) -> list[str
     jacobian = program.jacobian
     assert jacobian is not None
     place = jacobian.stored
-    lines = [f"out = np.zeros({jacobian.size})"]
+    lines = [f"out = np.zeros(({jacobian.size}, *y.shape[1:]))"]
     if jacobian.entries:
-        written = operand_list(program.output("entries"), dialect)
-        lines.append(f"out[{[place[at] for at in jacobian.entries]}] = [{written}]")
+        written = vector_text(program.output("entries"), dialect)
+        lines.append(f"out[{[place[at] for at in jacobian.entries]}] = {written}")
     matrix = iter(program.output("dense_matrix"))
     forcing = iter(program.output("dense_forcing"))
     for number, block in enumerate(jacobian.blocks):
@@ -65,16 +65,17 @@ def jacobian_lines(program: Program, dialect: Dialect, failure: str) -> list[str
         texts, whole = symmetric(f"m{number}_", upper, block.size, dialect)
         columns = len(block.columns)
         flat = [i * columns + k for i, k in block.places]
-        right = operand_list([next(forcing) for _ in flat], dialect)
+        right = vector_text([next(forcing) for _ in flat], dialect)
         spots = [place[i, k] for i in block.coordinates for k in block.columns]
         lines += [
             *texts,
-            f"b{number} = np.zeros({block.size * columns})",
-            f"b{number}[{flat}] = [{right}]",
+            f"b{number} = np.zeros(({block.size * columns}, *y.shape[1:]))",
+            f"b{number}[{flat}] = {right}",
             f"out[{spots}] = _solve_columns(\n"
             f"            {whole},\n"
-            f"            b{number}.reshape({block.size}, {columns}),\n"
-            f"        )[:{n}].ravel()",
+            f"            _shaped(b{number}, {block.size}, {columns}),\n"
+            f"        ).reshape({block.size * columns}, *y.shape[1:])[:{n * columns}]",
         ]
-    result = "out" if jacobian.pattern is not None else f"out.reshape{jacobian_shape(jacobian)}"
+    whole = f"_shaped(out, {jacobian.rows}, {jacobian.columns})"
+    result = "out" if jacobian.pattern is not None else whole
     return [*lines, f"return {result} if np.isfinite(out).all() else {failure}"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from textwrap import wrap
 
+from lagrange_cli.emit.python.styles import array_functions
 from lagrange_cli.program.graph.literals import double_literal
-from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.index_tables import (
     columns_of,
     relative_indices,
@@ -31,18 +31,7 @@ _WIDTH = 92
 
 _TAB = " " * 4
 
-#: Functions of NumPy that are called otherwise than those of a program.
-_OTHERWISE = {
-    **{f"{arc}": f"arc{arc[1:]}" for arc in ("asin", "acos", "atan", "asinh", "acosh", "atanh")},
-    "atan2": "arctan2",
-    "pow": "power",
-    "min": "minimum",
-    "max": "maximum",
-}
-
-_DIALECT = Dialect(
-    double_literal, {name: f"np.{_OTHERWISE.get(name, name)}" for name in PROGRAM_FUNCTIONS}, {}
-)
+_DIALECT = Dialect(double_literal, array_functions("np"), {})
 
 
 def index_tables_source(programs: Iterable[Program]) -> str:
@@ -65,14 +54,13 @@ def loops_source(program: Program, apart: int | None = None) -> list[str]:
     """
     writer = _Writer(program, apart)
     arrays = {column.array for column in columns_of(program)}
-    lines = ["y = np.asarray(y, dtype=float)"] if arrays & {"q", "v"} else []
     indexed = {writer.array(c) for c in columns_of(program) if c.array in "ps" and not c.is_fixed}
-    lines += [f"{array} = np.asarray({array}, dtype=float)" for array in sorted(indexed)]
-    if "u" in arrays:
-        lines.append("u = np.asarray(u(t, y, p), dtype=float)")
+    lines = ["u = array(u(t, y, p), float)"] if "u" in arrays else []
+    lines += [f"{array} = array({array}, float)" for array in sorted(indexed)]
     if program.work:
-        lines.append(f"w = np.empty({program.work})")
-    lines += [f"out = np.empty({program.results})", 'with np.errstate(all="ignore"):']
+        lines.append(f"w = np.empty(({program.work}, *y.shape[1:]))")
+    lines.append(f"out = np.empty(({program.results}, *y.shape[1:]))")
+    lines.append('with np.errstate(all="ignore"):')
     body = [line for part in program.parts for line in writer.lines(part)]
     return [*lines, *(_TAB + line for line in body or ["pass"])]
 
@@ -91,7 +79,7 @@ class _Writer:
             return [f"{part.array}[{part.start}:{part.start + part.count}] = 0.0"]
         if isinstance(part, Total):
             end = part.start + part.count
-            return [f"w[{part.start}] = w[{part.start}:{end}].sum()"]
+            return [f"w[{part.start}] = w[{part.start}:{end}].sum(axis=0)"]
         return _elimination(part)
 
     def _loop(self, loop: IndexedLoop) -> list[str]:
@@ -135,7 +123,8 @@ def _elimination(part: SparseSolve) -> list[str]:
     matrix = f"w[{part.matrix}:{part.matrix + factors.numbers}]"
     vector = f"w[{part.vector}:{part.vector + m}]"
     if isinstance(factors, BandFactors):
-        return [f"{vector} = _solve_banded({matrix}.reshape({m}, -1), {vector})"]
+        width = factors.numbers // m
+        return [f"{vector} = _solve_banded(_shaped({matrix}, {m}, {width}), {vector})"]
     node, rows, sources, spots = map(_name, supernode_tables(factors))
     tables = f"{node}.reshape(-1, 6), {rows}, {sources}.reshape(-1, 4), {spots}"
     return _wrapped(f"_solve_sparse({m}, {tables}, {matrix}, {vector})", 0)

@@ -24,18 +24,20 @@ from lagrange_cli.emit.naming import (
     file_stem,
     unique_identifiers,
 )
+from lagrange_cli.emit.python.arrays import ARRAY_NOTES, arrays_source
 from lagrange_cli.emit.python.contacts import (
     CONTACT_NOTES,
     contact_constants,
     contact_script,
     interface_source,
 )
-from lagrange_cli.emit.python.functions import function_source, prelude, program_of
+from lagrange_cli.emit.python.functions import function_source, prelude, program_of, words_in
 from lagrange_cli.emit.python.jacobian import pattern_constants
 from lagrange_cli.emit.python.loops import index_tables_source
 from lagrange_cli.emit.python.projection import project_source
 from lagrange_cli.emit.python.recorded import python_recorded
 from lagrange_cli.emit.python.statements import DOUBLE_ROUNDING
+from lagrange_cli.emit.python.styles import ARRAYS
 from lagrange_cli.emit.template_files import python_template
 from lagrange_cli.program.constraint_programs import (
     INTERNAL_FUNCTIONS,
@@ -105,21 +107,41 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
     programs, functions = _functions(equations, fields, bool(tables), derivatives)
     parameters = _parameters(equations, fields)
     script = _script(equations)
-    imports, helpers = prelude("\n".join([parameters, *functions, *tables, script]))
-    table = ["from bisect import bisect_right", "from functools import partial"]
-    standard = ["import sys", *(table if tables else []), *imports]
+    text = "\n".join([parameters, *functions, *tables, script])
+    arrays = arrays_source(words_in("\n".join([text, *prelude(text)[1]])), programs)
+    imports, helpers = prelude("\n".join([text, *arrays]))
     parts = [
         _docstring(equations),
-        "\n".join([*standard, "from typing import NamedTuple", "", "import numpy as np\n"]),
+        _imports(imports, "\n".join([text, *arrays])),
         *helpers,
         *filter(None, [index_tables_source(programs.values())]),
         _constants(equations, derivatives),
         parameters,
+        *arrays,
         *tables,
         *functions,
         script,
     ]
     return {f"{file_stem(equations.name, PYTHON_MODULES)}.py": "\n\n".join(parts)}
+
+
+def _imports(of_math: Sequence[str], text: str) -> str:
+    """Import what a module needs."""
+    words = words_in(text)
+    partial = ", partial" if "partial" in words else ""
+    lines = [
+        "import sys",
+        *(["from bisect import bisect_right"] if "bisect_right" in words else []),
+        f"from functools import cache{partial}",
+        *of_math,
+        "from types import FunctionType",
+        "from typing import NamedTuple",
+        "",
+        "import numpy as np",
+        "from numpy import array, asarray",
+        "",
+    ]
+    return "\n".join(lines)
 
 
 def _functions(
@@ -151,14 +173,16 @@ def _functions(
     split = (("p", len(fields)), ("contact", 2 * len(equations.contacts)))
     return programs, [
         *(
-            function_source(program, name, names, texts.get(name, arguments))
+            function_source(program, name, names, texts.get(name, arguments), style=ARRAYS)
             for name, program in programs.items()
         ),
         *(
-            function_source(program, name, names, f"{texts.get(name, passed)}, contact", split)
+            function_source(
+                program, name, names, f"{texts.get(name, passed)}, contact", split, ARRAYS
+            )
             for name, program in contact_functions.items()
         ),
-        *filter(None, [project_source(programs, "p=DEFAULTS")]),
+        *filter(None, [project_source(programs, "p=DEFAULTS", style=ARRAYS)]),
         *interface_source(contact_functions, arguments),
     ]
 
@@ -209,6 +233,7 @@ def _docstring(equations: Equations) -> str:
         *(_DRIVEN if equations.inputs else ["domain error, overflow). With SciPy:"]),
         "",
         "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
+        *ARRAY_NOTES,
         *(CONTACT_NOTES if equations.contacts else []),
         "",
         f"Made by lagrange {__version__} from the scene with SHA-256",

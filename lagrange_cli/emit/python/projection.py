@@ -12,10 +12,21 @@ from lagrange_cli.emit.constants import (
     RESIDUAL_ROUNDING,
     UNEVEN_PIVOT,
 )
+from lagrange_cli.emit.python.styles import NUMBERS, Style, many_lines
 from lagrange_cli.emit.template_files import filled, python_template
 
-#: Functions that evaluators and ``project`` call, by the names of their templates.
-HELPERS = ("solve_saddle", "solve_banded", "residual", "coupled_residual")
+#: Functions that evaluators and ``project`` call, by the names of their templates: those that call
+#: others first.
+HELPERS = (
+    "solve_saddle",
+    "solve_banded",
+    "solve_definite",
+    "solve_symmetric",
+    "solve_sparse",
+    "solve_columns",
+    "coupled_residual",
+    "residual",
+)
 
 #: Token → text in all templates.
 _CONSTANTS = {
@@ -30,7 +41,9 @@ def helper_source(name: str) -> str:
     return filled(python_template(name), _CONSTANTS)
 
 
-def project_source(functions: Collection[str], parameter: str, kind: str = "") -> str:
+def project_source(
+    functions: Collection[str], parameter: str, kind: str = "", style: Style = NUMBERS
+) -> str:
     """Return the definition of ``project``; empty if there are no closures.
 
     Parameters
@@ -41,15 +54,20 @@ def project_source(functions: Collection[str], parameter: str, kind: str = "") -
         The text of the last argument (``p``, or ``p=DEFAULTS``).
     kind
         ``contact_`` for the projection onto closures and closed contacts; else empty.
+    style
+        What the function runs over; of many states each is projected by itself.
     """
     if f"{kind}velocity_change" not in functions:
         return ""
     has_positions = f"{kind}position_change" in functions
     positions = python_template("project_positions") if has_positions else ""
     apart = parameter.endswith("contact")
+    name = f"_{kind}project" if apart else f"{kind}project"
+    many = many_lines(name, parameter, ", few=inf") if style.takes_arrays else []
     replacements = {
+        "@MANY@": "".join(f"{line}\n" for line in many),
         "@LED@": positions,
-        "@NAME@": f"_{kind}project" if apart else f"{kind}project",
+        "@NAME@": name,
         "@OF@": kind,
         "@CALL@": "p, contact" if apart else "p",
         "@P@": parameter,

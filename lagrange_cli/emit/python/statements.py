@@ -20,11 +20,10 @@ DOUBLE_ROUNDING = Fraction(1, 2**53)
 
 
 def solution(
-    program: Program, dialect: Dialect, failed: str, *, coordinates: bool = True
+    program: Program, dialect: Dialect, *, coordinates: bool = True
 ) -> tuple[list[str], dict[int, str], dict[int, str]]:
     """Lines that solve the blocks; the texts of what is found for coordinates and closures."""
-    failure = f"            return {failed}"
-    lines = [f"if {test}:\n{failure}" for test in _pivot_tests(program, dialect)]
+    lines = []
     written = iter(program.output("acceleration"))
     dense_matrix = iter(program.output("dense_matrix"))
     dense_forcing = iter(program.output("dense_forcing"))
@@ -48,7 +47,7 @@ def solution(
         count = n * (n + 1) // 2 + n * m + m * block.compliant
         matrix = [next(dense_matrix) for _ in range(count)]
         right = [next(dense_forcing) for _ in range(block.size)]
-        lines.extend(_dense_block(number, block, matrix, right, dialect, failure))
+        lines.extend(_dense_block(number, block, matrix, right, dialect))
         results |= {i: f"a{number}[{k}]" for k, i in enumerate(block.coordinates)}
     return lines, results, multipliers
 
@@ -61,9 +60,9 @@ def _band(
     dialect: Dialect,
 ) -> str:
     """Solve for the multipliers of a band."""
-    matrix = f"[{operand_list(entries, dialect)}]"
-    band = f"np.array({matrix}, dtype=float).reshape({len(block.closures)}, -1)"
-    return f"a{number} = _solve_banded({band}, [{operand_list(drive, dialect)}])"
+    m = len(block.closures)
+    band = matrix_text([expression_text(e, dialect) for e in entries], m, len(entries) // m)
+    return f"a{number} = _numbers(_solve_banded({band}, {vector_text(drive, dialect)}))"
 
 
 def _dense_block(
@@ -72,25 +71,17 @@ def _dense_block(
     matrix: Sequence[Operand],
     right: Sequence[Operand],
     dialect: Dialect,
-    failure: str,
 ) -> list[str]:
-    """Solve a block with NumPy. Cholesky's factor holds the roots of the pivots."""
+    """Solve a block by a function of the module."""
     n, m = len(block.coordinates), len(block.closures)
     upper = bordered(n, m, matrix) if block.closures else matrix
     lines, text = symmetric(f"m{number}_", upper, block.size, dialect)
-    lines.append(f"m{number} = {text}")
-    if block.definite:
-        bound = f"{expression_text(Constant(DOUBLE_ROUNDING), dialect)} * m{number}.diagonal()"
-        lines.append(f"d{number} = np.linalg.cholesky(m{number}).diagonal()")
-        lines.append(f"if not (d{number} * d{number} > {bound}).all():\n{failure}")
-    vector = f"np.array([{operand_list(right, dialect)}], dtype=float)"
+    lines += [f"m{number} = {text}", f"b{number} = {vector_text(right, dialect)}"]
     if block.closures:
-        lines.append(f"b{number} = {vector}")
-        solver = f"_solve_saddle(m{number}, b{number}, {len(block.coordinates)})"
-        lines.append(f'with np.errstate(all="ignore"):\n            a{number} = {solver}.tolist()')
-    else:
-        lines.append(f"a{number} = np.linalg.solve(m{number}, {vector}).tolist()")
-    return lines
+        solved = f"a{number} = _numbers(_solve_saddle(m{number}, b{number}, {n}))"
+        return [*lines, f'with np.errstate(all="ignore"):\n            {solved}']
+    name = "_solve_definite" if block.definite else "_solve_symmetric"
+    return [*lines, f"a{number} = _numbers({name}(m{number}, b{number}))"]
 
 
 def bordered(n: int, m: int, matrix: Sequence[Operand]) -> list[Operand]:
@@ -108,8 +99,15 @@ def bordered(n: int, m: int, matrix: Sequence[Operand]) -> list[Operand]:
     return upper
 
 
+def regularity(program: Program, dialect: Dialect) -> list[str]:
+    """The line that says whether the mass matrix is regular, as far as pivots are written out."""
+    tests = list(dict.fromkeys(_pivot_tests(program, dialect)))
+    whole = " & ".join(f"({test})" for test in tests) if len(tests) > 1 else "".join(tests)
+    return [_statement("regular", whole)] if tests else []
+
+
 def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
-    """Conditions under which the mass matrix is singular."""
+    """Conditions under which the mass matrix is regular."""
     tests = []
     pivots = iter(zip(program.output("pivots"), program.output("scales"), strict=True))
     for block in program.blocks:
@@ -118,11 +116,11 @@ def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
             text = expression_text(pivot, dialect)
             if block.definite and k and not block.exact:
                 bound = expression_text(Product((Constant(DOUBLE_ROUNDING), scale), ()), dialect)
-                tests.append(f"not {text} > {bound}")
+                tests.append(f"{text} > {bound}")
             elif block.definite:
-                tests.append(f"not {text} > 0.0")
+                tests.append(f"{text} > 0.0")
             else:
-                tests.append(f"not abs({text}) > 0.0")
+                tests.append(f"abs({text}) > 0.0")
     return tests
 
 
@@ -139,8 +137,7 @@ def symmetric(
         texts.append(text)
     start = [i * n - i * (i - 1) // 2 for i in range(n)]
     rows = [[texts[start[min(i, j)] + abs(i - j)] for j in range(n)] for i in range(n)]
-    entries = ", ".join(text for row in rows for text in row)
-    return lines, f"np.array([{entries}], dtype=float).reshape({n}, {n})"
+    return lines, matrix_text([text for row in rows for text in row], n, n)
 
 
 def assigned(assignments: Iterable[Assignment], dialect: Dialect) -> list[str]:
@@ -155,6 +152,16 @@ def _statement(target: str, text: str) -> str:
         return f"{target} = {text}"
     lines = wrap(text, LINE_WIDTH, break_long_words=False, break_on_hyphens=False)
     return "\n            ".join([f"{target} = (", *lines]) + "\n        )"
+
+
+def vector_text(operands: Sequence[Operand], dialect: Dialect) -> str:
+    """Write the array of some operands."""
+    return f"array([{operand_list(operands, dialect)}], float)"
+
+
+def matrix_text(entries: Sequence[str], rows: int, columns: int) -> str:
+    """Write the array of the texts of some entries, by rows."""
+    return f"_shaped(array([{', '.join(entries)}], float), {rows}, {columns})"
 
 
 def operand_list(operands: Sequence[Operand], dialect: Dialect) -> str:

@@ -26,31 +26,24 @@ _MATH += ["asinh", "acosh", "atanh", "sqrt", "exp", "log", "hypot"]
 _LOOPS = "its equations are solved by loops over numbers"
 
 
-class _Listed(list[Any]):
-    """A list that is asked for as one."""
-
-    def tolist(self) -> list[Any]:
-        return self
-
-
 def _refused(*_: Any, **__: Any) -> Any:
     raise UnfitError(_LOOPS)
 
 
-def _array(values: Sequence[Any], dtype: Any = None) -> Any:
+def _array(values: Sequence[Any], _: Any) -> Any:
     objects = np.empty(len(values), dtype=object)
     objects[:] = values
     return objects
 
 
-#: The functions of NumPy that the text calls, for objects.
-_NUMPY = SimpleNamespace(
-    asarray=lambda values, dtype=None: _Listed(values),
-    array=_array,
-    full=_refused,
-    errstate=lambda **_: nullcontext(),
-    linalg=np.linalg,
-)
+#: What the text calls, for objects.
+_OF_OBJECTS: dict[str, Any] = {
+    "np": SimpleNamespace(full=_refused, errstate=lambda **_: nullcontext(), linalg=np.linalg),
+    "array": _array,
+    "asarray": lambda values, _: list(values),
+    "_number": lambda x: x,
+    "_numbers": list,
+}
 
 
 def functions_of(code: str) -> dict[str, Any]:
@@ -80,11 +73,11 @@ def in_mpmath(code: str, name: str) -> Callable[[Any, Sequence[Any], Sequence[An
     from mpmath import mp
 
     namespace |= {word: getattr(mp, word) for word in _MATH}
-    namespace |= {"np": _NUMPY, "float": lambda x: x}
+    namespace |= _OF_OBJECTS
 
     def evaluated(t: Any, y: Sequence[Any], p: Sequence[Any]) -> Any:
         try:
-            return namespace[name](t, _Listed(y), p)
+            return namespace[name](t, y, p)
         except (TypeError, AttributeError, KeyError, ValueError) as error:
             raise UnfitError(_LOOPS) from error
 
@@ -112,8 +105,7 @@ def tracer(code: str, name: str) -> Tracer:
     ) -> Sequence[Any]:
         namespace = functions_of(code)
         namespace |= known
-        namespace |= {"np": _NUMPY, "float": lambda x: x, "_solve_saddle": known["solve"]}
-        namespace["_sign"] = known["sign"]
+        namespace |= _OF_OBJECTS | {"_solve_saddle": known["solve"], "_sign": known["sign"]}
         arguments = [lambda *_: u] if len(u) else []
         try:
             return list(namespace[name](t, y, p, *arguments))

@@ -9,16 +9,37 @@ domain error, overflow). With SciPy:
 
     solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))
 
+y may hold many states, as the columns of an array of shape (2n, m); t and each parameter
+are then numbers or arrays of shape (m,). Results have the shape that they have for one
+state, with m behind it, and NaN for states without a result. With SciPy, vectorized=True.
+
 Made by lagrange VERSION from the scene with SHA-256
 608b30109126f091f647f3cf513a931dabd5513f457625dc33716b33ba5af17b
 This output is yours: use it as you like, under any terms.
 """
 
 import sys
+from functools import cache
 from math import cos, nan, sin
+from types import FunctionType
 from typing import NamedTuple
 
 import numpy as np
+from numpy import array, asarray
+
+
+# What is done otherwise with arrays of states.
+_holds = bool
+_number = float
+_numbers = np.ndarray.tolist
+_shaped = np.ndarray.reshape
+
+
+def _undefined(shape, *given):
+    """What a function returns where it has no result."""
+    if any(map(np.ndim, given)):
+        raise ValueError("t and the parameters are numbers where y is one state")
+    return np.full(shape, nan)
 
 
 # theta1 [rad]: angle of the upper rod from the downward vertical
@@ -43,11 +64,106 @@ class Parameters(NamedTuple):
 DEFAULTS = Parameters()
 
 
+#: Axes of y for one state; more are states beside each other.
+_AXES = 1
+
+
+def _of_many(function, t, y, p, *others, few=16):
+    """What a function gives at the states in the columns of y, with these as its last axis; t and
+    the parameters are numbers, or have one for each state.
+    """
+    if y.ndim != 2 or len(y) != 2 * len(COORDINATES):
+        n = 2 * len(COORDINATES)
+        raise ValueError(f"y has the shape {y.shape}, not ({n},) or ({n}, m)")
+    m = y.shape[1]
+    t, *p = [np.asarray(value, float) for value in (t, *p)]
+    for name, value in zip(("t", *PARAMETERS), (t, *p)):
+        if value.shape not in ((), (m,)):
+            raise ValueError(f"{name} has the shape {value.shape}, not () or ({m},)")
+    if not m:
+        alone = function(0.0, np.full(len(y), nan), DEFAULTS, *others)
+        return np.empty((*np.shape(alone), 0))
+    return _evaluated(function, t, y, p, others, few)
+
+
+def _evaluated(function, t, y, p, others, few):
+    """The same by functions of NumPy. Where something goes wrong there, states are halved and the
+    last few taken one by one: so NaN stays with the state that has no result.
+    """
+    m = y.shape[1]
+    finite = np.isfinite(y).all(axis=0)
+    if m <= few:
+        return np.stack([_at(k, function, t, y, p, others) for k in range(m)], axis=-1)
+    if finite.all():
+        try:
+            with np.errstate(all="raise", under="ignore"):
+                out = _at(..., _array_functions()[function.__name__], t, y, p, others)
+            return np.array(np.broadcast_to(out, (*out.shape[:-1], m)))
+        except (ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError):
+            pass
+    half = np.arange(m) < m // 2 if finite.all() or not finite.any() else finite
+    for part in (half, ~half):
+        values = (value[part] if value.ndim else value for value in (t, *p))
+        found = _evaluated(function, next(values), y[:, part], list(values), others, few)
+        if part is half:
+            out = np.empty((*found.shape[:-1], m))
+        out[..., part] = found
+    return out
+
+
+def _at(k, function, t, y, p, others):
+    """What a function gives at state number k, or at all (...)."""
+    t, *p = [value[k] if value.ndim else value for value in (t, *p)]
+    t, *p = [float(value) if not np.ndim(value) else value for value in (t, *p)]
+    return function(t, y[:, k], Parameters(*p), *others)
+
+
+def _stacked(values, _):
+    """The array of what is given, numbers or one for each state, with these as its last axis."""
+    out = np.empty((len(values), max(map(np.size, values), default=1)))
+    for row, value in zip(out, values):
+        row[:] = value
+    return out
+
+
+def _irregular(shape, *_):
+    """Where a function has no result: at some of the states."""
+    raise ArithmeticError("no result at some state")
+
+
+@cache
+def _array_functions():
+    """The functions of this module with those of NumPy in place of those of numbers."""
+    names = {**globals(), **_OF_ARRAYS}
+    for name, function in globals().items():
+        if getattr(function, "__globals__", None) is globals() and name not in _OF_ARRAYS:
+            code, given = function.__code__.replace(), function.__defaults__
+            names[name] = FunctionType(code, names, name, given, function.__closure__)
+    return names
+
+
+#: Names of functions of numbers, and what they are for arrays.
+_OF_ARRAYS = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "array": _stacked,
+    "_AXES": 2,
+    "_undefined": _irregular,
+    "_holds": np.all,
+    "_number": np.asarray,
+    "_numbers": np.asarray,
+    "_shaped": lambda a, *shape: a.reshape(*shape, -1),
+}
+
+
 def rhs(t, y, p=DEFAULTS):
     """State derivative [v, a] at time t; all NaN where it does not exist."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(rhs, t, y, p)
     try:
         p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = np.asarray(y, dtype=float).tolist()
+        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
         w0 = q_theta1 - q_theta2
         w1 = sin(w0)
         w2 = p_m2*w1
@@ -58,46 +174,54 @@ def rhs(t, y, p=DEFAULTS):
             (p_m1*p_g*sin(q_theta1) + w2*(p_g*cos(q_theta2) + p_l2*v_theta2*v_theta2 +
             w3*w4))/w5
         )
-        if not p_m2*p_l2*p_l2 > 0.0:
-            return np.full(4, nan)
-        if not p_l1*w5 > 0.0:
-            return np.full(4, nan)
-        return np.array([v_theta1, v_theta2, -w6, -((p_g*sin(q_theta2) - p_l1*w1*w4) - w6*w3)/p_l2], dtype=float)
+        regular = (p_m2*p_l2*p_l2 > 0.0) & (p_l1*w5 > 0.0)
+        if not _holds(regular):
+            return _undefined(4, t, *p)
+        return array([v_theta1, v_theta2, -w6, -((p_g*sin(q_theta2) - p_l1*w1*w4) - w6*w3)/p_l2], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(4, nan)
+        return _undefined(4, t, *p)
 
 
 def mass_matrix(t, y, p=DEFAULTS):
     """Mass matrix M(q, t), n by n, of M a = f."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(mass_matrix, t, y, p)
     try:
         p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = np.asarray(y, dtype=float).tolist()
+        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
         w0 = p_m2*p_l2
         m0 = p_l1*p_l1*(p_m1 + p_m2)
         m1 = p_l1*cos(q_theta1 - q_theta2)*w0
         m2 = p_l2*w0
-        return np.array([m0, m1, m1, m2], dtype=float).reshape(2, 2)
+        return _shaped(array([m0, m1, m1, m2], float), 2, 2)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full((2, 2), nan)
+        return _undefined((2, 2), t, *p)
 
 
 def forcing(t, y, p=DEFAULTS):
     """Forcing f(q, v, t) of M a = f."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(forcing, t, y, p)
     try:
         p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = np.asarray(y, dtype=float).tolist()
+        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
         w0 = p_m2*p_l2
         w1 = sin(q_theta1 - q_theta2)*(p_l1*w0)
-        return np.array([-p_l1*p_g*(p_m1 + p_m2)*sin(q_theta1) - v_theta2*v_theta2*w1, -p_g*sin(q_theta2)*w0 + v_theta1*v_theta1*w1], dtype=float)
+        return array([-p_l1*p_g*(p_m1 + p_m2)*sin(q_theta1) - v_theta2*v_theta2*w1, -p_g*sin(q_theta2)*w0 + v_theta1*v_theta1*w1], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(2, nan)
+        return _undefined(2, t, *p)
 
 
 def energy(t, y, p=DEFAULTS):
     """Energy function: the sum of v dL/dv, less L (T + V in most systems)."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(energy, t, y, p)
     try:
         p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = np.asarray(y, dtype=float).tolist()
+        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
         w0 = p_l1*v_theta1
         w1 = w0*w0
         w2 = p_l1*cos(q_theta1)
@@ -106,35 +230,41 @@ def energy(t, y, p=DEFAULTS):
             p_m1*(0.5*w1 - p_g*w2) + p_m2*(0.5*(w1 + w3*(w3 + 2.0*cos(q_theta1 - q_theta2)*w0))
             - p_g*(w2 + p_l2*cos(q_theta2)))
         )
-        return float(w4)
+        return _number(w4)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return nan
+        return _number(_undefined((), t, *p))
 
 
 def positions(t, y, p=DEFAULTS):
     """Cartesian names, in the order of CARTESIAN."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(positions, t, y, p)
     try:
         p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = np.asarray(y, dtype=float).tolist()
+        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
         w0 = p_l1*sin(q_theta1)
         w1 = p_l1*cos(q_theta1)
-        return np.array([w0, 0.0, -w1, w0 + p_l2*sin(q_theta2), 0.0, -w1 - p_l2*cos(q_theta2)], dtype=float)
+        return array([w0, 0.0, -w1, w0 + p_l2*sin(q_theta2), 0.0, -w1 - p_l2*cos(q_theta2)], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(6, nan)
+        return _undefined(6, t, *p)
 
 
 def velocities(t, y, p=DEFAULTS):
     """Time derivatives of the Cartesian names, in the order of CARTESIAN."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(velocities, t, y, p)
     try:
         p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = np.asarray(y, dtype=float).tolist()
+        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
         w0 = p_l1*v_theta1
         w1 = cos(q_theta1)*w0
         w2 = sin(q_theta1)*w0
         w3 = p_l2*v_theta2
-        return np.array([w1, 0.0, w2, w1 + cos(q_theta2)*w3, 0.0, w2 + sin(q_theta2)*w3], dtype=float)
+        return array([w1, 0.0, w2, w1 + cos(q_theta2)*w3, 0.0, w2 + sin(q_theta2)*w3], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(6, nan)
+        return _undefined(6, t, *p)
 
 
 def integrate(y, t, until, steps, p=DEFAULTS):

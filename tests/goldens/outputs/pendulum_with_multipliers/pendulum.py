@@ -12,16 +12,54 @@ domain error, overflow). With SciPy:
 
     solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))
 
+y may hold many states, as the columns of an array of shape (2n, m); t and each parameter
+are then numbers or arrays of shape (m,). Results have the shape that they have for one
+state, with m behind it, and NaN for states without a result. With SciPy, vectorized=True.
+
 Made by lagrange VERSION from the scene with SHA-256
 9026f7bac4ba64776743278ccd80f930012f3881a0ea10f9b800090fbb7dfee1
 This output is yours: use it as you like, under any terms.
 """
 
 import sys
-from math import nan
+from functools import cache, partial
+from math import inf, nan
+from types import FunctionType
 from typing import NamedTuple
 
 import numpy as np
+from numpy import array, asarray
+
+
+# What is done otherwise with arrays of states.
+_number = float
+_numbers = np.ndarray.tolist
+_shaped = np.ndarray.reshape
+
+
+def _undefined(shape, *given):
+    """What a function returns where it has no result."""
+    if any(map(np.ndim, given)):
+        raise ValueError("t and the parameters are numbers where y is one state")
+    return np.full(shape, nan)
+
+
+def _residual(out):
+    """The largest residual in units of the last place of the magnitudes that follow them."""
+    m = len(out) // 2
+    return (np.abs(out[:m]) / np.spacing(out[m:])).max()
+
+
+def _coupled_residual(out, squares):
+    """The same where changes of all coordinates are found together, and rounded together: the
+    magnitude of one residual counts for another as far as a change of the coordinates that
+    makes the one does the other; ``squares`` are those of the gradients.
+    """
+    m = len(out) // 2
+    slopes = np.sqrt(squares)
+    reach = np.max(out[m:][slopes > 0.0] / slopes[slopes > 0.0], initial=0.0)
+    beside = np.where(np.isfinite(reach * slopes), reach * slopes, 0.0)
+    return _residual(np.concatenate([out[:m], np.maximum(out[m:], beside)]))
 
 
 def _solve_saddle(a, b, n):
@@ -111,24 +149,6 @@ def _solve_pivoted(a, b):
     return b
 
 
-def _residual(out):
-    """The largest residual in units of the last place of the magnitudes that follow them."""
-    m = len(out) // 2
-    return (np.abs(out[:m]) / np.spacing(out[m:])).max()
-
-
-def _coupled_residual(out, squares):
-    """The same where changes of all coordinates are found together, and rounded together: the
-    magnitude of one residual counts for another as far as a change of the coordinates that
-    makes the one does the other; ``squares`` are those of the gradients.
-    """
-    m = len(out) // 2
-    slopes = np.sqrt(squares)
-    reach = np.max(out[m:][slopes > 0.0] / slopes[slopes > 0.0], initial=0.0)
-    beside = np.where(np.isfinite(reach * slopes), reach * slopes, 0.0)
-    return _residual(np.concatenate([out[:m], np.maximum(out[m:], beside)]))
-
-
 COORDINATES = ('x', 'z')
 CARTESIAN = ('y',)
 PARAMETERS = ('m', 'l', 'g')
@@ -150,156 +170,336 @@ class Parameters(NamedTuple):
 DEFAULTS = Parameters()
 
 
+#: Axes of y for one state; more are states beside each other.
+_AXES = 1
+
+
+def _solve_saddles(a, b, n):
+    """The same for many states, all of them regular and even; else an ArithmeticError."""
+    states, s = (a[0, 0] * b[0]).shape, len(b)
+    a, b = a + np.zeros(states), b + np.zeros(states)
+    size = np.abs(a[:n, :n]).max(axis=(0, 1))
+    unit = np.where(size > 0.0, np.ldexp(1.0, -np.frexp(size)[1]), 1.0)
+    a[:n, :n] *= unit
+    b[:n] *= unit
+    _refuse_uneven(a[:n, :n])
+    d = np.zeros(b.shape)
+    for i in [*range(s)] * s:
+        size = np.maximum((np.abs(a[i]) * d).max(axis=0), np.sqrt(np.abs(a[i, i])))
+        new = (d[i] == 0.0) & (size > 0.0)
+        d[i] = np.where(new, np.ldexp(1.0, -np.frexp(size)[1]), d[i])
+        if d.all():
+            break
+    a *= d[:, None] * d
+    x = d * _solve_pivoted_each(a, d * b)
+    x[n:] /= -unit
+    return x
+
+
+def _refuse_uneven(m):
+    """An ArithmeticError if elimination leaves little of an inertia."""
+    c = m.copy()
+    for k, row in enumerate(m):
+        light, alone = ~(row[k] > 7.888609052210118e-31), ~np.delete(row, k, axis=0).any(axis=0)
+        if not np.where(light, alone, c[k, k] > 0.00390625 * row[k]).all():
+            raise ArithmeticError("uneven inertias")
+        ratio = c[k, k + 1 :] / np.where(light, 1.0, c[k, k])
+        c[k + 1 :, k + 1 :] -= ratio[:, None] * c[k, k + 1 :]
+
+
+def _solve_pivoted_each(a, b):
+    """x of a x = b for each state by elimination with partial pivoting."""
+    s, every = len(b), np.arange(b.shape[1])
+    for j in range(s):
+        best = j + np.abs(a[j:, j]).argmax(axis=0)
+        a[j], a[best, :, every] = a[best, :, every].T, a[j].T.copy()
+        b[j], b[best, every] = b[best, every], b[j].copy()
+        if not (np.abs(a[j, j]) > s * 2.0**-53).all():
+            raise ArithmeticError("a singular matrix")
+        ratio = a[j + 1 :, j] / a[j, j]
+        a[j + 1 :, j:] -= ratio[:, None] * a[j, j:]
+        b[j + 1 :] -= ratio * b[j]
+    for j in reversed(range(s)):
+        b[j] /= a[j, j]
+        b[:j] -= a[:j, j] * b[j]
+    return b
+
+
+def _of_many(function, t, y, p, *others, few=16):
+    """What a function gives at the states in the columns of y, with these as its last axis; t and
+    the parameters are numbers, or have one for each state.
+    """
+    if y.ndim != 2 or len(y) != 2 * len(COORDINATES):
+        n = 2 * len(COORDINATES)
+        raise ValueError(f"y has the shape {y.shape}, not ({n},) or ({n}, m)")
+    m = y.shape[1]
+    t, *p = [np.asarray(value, float) for value in (t, *p)]
+    for name, value in zip(("t", *PARAMETERS), (t, *p)):
+        if value.shape not in ((), (m,)):
+            raise ValueError(f"{name} has the shape {value.shape}, not () or ({m},)")
+    if not m:
+        alone = function(0.0, np.full(len(y), nan), DEFAULTS, *others)
+        return np.empty((*np.shape(alone), 0))
+    return _evaluated(function, t, y, p, others, few)
+
+
+def _evaluated(function, t, y, p, others, few):
+    """The same by functions of NumPy. Where something goes wrong there, states are halved and the
+    last few taken one by one: so NaN stays with the state that has no result.
+    """
+    m = y.shape[1]
+    finite = np.isfinite(y).all(axis=0)
+    if m <= few:
+        return np.stack([_at(k, function, t, y, p, others) for k in range(m)], axis=-1)
+    if finite.all():
+        try:
+            with np.errstate(all="raise", under="ignore"):
+                out = _at(..., _array_functions()[function.__name__], t, y, p, others)
+            return np.array(np.broadcast_to(out, (*out.shape[:-1], m)))
+        except (ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError):
+            pass
+    half = np.arange(m) < m // 2 if finite.all() or not finite.any() else finite
+    for part in (half, ~half):
+        values = (value[part] if value.ndim else value for value in (t, *p))
+        found = _evaluated(function, next(values), y[:, part], list(values), others, few)
+        if part is half:
+            out = np.empty((*found.shape[:-1], m))
+        out[..., part] = found
+    return out
+
+
+def _at(k, function, t, y, p, others):
+    """What a function gives at state number k, or at all (...)."""
+    t, *p = [value[k] if value.ndim else value for value in (t, *p)]
+    t, *p = [float(value) if not np.ndim(value) else value for value in (t, *p)]
+    return function(t, y[:, k], Parameters(*p), *others)
+
+
+def _stacked(values, _):
+    """The array of what is given, numbers or one for each state, with these as its last axis."""
+    out = np.empty((len(values), max(map(np.size, values), default=1)))
+    for row, value in zip(out, values):
+        row[:] = value
+    return out
+
+
+def _irregular(shape, *_):
+    """Where a function has no result: at some of the states."""
+    raise ArithmeticError("no result at some state")
+
+
+@cache
+def _array_functions():
+    """The functions of this module with those of NumPy in place of those of numbers."""
+    names = {**globals(), **_OF_ARRAYS}
+    for name, function in globals().items():
+        if getattr(function, "__globals__", None) is globals() and name not in _OF_ARRAYS:
+            code, given = function.__code__.replace(), function.__defaults__
+            names[name] = FunctionType(code, names, name, given, function.__closure__)
+    return names
+
+
+#: Names of functions of numbers, and what they are for arrays.
+_OF_ARRAYS = {
+    "array": _stacked,
+    "_AXES": 2,
+    "_undefined": _irregular,
+    "_number": np.asarray,
+    "_numbers": np.asarray,
+    "_shaped": lambda a, *shape: a.reshape(*shape, -1),
+    "_solve_saddle": _solve_saddles,
+}
+
+
 def rhs(t, y, p=DEFAULTS):
     """State derivative [v, a] at time t; all NaN where it does not exist."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(rhs, t, y, p)
     try:
         p_m, p_l, p_g = p
-        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        q_x, q_z, v_x, v_z = _numbers(y)
         m0_2 = 2.0*q_x
         m0_4 = 2.0*q_z
-        m0 = np.array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], dtype=float).reshape(3, 3)
-        b0 = np.array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], dtype=float)
+        m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
+        b0 = array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], float)
         with np.errstate(all="ignore"):
-            a0 = _solve_saddle(m0, b0, 2).tolist()
-        return np.array([v_x, v_z, a0[0], a0[1]], dtype=float)
+            a0 = _numbers(_solve_saddle(m0, b0, 2))
+        return array([v_x, v_z, a0[0], a0[1]], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(4, nan)
+        return _undefined(4, t, *p)
 
 
 def mass_matrix(t, y, p=DEFAULTS):
     """Mass matrix M(q, t), n by n, of M a = f."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(mass_matrix, t, y, p)
     try:
         p_m, p_l, p_g = p
-        return np.array([p_m, 0.0, 0.0, p_m], dtype=float).reshape(2, 2)
+        return _shaped(array([p_m, 0.0, 0.0, p_m], float), 2, 2)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full((2, 2), nan)
+        return _undefined((2, 2), t, *p)
 
 
 def forcing(t, y, p=DEFAULTS):
     """Forcing f(q, v, t) of M a = f."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(forcing, t, y, p)
     try:
         p_m, p_l, p_g = p
-        return np.array([0.0, -p_m*p_g], dtype=float)
+        return array([0.0, -p_m*p_g], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(2, nan)
+        return _undefined(2, t, *p)
 
 
 def energy(t, y, p=DEFAULTS):
     """Energy function: the sum of v dL/dv, less L (T + V in most systems)."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(energy, t, y, p)
     try:
         p_m, p_l, p_g = p
-        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
-        return float(p_m*(0.5*(v_x*v_x + v_z*v_z) + p_g*q_z))
+        q_x, q_z, v_x, v_z = _numbers(y)
+        return _number(p_m*(0.5*(v_x*v_x + v_z*v_z) + p_g*q_z))
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return nan
+        return _number(_undefined((), t, *p))
 
 
 def positions(t, y, p=DEFAULTS):
     """Cartesian names, in the order of CARTESIAN."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(positions, t, y, p)
     try:
-        return np.array([0.0], dtype=float)
+        return array([0.0], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(1, nan)
+        return _undefined(1, t, *p)
 
 
 def velocities(t, y, p=DEFAULTS):
     """Time derivatives of the Cartesian names, in the order of CARTESIAN."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(velocities, t, y, p)
     try:
-        return np.array([0.0], dtype=float)
+        return array([0.0], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(1, nan)
+        return _undefined(1, t, *p)
 
 
 def multipliers(t, y, p=DEFAULTS):
     """Multipliers, in the order of MULTIPLIERS; all NaN where they do not exist."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(multipliers, t, y, p)
     try:
         p_m, p_l, p_g = p
-        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        q_x, q_z, v_x, v_z = _numbers(y)
         m0_2 = 2.0*q_x
         m0_4 = 2.0*q_z
-        m0 = np.array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], dtype=float).reshape(3, 3)
-        b0 = np.array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], dtype=float)
+        m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
+        b0 = array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], float)
         with np.errstate(all="ignore"):
-            a0 = _solve_saddle(m0, b0, 2).tolist()
-        return np.array([a0[2]], dtype=float)
+            a0 = _numbers(_solve_saddle(m0, b0, 2))
+        return array([a0[2]], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(1, nan)
+        return _undefined(1, t, *p)
 
 
 def constraints(t, y, p=DEFAULTS):
     """What is zero: lhs - rhs of closures of positions, then rates of all closures."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(constraints, t, y, p)
     try:
         p_m, p_l, p_g = p
-        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
-        return np.array([q_x*q_x + q_z*q_z - p_l*p_l, 2.0*(q_x*v_x + q_z*v_z)], dtype=float)
+        q_x, q_z, v_x, v_z = _numbers(y)
+        return array([q_x*q_x + q_z*q_z - p_l*p_l, 2.0*(q_x*v_x + q_z*v_z)], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(2, nan)
+        return _undefined(2, t, *p)
 
 
 def _position_error(t, y, p):
     """Closures of positions, then the magnitudes behind them."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(_position_error, t, y, p)
     try:
         p_m, p_l, p_g = p
-        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        q_x, q_z, v_x, v_z = _numbers(y)
         w0 = q_x*q_x
         w1 = q_z*q_z
         w2 = p_l*p_l
-        return np.array([w0 + w1 - w2, abs(w0) + abs(w1) + abs(w2) + abs(2.0*w0) + abs(2.0*w1)], dtype=float)
+        return array([w0 + w1 - w2, abs(w0) + abs(w1) + abs(w2) + abs(2.0*w0) + abs(2.0*w1)], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(2, nan)
+        return _undefined(2, t, *p)
 
 
 def _position_reach(t, y, p):
     """Squares of the gradients of closures of positions, over the masses."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(_position_reach, t, y, p)
     try:
         p_m, p_l, p_g = p
-        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
-        return np.array([4.0*(q_x*q_x + q_z*q_z)/p_m], dtype=float)
+        q_x, q_z, v_x, v_z = _numbers(y)
+        return array([4.0*(q_x*q_x + q_z*q_z)/p_m], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(1, nan)
+        return _undefined(1, t, *p)
 
 
 def _position_change(t, y, p):
     """The change of q that makes the linearized closures vanish."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(_position_change, t, y, p)
     try:
         p_m, p_l, p_g = p
-        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        q_x, q_z, v_x, v_z = _numbers(y)
         m0_2 = 2.0*q_x
         m0_4 = 2.0*q_z
-        m0 = np.array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], dtype=float).reshape(3, 3)
-        b0 = np.array([0.0, 0.0, -q_x*q_x - q_z*q_z + p_l*p_l], dtype=float)
+        m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
+        b0 = array([0.0, 0.0, -q_x*q_x - q_z*q_z + p_l*p_l], float)
         with np.errstate(all="ignore"):
-            a0 = _solve_saddle(m0, b0, 2).tolist()
-        return np.array([a0[0], a0[1]], dtype=float)
+            a0 = _numbers(_solve_saddle(m0, b0, 2))
+        return array([a0[0], a0[1]], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(2, nan)
+        return _undefined(2, t, *p)
 
 
 def _velocity_error(t, y, p):
     """Rates of the closures, then the magnitudes behind them."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(_velocity_error, t, y, p)
     try:
-        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        q_x, q_z, v_x, v_z = _numbers(y)
         w0 = q_x*v_x
         w1 = q_z*v_z
-        return np.array([2.0*(w0 + w1), abs(2.0*w0) + abs(2.0*w1)], dtype=float)
+        return array([2.0*(w0 + w1), abs(2.0*w0) + abs(2.0*w1)], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(2, nan)
+        return _undefined(2, t, *p)
 
 
 def _velocity_change(t, y, p):
     """The change of v that makes the rates of the closures vanish."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(_velocity_change, t, y, p)
     try:
         p_m, p_l, p_g = p
-        q_x, q_z, v_x, v_z = np.asarray(y, dtype=float).tolist()
+        q_x, q_z, v_x, v_z = _numbers(y)
         m0_2 = 2.0*q_x
         m0_4 = 2.0*q_z
-        m0 = np.array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], dtype=float).reshape(3, 3)
-        b0 = np.array([0.0, 0.0, -2.0*(q_x*v_x + q_z*v_z)], dtype=float)
+        m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
+        b0 = array([0.0, 0.0, -2.0*(q_x*v_x + q_z*v_z)], float)
         with np.errstate(all="ignore"):
-            a0 = _solve_saddle(m0, b0, 2).tolist()
-        return np.array([a0[0], a0[1]], dtype=float)
+            a0 = _numbers(_solve_saddle(m0, b0, 2))
+        return array([a0[0], a0[1]], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return np.full(2, nan)
+        return _undefined(2, t, *p)
 
 
 def project(t, y, p=DEFAULTS):
@@ -307,7 +507,9 @@ def project(t, y, p=DEFAULTS):
     smallest changes in the metric of the kinetic energy, until only rounding is left
     (Newton's method), then v in the same metric.
     """
-    y = np.array(y, dtype=float)
+    y = array(y, float)
+    if y.ndim > _AXES:
+        return _of_many(project, t, y, p, few=inf)
     n = len(y) // 2
     with np.errstate(all="ignore"):
         last = np.inf
