@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     type=click.Choice(["lagrange", "explicit", "multiplier"]),
     default="lagrange",
     show_default=True,
-    help="Lagrange's equations, or solved for the accelerations, in terms of multipliers where "
-    "there are any; or with all constraints beside Cartesian names, each with its multiplier.",
+    help="Lagrange's equations, or solved for the accelerations and multipliers where closed forms "
+    "are short; or with all constraints beside Cartesian names, each with its multiplier.",
 )
 @click.option(
     "--forces",

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations
 from lagrange_cli.mechanics.equations import tagged
 from lagrange_cli.notation.symbols import multiplier_name
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import CartesianName, Equations, ShownEquation
     from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine
 
@@ -69,26 +69,18 @@ def multipliers_line(equations: Equations) -> str:
     )
 
 
-def explicit_line(equations: Equations) -> str:
+def explicit_line(equations: Equations, explicit: ExplicitForm) -> str:
     """Say what the explicit form is solved for, and what it does not determine."""
-    solved = [value is not None for value in explicit_accelerations(equations)]
-    told = "Solved for the accelerations"
+    solved = [value is not None for value in explicit.accelerations]
+    what = "accelerations and multipliers" if any(explicit.multipliers) else "accelerations"
+    told = f"Solved for the {what}"
     if not any(solved):
         told = "Not solved for the accelerations, in the form M a = f"
     elif not all(solved):
-        told += " where at most two are coupled, the others as M a = f"
-    unknown = unknown_multipliers(equations)
-    return f"{told}; {unknown}" if unknown else told
-
-
-def unknown_multipliers(equations: Equations) -> str:
-    """Say what determines the multipliers in accelerations; empty if there are none."""
-    what = []
-    if equations.closures:
-        what.append("the closure equations, differentiated, determine their multipliers")
-    if equations.contacts:
-        what.append("contacts determine theirs" if what else "contacts determine the multipliers")
-    return ", ".join(what)
+        told += " where few are coupled, the others in the form M a = f"
+    if None in explicit.multipliers:
+        told += " beside closure equations, which are differentiated"
+    return f"{told}; contacts determine their multipliers" if equations.contacts else told
 
 
 def contacts_lines(equations: Equations) -> tuple[str, ...]:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.emit.force_wording import forces_report
 from lagrange_cli.mechanics.dynamics.accelerations import (
-    explicit_accelerations,
+    differentiated,
+    explicit_form,
     forcing_with_reactions,
 )
 from lagrange_cli.mechanics.sparse import entries
@@ -40,8 +41,9 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         What a derivation yields.
     form
         ``lagrange``: each residual is the shown form of Lagrange's equation.
-        ``explicit``: it is ``ddot(q) - (acceleration)``, or the row of
-        M q̈ − f where more than two accelerations are coupled.
+        ``explicit``: it is ``ddot(q) - (acceleration)``, or the row of M q̈ − f where too many
+        accelerations are coupled; ``multiplier_equations`` hold ``lambda - (value)`` of each
+        closure, or the closure differentiated.
 
     Raises
     ------
@@ -70,7 +72,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "kinetic": say(equations.kinetic),
         "potential": say(equations.potential),
         "lagrangian": say(equations.lagrangian),
-        "equations": _residuals(equations, form, say),
+        **(_explicit(equations, say) if form == "explicit" else _lagrange(equations, say)),
         "mass_matrix": _matrix(equations.mass_matrix, say),
         "forcing": [say(f) for f in equations.forcing],
         "cyclic": list(equations.cyclic),
@@ -128,33 +130,50 @@ def _contacts(equations: Equations, say: _Speaker) -> list[dict[str, Any]]:
     ]
 
 
-def _residuals(equations: Equations, form: str, say: _Speaker) -> list[dict[str, str]]:
-    if form == "explicit":
-        rows = _explicit_rows(equations, say)
-    else:
-        rows = [display_row(shown, say.words) for shown in equations.shown]
+def _lagrange(equations: Equations, say: _Speaker) -> dict[str, Any]:
+    rows = [display_row(shown, say.words) for shown in equations.shown]
+    return {"equations": _residuals(equations, rows, say)}
+
+
+def _explicit(equations: Equations, say: _Speaker) -> dict[str, Any]:
+    """The rows for coordinates, and those for the multipliers of closures."""
+    explicit, right = explicit_form(equations), forcing_with_reactions(equations)
+    rows = []
+    for i, (c, value) in enumerate(zip(equations.coordinates, explicit.accelerations, strict=True)):
+        if value is not None:
+            rows.append(_difference([c.a], value, say))
+        else:
+            row = entries(equations.mass_matrix[i]).items()
+            left = [m * equations.coordinates[j].a for j, m in row]
+            rows.append(_difference(left, right[i], say))
+    return {
+        "equations": _residuals(equations, rows, say),
+        "multiplier_equations": [
+            {
+                "multiplier": closure.multiplier.name,
+                "residual": say.tree(
+                    display_row(differentiated(equations, closure), say.words)
+                    if value is None
+                    else _difference([closure.multiplier], value, say)
+                ),
+            }
+            for closure, value in zip(equations.closures, explicit.multipliers, strict=True)
+        ],
+    }
+
+
+def _residuals(
+    equations: Equations, rows: Sequence[DisplayNode], say: _Speaker
+) -> list[dict[str, str]]:
     return [
         {"coordinate": c.name, "residual": say.tree(row)}
         for c, row in zip(equations.coordinates, rows, strict=True)
     ]
 
 
-def _explicit_rows(equations: Equations, say: _Speaker) -> list[DisplayNode]:
-    rows, right = [], forcing_with_reactions(equations)
-    for i, value in enumerate(explicit_accelerations(equations)):
-        if value is not None:
-            rows.append(_difference([(1, i)], value, equations, say))
-        else:
-            nonzero = [(m, j) for j, m in entries(equations.mass_matrix[i]).items()]
-            rows.append(_difference(nonzero, right[i], equations, say))
-    return rows
-
-
-def _difference(
-    entries: Sequence[tuple[Expr | int, int]], value: Expr, equations: Equations, say: _Speaker
-) -> DisplayNode:
-    """``Σ entry·a − value``, the accelerations first."""
-    left = [display(entry * equations.coordinates[j].a, say.words) for entry, j in entries]
+def _difference(unknowns: Sequence[Expr], value: Expr, say: _Speaker) -> DisplayNode:
+    """``Σ unknown − value``, the unknowns first."""
+    left = [display(unknown, say.words) for unknown in unknowns]
     terms = [term for node in left for term in as_terms(node)]
     terms += [SignedNode(not t.negative, t.node) for t in as_terms(display(value, say.words))]
     return sum_of(terms, ordered=True)

@@ -61,8 +61,7 @@ EMITTERS: dict[str, Emitter] = {
                 ),
                 Option(
                     "form",
-                    "Lagrange's equations, or solved for the accelerations, in terms of"
-                    " multipliers where there are any",
+                    "Lagrange's equations, or solved for the accelerations and multipliers",
                     choices=("lagrange", "explicit"),
                     default="lagrange",
                 ),

@@ -12,6 +12,7 @@ from lagrange_cli.emit.constraint_wording import (
     contacts_lines,
     counting,
     energy_is_sum,
+    explicit_line,
     implied_line,
     is_generalized_potential,
     multiplier_label,
@@ -19,13 +20,13 @@ from lagrange_cli.emit.constraint_wording import (
     quantity_labels,
     remark_on,
     telling_definitions,
-    unknown_multipliers,
     was_divided,
 )
 from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows, reaction_rows
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.dynamics.accelerations import (
-    explicit_accelerations,
+    differentiated,
+    explicit_form,
     forcing_with_reactions,
 )
 from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
@@ -37,6 +38,7 @@ from lagrange_cli.notation.unicode import UnicodePrinter
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import Equations, Input
     from lagrange_cli.mechanics.findings import Conserved
 
@@ -56,8 +58,8 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
     ascii
         Seven-bit text with formulas in the scene language; else Unicode.
     form
-        ``lagrange`` for Lagrange's equations; ``explicit`` for accelerations
-        where at most two are coupled, and M q̈ = f where more are.
+        ``lagrange`` for Lagrange's equations; ``explicit`` for accelerations and
+        multipliers where few are coupled, and M q̈ = f where more are.
 
     Returns
     -------
@@ -211,27 +213,28 @@ class _Page:
         return ["Equations of motion", *(lines or [_STILL])]
 
     def accelerations(self) -> list[str]:
-        unknown = unknown_multipliers(self.equations)
-        lines = [f"Accelerations ({unknown})" if unknown else "Accelerations"]
-        for c, value in zip(
-            self.equations.coordinates, explicit_accelerations(self.equations), strict=True
-        ):
+        explicit = explicit_form(self.equations)
+        if not self.equations.coordinates:
+            return ["Equations of motion", _STILL]
+        told = explicit_line(self.equations, explicit)
+        lines = self.listed("Equations of motion, ", (told[0].lower() + told[1:]).split())
+        solved = zip(self.equations.coordinates, explicit.accelerations, strict=True)
+        for c, value in solved:
             if value is not None:
                 lines += self.formula(f"  {self.printer.symbol(c.name, 2)}", value)
-        lines += self.coupled()
-        return lines if len(lines) > 1 else [*lines, _STILL]
+        for closure, value in zip(self.equations.closures, explicit.multipliers, strict=True):
+            if value is not None:
+                lines += self.formula(f"  {joined(self.pieces(closure.multiplier))}", value)
+        return lines + self.coupled(explicit)
 
-    def coupled(self) -> list[str]:
-        """M and f of the accelerations that have no short closed form."""
-        solved = explicit_accelerations(self.equations)
-        names = [self.printer.symbol(c.name) for c in self.equations.coordinates]
-        open_rows = [i for i, value in enumerate(solved) if value is None]
+    def coupled(self, explicit: ExplicitForm) -> list[str]:
+        """M and f of the accelerations that are not solved for, and what closures say of them."""
+        coordinates, open_rows = self.equations.coordinates, explicit.coupled
         if not open_rows:
             return []
-        unknowns = ", ".join(
-            self.printer.symbol(self.equations.coordinates[i].name, 2) for i in open_rows
-        )
-        lines = self.listed("  from M a = f with a = ", unknowns.split(" "))
+        names = [self.printer.symbol(c.name) for c in coordinates]
+        unknowns = ", ".join(self.printer.symbol(coordinates[i].name, 2) for i in open_rows)
+        lines = self.listed("  M a = f with a = ", unknowns.split(" "))
         for i in open_rows:
             for j in open_rows:
                 entry = self.equations.mass_matrix[i][j]
@@ -240,6 +243,11 @@ class _Page:
         right = forcing_with_reactions(self.equations)
         for i in open_rows:
             lines += self.formula(f"  f[{names[i]}]", right[i])
+        for closure, value in zip(self.equations.closures, explicit.multipliers, strict=True):
+            if value is None:
+                row = display_row(differentiated(self.equations, closure), self.words)
+                left = suffixed(self.printer.pieces(row), " = 0", 4)
+                lines += self.hung(f"  {escape_controls(closure.name)}   ", left)
         return lines
 
     def closures(self) -> list[str]:

@@ -1,12 +1,17 @@
-"""What the explicit form says of itself is true of the rows below it."""
+"""What the explicit form says of itself is true of the rows below it.
+
+What is solved is compared with formulas of textbooks, and with the saddle point system.
+"""
 
 from __future__ import annotations
 
 import pytest
+import sympy as sp
 
-from lagrange_cli import loads
+from lagrange_cli import load, loads
+from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.emit.text import derivation_text
-from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_form
 
 BOB = "particles: {bob: {mass: 2, position: [x, y, z]}}\n"
 CHAIN = """
@@ -22,47 +27,124 @@ definitions:
   z[i=1..n]: z[i-1] - cos(th[i])
 %s
 """
-#: Scene → the heading in text, and the line above the rows in LaTeX.
+FOUR_BAR = """
+plane: xz
+particles: {p: {mass: 1, position: [x, y, z]}, q: {mass: 1, position: [u, y2, w]}}
+coordinates: [al, be, ga]
+definitions: {x: cos(al), z: sin(al), u: 2 + 2*cos(ga), w: 2*sin(ga)}
+constraints: {loop: [cos(al) + 3*cos(be) = u, sin(al) + 3*sin(be) = w]}
+near: {be: 0.16, ga: 0.72}
+initial: {al: 1}
+"""
+#: Scene → what is said of it, in text after "Equations of motion, ".
 SCENES = {
     "solved": (
         BOB + "coordinates: [x, y]\ndefinitions: {z: x^2}\n",
-        "Accelerations",
-        "Solved for the accelerations:",
+        "Solved for the accelerations",
     ),
     "multipliers": (
         BOB + "plane: xz\nconstraints: {rod: x^2 + z^2 = 1}\n",
-        "Accelerations (the closure equations, differentiated, determine their multipliers)",
-        "Solved for the accelerations; the closure equations, differentiated, determine their"
-        " multipliers:",
+        "Solved for the accelerations and multipliers",
     ),
     "contacts": (
         BOB + "constraints: {floor: z >= 0}\n",
-        "Accelerations (contacts determine the multipliers)",
-        "Solved for the accelerations; contacts determine the multipliers:",
+        "Solved for the accelerations; contacts determine their multipliers",
+    ),
+    "closures and contacts": (
+        BOB + "plane: xz\nconstraints: {rod: x^2 + z^2 = 1, floor: z >= -1/2}\n",
+        "Solved for the accelerations and multipliers; contacts determine their multipliers",
     ),
     "coupled": (
         CHAIN % (3, "", ""),
-        "Accelerations",
-        "Not solved for the accelerations, in the form $M a = f$:",
+        "Not solved for the accelerations, in the form M a = f",
     ),
     "partly": (
         CHAIN % (3, ", u", "kinetic: {u: dot(u)^2}"),
-        "Accelerations",
-        "Solved for the accelerations where at most two are coupled, the others as $M a = f$:",
+        "Solved for the accelerations where few are coupled, the others in the form M a = f",
+    ),
+    "closed": (
+        FOUR_BAR,
+        "Not solved for the accelerations, in the form M a = f beside closure equations, which are"
+        " differentiated",
     ),
 }
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_what_is_solved_is_said(name: str) -> None:
-    scene, heading, line = SCENES[name]
+    scene, line = SCENES[name]
     system = loads("name: s\n" + scene).derive()
-    text = derivation_text(system.equations, form="explicit")
-    assert f"\n{heading}\n" in text
+    text = " ".join(derivation_text(system.equations, form="explicit").split())
+    assert f"Equations of motion, {line[0].lower()}{line[1:]} " in text
     (document,) = system.emit("latex", form="explicit").values()
-    assert f"\n{line}\n" in document
-    solved = explicit_accelerations(system.equations)
-    assert ("M a = f" in line) == (None in solved)
+    assert f"\n{line.replace('M a = f', '$M a = f$')}:\n" in document
+    explicit = explicit_form(system.equations)
+    assert ("M a = f" in line) == (None in explicit.accelerations)
+    assert ("differentiated" in line) == (None in explicit.multipliers)
     unknown = {c.multiplier for c in system.equations.pushing}
-    held = {s for value in solved if value is not None for s in value.free_symbols}
-    assert ("multipliers" in line) == bool(held & unknown)
+    values = (*explicit.accelerations, *explicit.multipliers)
+    held = {s for value in values if value is not None for s in value.free_symbols}
+    assert held & unknown == {c.closure.multiplier for c in system.equations.contacts}
+
+
+#: Scene → left side of the explicit form → formula of a textbook.
+FORMULAS = {
+    "rolling/wheel_down_incline": {
+        "ddot(s)": "g*sin(alpha)/(1 + I/(m*R**2))",
+        "ddot(psi)": "g*sin(alpha)/(1 + I/(m*R**2))/R",
+        "lambda_rolling": "-I*g*sin(alpha)/(1 + I/(m*R**2))/R**2",
+    },
+    "constraints/pendulum_in_cartesian_coordinates": {
+        "ddot(x)": "2*x*L",
+        "ddot(z)": "2*z*L - g",
+        "lambda_rod": "m*L",
+    },
+}
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_multipliers_are_eliminated(name: str) -> None:
+    equations = load(f"systems/{name}.yaml").derive().equations
+    names = {c.q.name: c.q for c in equations.coordinates}
+    names |= {p.name: p.symbol for p in equations.parameters}
+    if "x" in names:
+        x, z = equations.coordinates
+        names["L"] = (names["g"] * z.q - x.v**2 - z.v**2) / (2 * (x.q**2 + z.q**2))
+    explicit = explicit_form(equations)
+    lefts = [f"ddot({c.name})" for c in equations.coordinates]
+    lefts += [c.multiplier.name for c in equations.closures]
+    values = dict(zip(lefts, (*explicit.accelerations, *explicit.multipliers), strict=True))
+    for left, formula in FORMULAS[name].items():
+        assert sp.simplify(values[left] - sp.sympify(formula, names)) == 0
+
+
+@pytest.mark.parametrize(
+    "name", ["rolling/chaplygin_sleigh", "rolling/rolling_disk", "constraints/coupled_gears"]
+)
+def test_solutions_solve_the_saddle_point_system(name: str) -> None:
+    equations = load(f"systems/{name}.yaml").derive().equations
+    explicit = explicit_form(equations)
+    assert None not in (*explicit.accelerations, *explicit.multipliers)
+    gradient = sp.Matrix([list(c.gradient) for c in equations.closures])
+    mass, forcing = sp.Matrix(equations.mass_matrix), sp.Matrix(equations.forcing)
+    a, multipliers = sp.Matrix(explicit.accelerations), sp.Matrix(explicit.multipliers)
+    motion = mass * a - forcing - gradient.T * multipliers
+    rates = gradient * a + sp.Matrix([c.bias for c in equations.closures])
+    assert sp.simplify(sp.Matrix([*motion, *rates])).is_zero_matrix
+
+
+def test_json_has_a_row_for_each_multiplier() -> None:
+    rolling = load("systems/rolling/wheel_down_incline.yaml").derive().equations
+    report = derivation_report(rolling, "explicit")
+    assert report["equations"][0]["residual"] == "ddot(s) - m*R^2*g*sin(alpha)/(m*R^2 + I)"
+    assert report["multiplier_equations"] == [
+        {
+            "multiplier": "lambda_rolling",
+            "residual": "lambda_rolling + m*I*g*sin(alpha)/(m*R^2 + I)",
+        }
+    ]
+    bars = loads("name: s\n" + FOUR_BAR).derive().equations
+    rows = derivation_report(bars, "explicit")["multiplier_equations"]
+    assert [row["multiplier"] for row in rows] == ["lambda_loop_1", "lambda_loop_2"]
+    assert "ddot(be)" in rows[0]["residual"]
+    assert "multiplier_equations" not in derivation_report(bars)

@@ -26,7 +26,9 @@ KEYS = [
 @pytest.mark.parametrize("form", ["lagrange", "explicit"])
 def test_keys(form):
     report = derivation_report(masses_through_hole(), form)
-    assert list(report) == KEYS
+    known = [key for key in report if key != "multiplier_equations" or form == "lagrange"]
+    assert known == KEYS
+    assert report.get("multiplier_equations", []) == []
     assert json.loads(json.dumps(report)) == report
 
 

@@ -21,6 +21,7 @@ from lagrange_cli.emit.constraint_wording import (
 from lagrange_cli.emit.latex import words as latex_words
 from lagrange_cli.emit.latex.forces import forces_section
 from lagrange_cli.emit.latex.typesetter import FormulaRow, Typesetter
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_form
 from lagrange_cli.notation.latex import latex_number
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.symbols import latex_name
@@ -222,7 +223,8 @@ class _Document:
         if not rows:
             return [*lines, "There are none."]
         if form == "explicit":
-            told = explicit_line(self.equations).replace("M a = f", "$M a = f$")
+            told = explicit_line(self.equations, explicit_form(self.equations))
+            told = told.replace("M a = f", "$M a = f$")
             lines.append(f"{told}:")
         else:
             lines.append(f"Lagrange's equations {self._lagrange()} give")

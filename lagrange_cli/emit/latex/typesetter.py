@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,8 @@ from lagrange_cli.emit.constraint_wording import (
     quantity_labels,
 )
 from lagrange_cli.mechanics.dynamics.accelerations import (
-    explicit_accelerations,
+    differentiated,
+    explicit_form,
     forcing_with_reactions,
 )
 from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
@@ -25,6 +26,7 @@ from lagrange_cli.notation.tree import DisplayNode
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import Coordinate, Equations
 
 #: Columns of half an em that a line of the document holds beside its label and number.
@@ -111,22 +113,33 @@ class Typesetter:
         return FormulaRow(label, [head, first, *body[1:]])
 
     def motion(self, form: str) -> list[FormulaRow]:
-        """Lagrange's equations, or accelerations with M and f where they stay coupled."""
+        """Lagrange's equations, or accelerations and multipliers, with M and f where they stay
+        coupled."""
         coordinates = self.equations.coordinates
         if form != "explicit":
             return [
                 FormulaRow(rf"{self.coordinate(c)}\colon\quad", self.row(i))
                 for i, c in enumerate(coordinates)
             ]
-        solved = explicit_accelerations(self.equations)
-        right = forcing_with_reactions(self.equations)
+        explicit = explicit_form(self.equations)
+        labels = [
+            *(self.coordinate(c, 2) for c in coordinates),
+            *(self.inline(closure.multiplier) for closure in self.equations.closures),
+        ]
+        values = (*explicit.accelerations, *explicit.multipliers)
         rows = [
-            self.definition(self.coordinate(c, 2), value)
-            for c, value in zip(coordinates, solved, strict=True)
+            self.definition(label, value)
+            for label, value in zip(labels, values, strict=True)
             if value is not None
         ]
-        coupled = [i for i, value in enumerate(solved) if value is None]
-        return rows + self._coupled(coupled, right)
+        return [*rows, *self._coupled(explicit.coupled), *self._differentiated(explicit)]
+
+    def _differentiated(self, explicit: ExplicitForm) -> Iterator[FormulaRow]:
+        """The closures beside accelerations that are not solved for, differentiated."""
+        for closure, value in zip(self.equations.closures, explicit.multipliers, strict=True):
+            if value is None:
+                left = display_row(differentiated(self.equations, closure), self.words)
+                yield FormulaRow("", suffixed(self.tree(left), " = 0", 3))
 
     def closures(self) -> list[FormulaRow]:
         """The closure equations, each with its name."""
@@ -148,9 +161,9 @@ class Typesetter:
             rows.append(FormulaRow(label, prefixed(gap, push, 12)))
         return rows
 
-    def _coupled(self, indices: list[int], forcing: Sequence[Expr]) -> list[FormulaRow]:
-        """``Σ M a = f`` for coordinates that are coupled by more than two."""
-        rows = []
+    def _coupled(self, indices: Sequence[int]) -> list[FormulaRow]:
+        """``Σ M a = f`` for coordinates whose accelerations are not solved for."""
+        rows, forcing = [], forcing_with_reactions(self.equations)
         for i in indices:
             terms: list[Piece] = []
             for j in indices:

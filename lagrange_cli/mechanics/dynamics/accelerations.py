@@ -1,36 +1,115 @@
-"""Accelerations in closed form, where the mass matrix couples at most two at a time."""
+"""Accelerations and multipliers of closures in closed form, for few of them at a time."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import mpmath
 import sympy
+from mpmath import mpf
 
+from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.algebra.expand import term_count
+from lagrange_cli.mechanics.algebra.shorten import shortened
+from lagrange_cli.mechanics.equations import ShownEquation
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.equations import Closure, Equations
 
-#: Larger coupled systems are left as M q̈ = f: their closed forms fill pages.
+# Larger systems are left as M q̈ = f: their closed forms fill pages. Budgets, set by hand.
+
+#: Most accelerations that are coupled by the mass matrix alone.
 _LARGEST_SOLVED = 2
+#: Most accelerations and multipliers that closures couple.
+_MOST_UNKNOWNS = 8
+#: Most terms of a determinant of those.
+_MOST_TERMS = 16
+#: Most operations of an acceleration or multiplier.
+_MOST_OPERATIONS = 40
+
+#: Decimal digits carried when a solution is tried at a point, points tried, and agreement.
+_DIGITS, _DRAWS, _AGREEMENT = 40, 8, mpf(10) ** -25
 
 
-def _coupled_blocks(equations: Equations) -> list[list[int]]:
-    """Groups of coordinates (indices, ascending) whose accelerations are coupled."""
-    blocks: list[list[int]] = []
+@dataclass(frozen=True)
+class ExplicitForm:
+    """The equations of motion solved as far as closed forms are short.
+
+    Attributes
+    ----------
+    accelerations
+        q̈ over (q, v, t), one for each coordinate, None if it is not solved for. Multipliers of
+        contacts may stand in them.
+    multipliers
+        λ of each closure over the same; None for one that stands beside accelerations that are
+        not solved for.
+    """
+
+    accelerations: tuple[sympy.Expr | None, ...]
+    multipliers: tuple[sympy.Expr | None, ...]
+
+    @property
+    def coupled(self) -> list[int]:
+        """Numbers of the coordinates whose accelerations are not solved for."""
+        return [i for i, value in enumerate(self.accelerations) if value is None]
+
+
+def explicit_form(equations: Equations) -> ExplicitForm:
+    """Solve for accelerations and multipliers, block by block of those that are coupled.
+
+    Without closures, at most two accelerations are solved for, from the shown equations, whose
+    terms are collected as a person would: single ones are divided, pairs follow Cramer's rule, and
+    common factors cancel. With closures, the equations and the closures differentiated
+    are solved by Cramer's rule as long as the results stay short.
+
+    Raises
+    ------
+    InternalError
+        A solution does not solve the equations: a defect of this module.
+    """
+    accelerations: list[sympy.Expr | None] = [None] * len(equations.coordinates)
+    multipliers: list[sympy.Expr | None] = [None] * len(equations.closures)
+    for block, closures in _coupled_blocks(equations):
+        if closures:
+            solution = _solved_with_closures(equations, block, closures)
+        else:
+            solution = _solved(equations, block)
+        for i, value in zip(block, solution[: len(block)], strict=True):
+            accelerations[i] = value
+        for k, value in zip(closures, solution[len(block) :], strict=True):
+            multipliers[k] = value
+    return ExplicitForm(tuple(accelerations), tuple(multipliers))
+
+
+def _coupled_blocks(equations: Equations) -> Iterator[tuple[list[int], list[int]]]:
+    """Groups of coordinates whose accelerations are coupled, with the closures that couple them.
+
+    Both are given by numbers, ascending.
+    """
+    holders: dict[int, list[int]] = {}
+    for k, closure in enumerate(equations.closures):
+        for i in closure.coordinate_numbers:
+            holders.setdefault(i, []).append(k)
     placed: set[int] = set()
     for start in range(len(equations.coordinates)):
         if start in placed:
             continue
-        block, pending = {start}, [start]
+        block, closures, pending = {start}, set[int](), [start]
         while pending:
-            row = equations.mass_matrix[pending.pop()]
-            fresh = [j for j in entries(row) if j not in block]
-            block.update(fresh)
-            pending.extend(fresh)
+            i = pending.pop()
+            near = set(entries(equations.mass_matrix[i]))
+            for k in holders.get(i, ()):
+                if k not in closures:
+                    closures.add(k)
+                    near.update(equations.closures[k].coordinate_numbers)
+            pending.extend(near - block)
+            block |= near
         placed |= block
-        blocks.append(sorted(block))
-    return blocks
+        yield sorted(block), sorted(closures)
 
 
 def forcing_with_reactions(equations: Equations) -> list[sympy.Expr]:
@@ -48,35 +127,32 @@ def multiplier_terms(equations: Equations) -> list[list[sympy.Expr]]:
     return terms
 
 
-def explicit_accelerations(equations: Equations) -> tuple[sympy.Expr | None, ...]:
-    """q̈ over (q, v, t) and multipliers, one for each coordinate.
+def differentiated(equations: Equations, closure: Closure) -> ShownEquation:
+    """The closure equation, differentiated until it holds accelerations, as terms."""
+    slopes = entries(closure.gradient).items()
+    terms = [(slope, equations.coordinates[i].a) for i, slope in slopes]
+    return ShownEquation(closure.name, (*terms, (closure.bias, sympy.Integer(1))), sympy.Integer(1))
 
-    None if more than two are coupled, or there is no inertia.
 
-    Solved from the shown equations, whose terms are collected as a person
-    would: single ones are divided, pairs follow Cramer's rule, and common
-    factors cancel.
-    """
-    solved: list[sympy.Expr | None] = [None] * len(equations.coordinates)
-    for block in _coupled_blocks(equations):
-        if len(block) > _LARGEST_SOLVED:
-            continue
-        mass, forcing = _linear_system(equations, block)
-        if len(block) == 1 and mass[0][0] == 0:
-            continue
-        if len(block) == 1:
-            (i,) = block
-            solved[i] = _quotient(forcing[0], mass[0][0])
-        else:
-            i, j = block
-            determinant = mass[0][0] * mass[1][1] - mass[0][1] * mass[1][0]
-            solved[i] = _quotient(mass[1][1] * forcing[0] - mass[0][1] * forcing[1], determinant)
-            solved[j] = _quotient(mass[0][0] * forcing[1] - mass[1][0] * forcing[0], determinant)
-    return tuple(solved)
+# Blocks without closures.
+
+
+def _solved(equations: Equations, block: Sequence[int]) -> list[sympy.Expr | None]:
+    """Accelerations of a block without closures; None beyond two, or if there is no inertia."""
+    if len(block) > _LARGEST_SOLVED:
+        return [None] * len(block)
+    mass, forcing = _linear_system(equations, block)
+    if len(block) == 1:
+        return [None if mass[0][0] == 0 else _quotient(forcing[0], mass[0][0])]
+    determinant = mass[0][0] * mass[1][1] - mass[0][1] * mass[1][0]
+    return [
+        _quotient(mass[1][1] * forcing[0] - mass[0][1] * forcing[1], determinant),
+        _quotient(mass[0][0] * forcing[1] - mass[1][0] * forcing[0], determinant),
+    ]
 
 
 def _linear_system(
-    equations: Equations, block: list[int]
+    equations: Equations, block: Sequence[int]
 ) -> tuple[list[list[sympy.Expr]], list[sympy.Expr]]:
     """Coefficients of the block's accelerations and the other side, as shown."""
     unknowns = [equations.coordinates[i].a for i in block]
@@ -90,3 +166,117 @@ def _linear_system(
 
 def _quotient(numerator: sympy.Expr, denominator: sympy.Expr) -> sympy.Expr:
     return sympy.factor_terms(numerator) / sympy.factor_terms(denominator)
+
+
+# Blocks with closures.
+
+_Row = Mapping[int, sympy.Expr]
+
+
+def _solved_with_closures(
+    equations: Equations, block: Sequence[int], closures: Sequence[int]
+) -> list[sympy.Expr | None]:
+    """Accelerations of a block, then multipliers of its closures; None of all beyond a budget."""
+    unsolved: list[sympy.Expr | None] = [None] * (len(block) + len(closures))
+    if len(unsolved) > _MOST_UNKNOWNS:
+        return unsolved
+    rows, right = _saddle_system(equations, block, closures)
+    solution = _by_cramers_rule(rows, right)
+    if solution is None or not _is_confirmed(solution, rows, right):
+        return unsolved
+    return [*solution]
+
+
+def _saddle_system(
+    equations: Equations, block: Sequence[int], closures: Sequence[int]
+) -> tuple[list[_Row], list[sympy.Expr]]:
+    """M a − Σ λ·gradient = f and gradient·a = −bias, over accelerations, then multipliers."""
+    column = {i: number for number, i in enumerate(block)}
+    pushes = [
+        (contact.closure.multiplier, entries(contact.closure.gradient))
+        for contact in equations.contacts
+    ]
+    rows: list[_Row] = []
+    right = []
+    for i in block:
+        row = {column[j]: entry for j, entry in entries(equations.mass_matrix[i]).items()}
+        for number, k in enumerate(closures, len(block)):
+            slope = entries(equations.closures[k].gradient).get(i)
+            row |= {} if slope is None else {number: -slope}
+        rows.append(row)
+        pushed = (multiplier * gradient[i] for multiplier, gradient in pushes if i in gradient)
+        right.append(sympy.Add(equations.forcing[i], *pushed))
+    for k in closures:
+        closure = equations.closures[k]
+        rows.append({column[i]: slope for i, slope in entries(closure.gradient).items()})
+        right.append(-closure.bias)
+    return rows, right
+
+
+def _by_cramers_rule(rows: Sequence[_Row], right: Sequence[sympy.Expr]) -> list[sympy.Expr] | None:
+    """Solve a linear system; None where it is singular, or a solution is beyond the budgets."""
+    order = sorted(range(len(rows)), key=lambda i: len(rows[i]))
+    rows, right = [rows[i] for i in order], [right[i] for i in order]
+    determinant = _determinant(rows)
+    if determinant == 0:
+        return None
+    solution = []
+    for k in range(len(rows)):
+        numerator = _determinant(
+            [{**row, k: value} for row, value in zip(rows, right, strict=True)]
+        )
+        if max(map(term_count, (numerator, determinant))) > _MOST_TERMS:
+            return None
+        solution.append(_quotient(*sympy.fraction(shortened(numerator / determinant))))
+        if sympy.count_ops(solution[-1]) > _MOST_OPERATIONS:
+            return None
+    return solution
+
+
+def _determinant(rows: Sequence[_Row]) -> sympy.Expr:
+    """Laplace's expansion along one row after another, each minor once."""
+    minors: dict[tuple[int, ...], sympy.Expr] = {(): sympy.Integer(1)}
+
+    def minor(columns: tuple[int, ...]) -> sympy.Expr:
+        """Of the last rows, as many as there are columns."""
+        if columns not in minors:
+            row = rows[len(rows) - len(columns)]
+            minors[columns] = sympy.Add(
+                *(
+                    (-1) ** place * row[k] * minor(columns[:place] + columns[place + 1 :])
+                    for place, k in enumerate(columns)
+                    if row.get(k, 0) != 0
+                )
+            )
+        return minors[columns]
+
+    return minor(tuple(range(len(rows))))
+
+
+def _is_confirmed(
+    solution: Sequence[sympy.Expr], rows: Sequence[_Row], right: Sequence[sympy.Expr]
+) -> bool:
+    """Tell whether a point was found where all is real and finite.
+
+    Raises
+    ------
+    InternalError
+        The solution does not solve the system there.
+    """
+    expressions = [*solution, *right, *(entry for row in rows for entry in row.values())]
+    symbols = sorted(set().union(*(e.free_symbols for e in expressions)), key=str)
+    with mpmath.workdps(_DIGITS):
+        for first in range(1, _DRAWS + 1):
+            point = {s: mpmath.frac(mpmath.sqrt(2) * (k + first)) for k, s in enumerate(symbols, 7)}
+            try:
+                numbers = iter(evaluate(expressions, point))
+            except (DomainError, ZeroDivisionError):
+                continue
+            values = [next(numbers) for _ in solution]
+            sides = [next(numbers) for _ in right]
+            for row, side in zip(rows, sides, strict=True):
+                parts = [next(numbers) * values[k] for k in row]
+                if abs(sum(parts) - side) > _AGREEMENT * (sum(map(abs, parts)) + abs(side)):
+                    raise InternalError(Problem("the explicit form does not solve the equations"))
+            return True
+    return False

@@ -29,7 +29,7 @@ from lagrange_cli.mechanics.algebra.shorten import length_factor, shortened
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
 from lagrange_cli.mechanics.certify.routes import Tapes
-from lagrange_cli.mechanics.dynamics.accelerations import explicit_accelerations, multiplier_terms
+from lagrange_cli.mechanics.dynamics.accelerations import explicit_form, multiplier_terms
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Equations, tagged
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
@@ -148,7 +148,7 @@ def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
     """Closed forms of all accelerations; empty if one has none."""
     if equations.closures or len(equations.coordinates) > _SOLVED:
         return {}
-    explicit = explicit_accelerations(equations)
+    explicit = explicit_form(equations).accelerations
     solved = {c.a: e for c, e in zip(equations.coordinates, explicit, strict=True) if e is not None}
     return solved if len(solved) == len(explicit) else {}
 
