@@ -9,17 +9,16 @@ dimension, so that ``x + 1`` keeps x from being scaled.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
-from lagrange_cli.errors import InputError, Mark
 from lagrange_cli.scene.language.expression import (
     TIME_DERIVATIVES,
     Add,
     Call,
+    Equation,
     Expression,
     Mul,
     Name,
@@ -28,11 +27,10 @@ from lagrange_cli.scene.language.expression import (
     Number,
     Pow,
     names_in,
-    walk,
 )
-from lagrange_cli.scene.language.grammar import parse_expression
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reading.declarations import AXES
+from lagrange_cli.scene.unit_table import BASES, UnknownUnitError, unit_powers
 
 Base: TypeAlias = Literal["mass", "length", "time"]
 
@@ -41,13 +39,13 @@ _BASES: tuple[Base, ...] = ("mass", "length", "time")
 #: Scenes of more names than this are not looked at: the work grows as the cube. Set by hand.
 _MOST_NAMES = 300
 
-_LinearForm: TypeAlias = dict[str, Fraction]
+LinearForm: TypeAlias = dict[str, Fraction]
 """A linear form in the exponents of names."""
 
 #: Key of the exponent of time in a linear form.
-_TIME = "t"
+TIME = "t"
 #: Key of the exponent of lengths; blanks set it apart from names of a scene.
-_LENGTH = "a length"
+LENGTH = "a length"
 #: Key of the exponent of energies.
 ENERGY = "an energy"
 
@@ -58,24 +56,12 @@ _GENERATORS: dict[Base, tuple[int, int, int]] = {
     "time": (1, 0, -2),
 }
 
-#: Units of mechanics: powers of energy, length and time.
-_UNITS: dict[str, _LinearForm] = {
-    unit: {name: Fraction(k) for name, k in zip((ENERGY, _LENGTH, _TIME), powers, strict=True) if k}
-    for unit, powers in {
-        "kg": (1, -2, 2),
-        "m": (0, 1, 0),
-        "s": (0, 0, 1),
-        "rad": (0, 0, 0),
-        "Hz": (0, 0, -1),
-        "N": (1, -1, 0),
-        "J": (1, 0, 0),
-        "W": (1, 0, -1),
-        "Pa": (1, -3, 0),
-    }.items()
+#: Base units of mechanics: powers of energy, length and time.
+_UNITS: dict[str, LinearForm] = {
+    "kg": {ENERGY: Fraction(1), LENGTH: Fraction(-2), TIME: Fraction(2)},
+    "m": {LENGTH: Fraction(1)},
+    "s": {TIME: Fraction(1)},
 }
-
-#: The blank in ``kg m^2``.
-_BETWEEN = re.compile(r"(?<=[\w)])\s+(?=[\w(])")
 
 
 @dataclass(frozen=True)
@@ -93,7 +79,7 @@ class Dimensions:
 
     def of_value(self, expression: Expression) -> tuple[Fraction, ...]:
         """Exponents of mass, length and time of a value, as :meth:`of`."""
-        form = _Reader()._of(expression.node) or {}
+        form = ScalingReader().of(expression.node) or {}
         powers = [[value * e for e in self.of(name)] for name, value in form.items()]
         return tuple(sum(column, Fraction(0)) for column in zip(*powers, strict=True)) or self.of(
             ""
@@ -114,7 +100,7 @@ class Dimensions:
 
 def dimensions(scene: Scene) -> Dimensions:
     """Scalings of masses, lengths and times under which a scene stays the same."""
-    needed, said = _Reader(), _Reader()
+    needed, said = ScalingReader(), ScalingReader()
     needed.read(scene)
     said.read(scene)
     said.read_hints(scene)
@@ -126,7 +112,7 @@ def dimensions(scene: Scene) -> Dimensions:
         return Dimensions({})
     exponents: dict[Base, Mapping[str, Fraction]] = {}
     for base, values in _GENERATORS.items():
-        generator = dict(zip((_TIME, _LENGTH, ENERGY), map(Fraction, values), strict=True))
+        generator = dict(zip((TIME, LENGTH, ENERGY), map(Fraction, values), strict=True))
         for equations in (said.equations, needed.equations):
             solution = _solved(equations, generator, names)
             if solution is not None:
@@ -135,26 +121,40 @@ def dimensions(scene: Scene) -> Dimensions:
     return Dimensions(exponents)
 
 
-class _Reader:
-    """Collect equations between exponents, each a linear form that is zero."""
+class ScalingReader:
+    """Collect equations between exponents, each a linear form that is zero.
+
+    Attributes
+    ----------
+    equations
+        The equations so far.
+    expression
+        The one that is read; None between them.
+    """
 
     def __init__(self) -> None:
-        self.equations: list[_LinearForm] = []
+        self.equations: list[LinearForm] = []
+        self.expression: Expression | None = None
 
     def read(self, scene: Scene) -> None:
         self._numbers(scene)
         self._bodies(scene)
         self._relations(scene)
-        energy, power = _form(ENERGY), _form(ENERGY, **{_TIME: -1})
+        energy, power = form_of(ENERGY), form_of(ENERGY, **{TIME: -1})
         for term in (*scene.potentials, *scene.kinetic):
-            self._is(term.expression, energy)
+            self._is(term.expression, energy, "an energy")
         for term in scene.dissipation:
-            self._is(term.expression, power)
+            self._is(term.expression, power, "a power")
         moved = {p.name for p in scene.particles} | {p.name for p in scene.points}
         for force in scene.forces:
-            along = _LENGTH if force.on in moved else force.on
+            along = LENGTH if force.on in moved else force.on
             for component in force.components:
-                self._is(component, _sum(energy, _form(along), -1))
+                works = sum_of(energy, form_of(along), -1)
+                self._is(
+                    component,
+                    works,
+                    "a force" if along == LENGTH else f"an energy over '{along}'",
+                )
 
     def read_hints(self, scene: Scene) -> None:
         """Units, and values of the start and the end: they need not fit, as numbers are in them."""
@@ -163,75 +163,97 @@ class _Reader:
         for name, text in units.items():
             unit = None if text is None else _unit(text)
             if unit is not None:
-                self._same(_form(name), unit)
+                self.same(form_of(name), unit)
         for value in (*scene.initial, *scene.near):
             if any(_names(value.value)):
-                self._is(value.value, _form(value.name, **({_TIME: -1} if value.order else {})))
+                self._is(value.value, form_of(value.name, **({TIME: -1} if value.order else {})))
         for time in (scene.simulate.until, scene.simulate.start):
             if time is not None and any(_names(time)):
-                self._is(time, _form(_TIME))
+                self._is(time, form_of(TIME))
 
     def _numbers(self, scene: Scene) -> None:
         for parameter in scene.parameters:
             if parameter.value is not None and any(_names(parameter.value)):
-                self._is(parameter.value, _form(parameter.name))
+                self._is(parameter.value, form_of(parameter.name), f"'{parameter.name}'")
         for declared in scene.inputs:
             if declared.expression is not None:
-                self._is(declared.expression, _form(declared.name))
+                self._is(declared.expression, form_of(declared.name), f"'{declared.name}'")
             else:
-                self.equations += [_form(declared.name), _form(_TIME)]
+                self.equations += [form_of(declared.name), form_of(TIME)]
 
     def _bodies(self, scene: Scene) -> None:
-        length, mass = _form(_LENGTH), _form(ENERGY, **{_LENGTH: -2, _TIME: 2})
+        length, mass = form_of(LENGTH), form_of(ENERGY, **{LENGTH: -2, TIME: 2})
         for particle in scene.particles:
-            self._is(particle.mass, mass)
+            self._is(particle.mass, mass, "a mass")
         positions = {particle.name: particle.position for particle in scene.particles}
         positions |= {point.name: point.position for point in scene.points}
         for name, position in positions.items():
             for axis, entry in zip(AXES, position, strict=True):
-                self._is(entry, length)
-                self._same(_form(f"{axis}_{name}"), length)
+                self._is(entry, length, "a length")
+                self.same(form_of(f"{axis}_{name}"), length)
 
     def _relations(self, scene: Scene) -> None:
         for definition in scene.definitions:
-            self._is(definition.expression, _form(definition.name))
+            self._is(
+                definition.expression, form_of(definition.name), f"that of '{definition.name}'"
+            )
         for constraint in scene.constraints:
             for equation in constraint.equations:
-                self._alike([equation.left.node, equation.right.node])
+                self._equated(equation)
         for one_sided in scene.unilateral:
-            self._alike([one_sided.inequality.left.node, one_sided.inequality.right.node])
+            self._equated(one_sided.inequality)
             if one_sided.restitution is not None:
-                self._is(one_sided.restitution, {})
+                self._is(one_sided.restitution, {}, "a number")
 
-    def _is(self, expression: Expression, form: _LinearForm) -> None:
-        scaling = self._of(expression.node)
+    def _is(self, expression: Expression, form: LinearForm, meaning: str = "") -> None:
+        self.expression = expression
+        scaling = self.of(expression.node)
         if scaling is not None:
-            self._same(scaling, form)
+            self.same(scaling, form, expression.node, meaning)
+        self.expression = None
 
-    def _same(self, left: _LinearForm, right: _LinearForm) -> None:
-        difference = _sum(left, right, -1)
+    def _equated(self, equation: Equation) -> None:
+        self.expression = equation.left
+        self._alike([equation.left.node, equation.right.node])
+        self.expression = None
+
+    def same(
+        self, left: LinearForm, right: LinearForm, node: Node | None = None, meaning: str = ""
+    ) -> None:
+        """Take two forms for equal.
+
+        Parameters
+        ----------
+        node
+            What the first one is of; it stands in ``expression``.
+        meaning
+            What the second one is of, in words.
+        """
+        difference = sum_of(left, right, -1)
         if difference and difference not in self.equations:
             self.equations.append(difference)
 
-    def _alike(self, nodes: Iterable[Node]) -> _LinearForm | None:
+    def _alike(
+        self, nodes: Iterable[Node], meaning: str = "what stands before it"
+    ) -> LinearForm | None:
         """The common form of all of these, None if all are 0."""
-        common: _LinearForm | None = None
+        common: LinearForm | None = None
         for node in nodes:
-            form = self._of(node)
+            form = self.of(node)
             if common is None:
                 common = form
             elif form is not None:
-                self._same(common, form)
+                self.same(form, common, node, meaning)
         return common
 
-    def _of(self, node: Node) -> _LinearForm | None:
+    def of(self, node: Node) -> LinearForm | None:
         """The form of an expression, None for 0, which scales in any way."""
         if isinstance(node, Number):
             return {} if node.value else None
         if isinstance(node, Name):
-            return {} if node.name == "pi" else _form(node.name)
+            return {} if node.name == "pi" else form_of(node.name)
         if isinstance(node, Neg):
-            return self._of(node.operand)
+            return self.of(node.operand)
         if isinstance(node, Add):
             return self._alike(part for _, part in node.terms)
         if isinstance(node, Mul):
@@ -240,74 +262,64 @@ class _Reader:
             return self._power(node)
         return self._call(node)
 
-    def _product(self, node: Mul) -> _LinearForm | None:
-        total: _LinearForm = {}
+    def _product(self, node: Mul) -> LinearForm | None:
+        total: LinearForm = {}
         for operator, factor in node.factors:
-            form = self._of(factor)
+            form = self.of(factor)
             if form is None:
                 return None
-            total = _sum(total, form, -1 if operator == "/" else 1)
+            total = sum_of(total, form, -1 if operator == "/" else 1)
         return total
 
-    def _power(self, node: Pow) -> _LinearForm | None:
+    def _power(self, node: Pow) -> LinearForm | None:
         exponent = _constant(node.exponent)
-        base = self._of(node.base)
+        base = self.of(node.base)
         if exponent is not None:
-            return None if base is None else _sum({}, base, exponent)
-        for form in (base, self._of(node.exponent)):
-            self._same(form or {}, {})
+            return None if base is None else sum_of({}, base, exponent)
+        self.same(base or {}, {}, node.base, "the base of such a power")
+        self.same(self.of(node.exponent) or {}, {}, node.exponent, "an exponent")
         return {}
 
-    def _call(self, node: Call) -> _LinearForm | None:
+    def _call(self, node: Call) -> LinearForm | None:
         order = TIME_DERIVATIVES.get(node.function)
         if order is not None:
-            form = self._of(node.arguments[0])
-            return None if form is None else _sum(form, _form(_TIME), -order)
+            form = self.of(node.arguments[0])
+            return None if form is None else sum_of(form, form_of(TIME), -order)
         common = self._alike(node.arguments)
         if node.function in ("abs", "min", "max", "norm"):
             return common
         if node.function == "sqrt":
-            return None if common is None else _sum({}, common, Fraction(1, 2))
+            return None if common is None else sum_of({}, common, Fraction(1, 2))
         if node.function not in ("atan2", "sign"):
-            self._same(common or {}, {})
+            meaning = f"the argument of {node.function}"
+            self.same(common or {}, {}, node.arguments[0], meaning)
         return {}
 
 
-def _form(name: str, **others: int) -> _LinearForm:
+def form_of(name: str, **others: int) -> LinearForm:
     return {name: Fraction(1)} | {symbol: Fraction(value) for symbol, value in others.items()}
 
 
-def _unit(text: str) -> _LinearForm | None:
+def _unit(text: str) -> LinearForm | None:
     """The form of a unit, None if the text is not one.
 
-    Units that are not in the table, as of electricity, are bases themselves.
+    Factors of numbers do not matter; base units beside those of mechanics are names.
     """
-    product = _BETWEEN.sub("*", text)
     try:
-        form = _Reader()._of(parse_expression(product, Mark("unit", 1, 1, product)).node)
-    except InputError:
+        powers = unit_powers(text)
+    except UnknownUnitError:
         return None
-    total: _LinearForm = {}
-    for name, exponent in (form or {}).items():
-        total = _sum(total, _UNITS.get(name, _form(f"unit {name}")), exponent)
+    total: LinearForm = {}
+    for base in BASES:
+        total = sum_of(total, _UNITS.get(base, form_of(f"unit {base}")), powers.get(base, 0))
     return total
-
-
-def unit_symbols(text: str) -> frozenset[str] | None:
-    """Return the symbols in the text of a unit; None if it is no product of powers."""
-    product = _BETWEEN.sub("*", text)
-    try:
-        read = parse_expression(product, Mark("unit", 1, 1, product))
-    except InputError:
-        return None
-    return None if any(isinstance(n, Add) for n in walk(read.node)) else frozenset(_names(read))
 
 
 def _names(expression: Expression) -> Iterator[str]:
     return (name.name for name in names_in(expression.node) if name.name != "pi")
 
 
-def _sum(form: _LinearForm, added: _LinearForm, factor: Fraction | int) -> _LinearForm:
+def sum_of(form: LinearForm, added: LinearForm, factor: Fraction | int) -> LinearForm:
     """One form plus a multiple of another, without zeros."""
     total = dict(form)
     for name, value in added.items():
@@ -334,15 +346,15 @@ def _constant(node: Node) -> Fraction | None:
 
 
 def _solved(
-    equations: Iterable[_LinearForm], generator: _LinearForm, names: list[str]
-) -> _LinearForm | None:
+    equations: Iterable[LinearForm], generator: LinearForm, names: list[str]
+) -> LinearForm | None:
     """Solve equations for exponents, undetermined ones being 0; None if they contradict."""
-    rows: list[tuple[_LinearForm, Fraction]] = []  # a form, and what it comes to
+    rows: list[tuple[LinearForm, Fraction]] = []  # a form, and what it comes to
     for equation in equations:
         form = {name: value for name, value in equation.items() if name not in generator}
         fixed = (equation[name] * generator[name] for name in generator if name in equation)
         rows.append((form, -sum(fixed, Fraction(0))))
-    solved: list[tuple[str, _LinearForm, Fraction]] = []
+    solved: list[tuple[str, LinearForm, Fraction]] = []
     for name in names:
         if name in generator:
             continue
@@ -364,11 +376,11 @@ def _solved(
 
 
 def _without(
-    name: str, row: tuple[_LinearForm, Fraction], form: _LinearForm, known: Fraction
-) -> tuple[_LinearForm, Fraction]:
+    name: str, row: tuple[LinearForm, Fraction], form: LinearForm, known: Fraction
+) -> tuple[LinearForm, Fraction]:
     """Eliminate a name from a row."""
     row_form, right = row
     factor = row_form.get(name)
     if factor is None:
         return row
-    return _sum(row_form, form, -factor), right - factor * known
+    return sum_of(row_form, form, -factor), right - factor * known

@@ -32,6 +32,7 @@ from lagrange_cli.scene.reading.overrides import (
     override_times,
 )
 from lagrange_cli.scene.reading.source import Mapping, SourceNode, compose, decode
+from lagrange_cli.scene.unit_check import check_units
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +179,8 @@ def read_text(
         scene = override_parameters(scene, parameters or {}, reading.problems)
         scene = override_initial(scene, initial or {}, reading.problems)
         check_names(scene, reading.problems, reading.parts, reading.index_marks)
+        if not reading.problems.errors:
+            check_units(scene, reading.problems)
     reading.problems.raise_if_any()
     return override_times(replace(scene, warnings=reading.problems.warnings), times or {})
 

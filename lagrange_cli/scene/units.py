@@ -11,17 +11,13 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeAlias
 
-from lagrange_cli.scene.dimensions import ENERGY, dimensions, unit_symbols
+from lagrange_cli.scene.dimensions import ENERGY, dimensions
 from lagrange_cli.scene.language.expression import Name
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reading.declarations import AXES
+from lagrange_cli.scene.unit_table import BASES, UnknownUnitError, unit_powers
 
 _Exponents: TypeAlias = tuple[Fraction, ...]
-
-#: Units of the SI without prefixes, in which numbers fit together.
-_SI = frozenset(
-    ("kg", "m", "s", "rad", "Hz", "N", "J", "W", "Pa", "A", "C", "V", "T", "Wb", "H", "F", "Ohm")
-)
 
 #: Exponents of mass, length and time that have a unit of their own.
 _NAMED: dict[tuple[int, ...], str] = {(1, 2, -2): "J", (1, 1, -2): "N", (1, 2, -3): "W"}
@@ -59,10 +55,17 @@ def units(scene: Scene, angles: Collection[str], names: Iterable[str]) -> Units:
     found = _dimensions(scene, angles, names)
     declared = {c.name: c.unit for c in scene.coordinates or () if c.unit}
     texts = [*declared.values(), *(p.unit for p in scene.parameters if p.unit)]
-    symbols = [unit_symbols(text) for text in texts]
-    stated = bool(symbols) and all(s is not None and s <= _SI for s in symbols)
+    stated = bool(texts) and all(map(_is_of_the_si, texts))
     known = {name: text for name, text in found.items() if stated or text == "rad"}
     return Units(found, known | declared)
+
+
+def _is_of_the_si(text: str) -> bool:
+    """Tell if numbers in a unit fit together with those in kg, m and s."""
+    try:
+        return all(key in BASES for key in unit_powers(text))
+    except UnknownUnitError:
+        return False
 
 
 def _dimensions(scene: Scene, angles: Collection[str], names: Iterable[str]) -> dict[str, str]:
