@@ -226,7 +226,7 @@ def _units(derivation: Uncertified, chart: ReplacedChart | None) -> Units:
 
 def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
     for name, expression in reduced.names.abbreviations():
-        yield name, reduced.resolve(reduced.names.convert(expression, reduced.rate))
+        yield name, reduced.resolve(reduced.convert(expression))
 
 
 def _inputs(reduced: Reduced) -> Iterator[Input]:
@@ -239,7 +239,7 @@ def _inputs(reduced: Reduced) -> Iterator[Input]:
 
 def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
     for term in reduced.scene.outputs:
-        yield term.name, reduced.resolve(reduced.names.convert(term.expression, reduced.rate))
+        yield term.name, reduced.resolve(reduced.convert(term.expression))
 
 
 # The textbook form.

@@ -26,7 +26,7 @@ def jump_warnings(reduced: Reduced) -> Iterator[Problem]:
     scene = reduced.scene
     for kind, terms in (("potential", scene.potentials), ("kinetic term", scene.kinetic)):
         for term in terms:
-            expression = reduced.resolve(reduced.names.convert(term.expression, reduced.rate))
+            expression = reduced.resolve(reduced.convert(term.expression))
             if expression.has(sp.sign, sp.Heaviside) or _bends_in_velocities(expression, reduced):
                 yield from _warning(kind, term, expression, reduced)
 

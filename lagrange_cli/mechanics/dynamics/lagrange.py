@@ -37,6 +37,7 @@ from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recu
 from lagrange_cli.mechanics.contacts.gaps import contacts
 from lagrange_cli.mechanics.dynamics.constraints import closures
 from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.scene.model import Force
@@ -119,16 +120,16 @@ class RawTerms:
 
 def raw_terms(reduced: Reduced) -> RawTerms:
     """Convert the potentials and kinetic terms of a scene."""
-    scene, names = reduced.scene, reduced.names
+    scene = reduced.scene
     v = {c.v for c in reduced.coordinates}
     positional, dependent = [], []
     for potential in scene.potentials:
-        expr = names.convert(potential.expression, reduced.rate)
-        if expr.free_symbols & v:
+        expr = reduced.convert(potential.expression)
+        if symbols_in(expr) & v:
             dependent.append(reduced.resolve(expr))
         else:
             positional.append(expr)
-    kinetic = [reduced.resolve(names.convert(k.expression, reduced.rate)) for k in scene.kinetic]
+    kinetic = [reduced.resolve(reduced.convert(k.expression)) for k in scene.kinetic]
     return RawTerms(tuple(positional), tuple(dependent), tuple(kinetic))
 
 
@@ -246,14 +247,17 @@ class _Builder:
 
     def _add_work(self, symbol: sp.Symbol, force: sp.Expr, into: Sequence[TermSum]) -> None:
         """Add the virtual work of a force along one Cartesian component, F ∂r/∂q."""
-        jacobian = self.jacobians.get(symbol)
-        if jacobian is None:
-            jacobian = self.jacobians[symbol] = self.kinematics.jacobian(symbol)
         parts = self._terms(force)
-        for j, row in jacobian.items():
+        for j, row in self._jacobian(symbol).items():
             for a in row:
                 for p in parts:
                     into[j].add_product(p, a)
+
+    def _jacobian(self, symbol: sp.Symbol) -> dict[int, list[sp.Expr]]:
+        """The row ∂r/∂q of a Cartesian component; empty if no coordinate moves it."""
+        if symbol not in self.jacobians:
+            self.jacobians[symbol] = self.kinematics.jacobian(symbol)
+        return self.jacobians[symbol]
 
     def _add_potential(self, potential: sp.Expr) -> None:
         """−∂V/∂q through the Cartesian names that V is written in."""
@@ -262,7 +266,7 @@ class _Builder:
         gradient: dict[sp.Symbol, list[sp.Expr]] = {}
         for term in sp.Add.make_args(potential):
             for s in sorted(term.free_symbols, key=attrgetter("name")):
-                if s in resolved or s in number:
+                if s in number or (s in resolved and self._jacobian(s)):
                     gradient.setdefault(s, []).append(-derivative(term, s))
         for s, parts in gradient.items():
             force = self.reduced.resolve(sp.Add(*parts))
@@ -295,9 +299,7 @@ class _Builder:
 
     def _add_force(self, force: Force) -> BodyForce:
         reduced = self.reduced
-        components = tuple(
-            reduced.resolve(reduced.names.convert(c, reduced.rate)) for c in force.components
-        )
+        components = tuple(reduced.resolve(reduced.convert(c)) for c in force.components)
         sums = [TermSum(self.splitter) for _ in range(self.n)]
         for symbol, component in zip(self._targets(force), components, strict=True):
             if symbol in self.number:
@@ -330,10 +332,7 @@ class _Builder:
     def _add_dissipation(self) -> sp.Expr:
         reduced = self.reduced
         total = sp.Add(
-            *(
-                reduced.resolve(reduced.names.convert(d.expression, reduced.rate))
-                for d in reduced.scene.dissipation
-            )
+            *(reduced.resolve(reduced.convert(d.expression)) for d in reduced.scene.dissipation)
         )
         for into, v in zip(self.forcing, self.v, strict=True):
             into.add_all(self._terms(-derivative(total, v)))

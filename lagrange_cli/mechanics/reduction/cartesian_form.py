@@ -25,6 +25,7 @@ from lagrange_cli.mechanics.elimination.implicitization import (
     angle_symbols,
     in_single_angles,
 )
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, dependent_rows, normalized_row
@@ -101,6 +102,7 @@ class _Form:
         self.names = reduced.names
         moving = {c.q for c in reduced.coordinates} | {self.names.t}
         raw = list(self.names.cartesian.values())
+        self._coordinates = moving - {self.names.t}
         resolved = {s: reduced.resolved[s] for s in raw}
         #: Names that no coordinate moves, and names that equal another one.
         self.known = {
@@ -113,7 +115,7 @@ class _Form:
         return _uses(self.names)
 
     def _still(self, expr: sp.Expr) -> bool:
-        return not any(c.q in expr.free_symbols for c in self.reduced.coordinates)
+        return symbols_in(expr).isdisjoint(self._coordinates)
 
     def build(self) -> Reduced | None:
         relations = list(self.relations())

@@ -13,6 +13,7 @@ from mpmath import mpf
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.findings import Account
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler
 from lagrange_cli.mechanics.reduction.coordinates import (
@@ -26,6 +27,7 @@ from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues
+from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
 _Motion: TypeAlias = "Mapping[sp.Symbol, tuple[int, sp.Symbol]]"
@@ -79,8 +81,29 @@ class Reduced:
 
     def resolve(self, expr: sp.Expr) -> sp.Expr:
         """``expr`` with raw symbols replaced by their r(q, t)."""
-        present = {s: self.resolved[s] for s in expr.free_symbols if s in self.resolved}
-        return expr.xreplace(present) if present else expr
+        if expr not in self._put_in:
+            present = {s: self.resolved[s] for s in symbols_in(expr) if s in self.resolved}
+            self._put_in[expr] = expr.xreplace(present) if present else expr
+        return self._put_in[expr]
+
+    def convert(self, expression: Expression) -> sp.Expr:
+        """Convert an expression of the scene over raw symbols, q, v and t."""
+        known = self._converted.get(id(expression))
+        if known is None:
+            # With the expression, lest another one comes to lie at its place.
+            known = expression, self.names.convert(expression, self.rate)
+            self._converted[id(expression)] = known
+        return known[1]
+
+    # What several steps ask for is worked out once.
+
+    @cached_property
+    def _put_in(self) -> dict[sp.Expr, sp.Expr]:
+        return {}
+
+    @cached_property
+    def _converted(self) -> dict[int, tuple[Expression, sp.Expr]]:
+        return {}
 
     @property
     def scales(self) -> Mapping[sp.Symbol, mpf]:
