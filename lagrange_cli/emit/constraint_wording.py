@@ -14,11 +14,13 @@ if TYPE_CHECKING:
 
 #: Letters of quantities → their labels if the scene uses the letter.
 _LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
-_LABELS |= {"h": "h_Jac"}
+_LABELS |= {"h": "h_Jac", "M": "M_mass", "f": "f_gen"}
+#: Letters of the account of degrees of freedom.
+_COUNTED = {"N", "K", "DOF"}
 
 
 def quantity_labels(equations: Equations) -> dict[str, str]:
-    """Return ``T, V, U, L, D, E, h`` → labels that differ from all names of the scene."""
+    """Return ``T, V, U, L, D, E, h, M, f`` → labels that differ from all names of the scene."""
     taken = _names(equations)
     return {short: long if short in taken else short for short, long in _LABELS.items()}
 
@@ -39,19 +41,34 @@ def _names(equations: Equations) -> set[str]:
     return names | {source.name for source in equations.inputs}
 
 
-def counting(equations: Equations) -> tuple[tuple[str, int], ...]:
-    """Return label → count: 3N, E if there is one, K, DOF, nonholonomic and unilateral
-    constraints."""
+def counting(equations: Equations) -> list[str]:
+    """Say what is counted: ``3N = 6``, ``1 further coordinate``, ``K = 4``, ``DOF = 3``.
+
+    In words alone where the scene gives one of the letters another meaning.
+    """
     account = equations.account
-    extra = (("E", account.extra),) if account.extra else ()
-    return (
-        ("3N", account.cartesian),
-        *extra,
-        ("K", account.constraints),
-        ("DOF", account.dof),
-        *((("nonholonomic", account.nonholonomic),) if account.nonholonomic else ()),
-        *((("unilateral", account.unilateral),) if account.unilateral else ()),
-    )
+    numbers = account.cartesian, account.constraints, account.dof
+    letters = [f"{x} = {n}" for x, n in zip(("3N", "K", "DOF"), numbers, strict=True)]
+    if _COUNTED & _names(equations):
+        nouns = ("Cartesian coordinate", "independent constraint", "degree")
+        letters = [_counted(n, noun) for n, noun in zip(numbers, nouns, strict=True)]
+        letters[2] += " of freedom"
+    cartesian, constraints, dof = letters
+    further = _counted(account.extra, "further coordinate")
+    nonholonomic = _counted(account.nonholonomic, "nonholonomic constraint")
+    unilateral = _counted(account.unilateral, "one-sided constraint")
+    return [
+        cartesian,
+        *([further] if account.extra else ()),
+        constraints,
+        dof,
+        *([nonholonomic] if account.nonholonomic else ()),
+        *([unilateral] if account.unilateral else ()),
+    ]
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" + "s" * (number != 1)
 
 
 def multipliers_line(equations: Equations) -> str:
@@ -75,11 +92,11 @@ def explicit_line(equations: Equations, explicit: ExplicitForm) -> str:
     what = "accelerations and multipliers" if any(explicit.multipliers) else "accelerations"
     told = f"Solved for the {what}"
     if not any(solved):
-        told = "Not solved for the accelerations, in the form M a = f"
+        told = "Not solved for the accelerations, as a linear system"
     elif not all(solved):
-        told += " where few are coupled, the others in the form M a = f"
+        told += " where few are coupled, the others as a linear system"
     if None in explicit.multipliers:
-        told += " beside closure equations, which are differentiated"
+        told += " with the closure equations, differentiated"
     return f"{told}; contacts determine their multipliers" if equations.contacts else told
 
 
@@ -90,7 +107,7 @@ def contacts_lines(equations: Equations) -> tuple[str, ...]:
     return (
         "Where a gap is 0 its multiplier is at least 0, and times the gradient of the gap it is"
         " the force of the contact; where a gap is open its multiplier is 0",
-        "A gap that closes at the rate u < 0 opens at the rate -e u, where e is its restitution",
+        "A gap that closes opens again with the speed of its closing times its restitution",
     )
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _AXES = ("x", "y", "z")
 
 #: How the formulas of forces are meant.
-FORCES_LINE = "m a - F on particles; by constraints the multiplier times the gradient"
+FORCES_LINE = "beside applied forces; by constraints the multiplier times the gradient"
 
 
 def force_rows(forces: ConstraintForces) -> Iterator[tuple[str, list[tuple[str, Expr]]]]:

@@ -115,7 +115,7 @@ class _Page:
     # -- degrees of freedom -------------------------------------------------------
 
     def account(self) -> list[str]:
-        counts = ", ".join(f"{name} = {value}" for name, value in counting(self.equations))
+        counts = ", ".join(counting(self.equations))
         lines = [f"Degrees of freedom   {counts}", *self.constraints(), *self.coordinates()]
         chosen = choice_line(self.equations)
         lines += self.listed("Formulation   ", chosen.split()) if chosen else []
@@ -234,15 +234,17 @@ class _Page:
             return []
         names = [self.printer.symbol(c.name) for c in coordinates]
         unknowns = ", ".join(self.printer.symbol(coordinates[i].name, 2) for i in open_rows)
-        lines = self.listed("  M a = f with a = ", unknowns.split(" "))
+        labels = quantity_labels(self.equations)
+        mass, forcing = labels["M"], labels["f"]
+        lines = self.listed(f"  {mass} (", f"{unknowns}) = {forcing} with".split(" "))
         for i in open_rows:
             for j in open_rows:
                 entry = self.equations.mass_matrix[i][j]
                 if j >= i and entry != 0:
-                    lines += self.formula(f"  M[{names[i]}, {names[j]}]", entry)
+                    lines += self.formula(f"  {mass}[{names[i]}, {names[j]}]", entry)
         right = forcing_with_reactions(self.equations)
         for i in open_rows:
-            lines += self.formula(f"  f[{names[i]}]", right[i])
+            lines += self.formula(f"  {forcing}[{names[i]}]", right[i])
         for closure, value in zip(self.equations.closures, explicit.multipliers, strict=True):
             if value is None:
                 row = display_row(differentiated(self.equations, closure), self.words)
@@ -329,7 +331,7 @@ class _Page:
 
     def reason(self, quantity: Conserved) -> str:
         if quantity.coordinate is None:
-            return quantity.reason
+            return quantity.reason.replace("L", quantity_labels(self.equations)["L"], 1)
         symbol = self.printer.symbol(quantity.coordinate)
         return quantity.reason.replace(quantity.coordinate, symbol, 1)
 

@@ -44,14 +44,14 @@ class ConstraintLine:
 
 @dataclass(frozen=True)
 class Account:
-    """Account of degrees of freedom, dof = 3N + E − K.
+    """Account of degrees of freedom, dof = cartesian + extra − constraints.
 
     Attributes
     ----------
     cartesian
         3N.
     extra
-        E: coordinates besides positions.
+        Number of coordinates besides positions.
     constraints
         K, the number of independent equations between positions.
     dof

@@ -6,6 +6,8 @@ from functools import cache
 import pytest
 import sympy
 
+from lagrange_cli import loads
+from lagrange_cli.emit.latex.document import latex_document
 from lagrange_cli.emit.text import TEXT_WIDTH, derivation_text
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.findings import Conserved, ConstraintLine
@@ -86,7 +88,7 @@ def test_explicit_form():
 
 def test_more_than_two_coupled_stay_a_matrix():
     text = derivation_text(chain_pendulum(3), form="explicit")
-    assert "  M a = f with a = θ̈1, θ̈2, θ̈3\n" in text
+    assert "  M (θ̈1, θ̈2, θ̈3) = f with\n" in text
     assert "  M[θ1, θ3] = m3 l1 l3 cos(θ1 - θ3)\n" in text
     assert "M[θ3, θ1]" not in text
     assert text.count("  f[θ") == 3
@@ -137,7 +139,7 @@ def test_account_wording():
         ),
     )
     text = derivation_text(replace(masses, account=account))
-    assert "Degrees of freedom   3N = 6, E = 1, K = 4, DOF = 2\n" in text
+    assert "Degrees of freedom   3N = 6, 1 further coordinate, K = 4, DOF = 2\n" in text
     assert "  rod         x^2 + z^2 = l^2   (satisfied by the definitions)\n" in text
     assert "  again       z1 = 0   (redundant, implied by table, rope)\n" in text
     assert "  drive       x = A*cos(t)   (depends on t)\n" in text
@@ -262,3 +264,34 @@ def test_breaks_prefer_the_outermost_sum():
     ]
     whole = [Piece("x" * 50, 50), Piece("y", 4, " + ", "+ ", 0)]
     assert [line.text for line in break_lines(whole, 10, 10)] == ["x" * 50, "+ y"]
+
+
+LETTERS = """
+name: letters
+parameters: {%s: 3, L: 1}
+plane: xz
+particles: {p: {mass: 1, position: [x, y, z]}, q: {mass: 1, position: [x2, y2, z2]}}
+coordinates: [a, b, c]
+definitions: {x: L*sin(a), z: -L*cos(a), x2: x + L*sin(b), z2: z - L*cos(b)}
+kinetic: {coupling: (dot(a) + dot(b) + dot(c))^2}
+potentials: {spring: %s*a^2}
+"""
+
+
+@pytest.mark.parametrize("letter", ["K", "N", "M", "f"])
+def test_no_letter_has_two_meanings(letter):
+    equations = loads(LETTERS % (letter, letter)).derive().equations
+    text = derivation_text(equations, form="explicit")
+    counts = "Degrees of freedom   3N = 6, 1 further coordinate, K = 4, DOF = 3\n"
+    words = (
+        "Degrees of freedom   6 Cartesian coordinates, 1 further coordinate, 4 independent"
+        " constraints,"
+    )
+    assert (counts in text) == (letter in "Mf")
+    assert (words in text) == (letter in "KN")
+    assert ("  M_mass (" if letter == "M" else "  M (") in text
+    assert ("f_gen with\n" if letter == "f" else " = f with\n") in text
+    assert "Lagrangian does not depend on t" in text
+    document = latex_document(equations)
+    assert r"\text{1 further coordinate}" in document
+    assert (r"\text{4 independent constraints}" in document) == (letter in "KN")

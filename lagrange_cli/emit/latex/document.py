@@ -126,9 +126,7 @@ class _Document:
 
     def freedom(self) -> list[str]:
         account = self.equations.account
-        counts = ",\\quad ".join(
-            f"{_COUNTED.get(name, name)} = {value}" for name, value in counting(self.equations)
-        )
+        counts = ",\\quad ".join(map(_counted, counting(self.equations)))
         lines = [r"\section*{Degrees of freedom}", rf"\[ {counts} \]"]
         if account.lines:
             lines += [_BULLETS, *self._constraints(), r"\end{itemize}"]
@@ -224,7 +222,6 @@ class _Document:
             return [*lines, "There are none."]
         if form == "explicit":
             told = explicit_line(self.equations, explicit_form(self.equations))
-            told = told.replace("M a = f", "$M a = f$")
             lines.append(f"{told}:")
         else:
             lines.append(f"Lagrange's equations {self._lagrange()} give")
@@ -291,7 +288,7 @@ class _Document:
             "here",
             *self.setter.align(rows),
             r"Times the gradient of the gap, $\lambda_k$ is the force of the contact. A gap that"
-            r" closes with $\dot\varphi_k = u < 0$ opens with $-e_k u$;"
+            r" closes with $\dot\varphi_k < 0$ opens with $-e_k \dot\varphi_k$;"
             f" the restitution $e_k$ is {', '.join(told)}.",
         ]
 
@@ -379,9 +376,15 @@ class _Document:
 #: Rows of a table that is kept on one page.
 _LONGEST_TABLE = 24
 
-_COUNTED = {word: rf"\text{{{word}}}" for word in ("DOF", "nonholonomic", "unilateral")}
-
 _BULLETS = r"Constraints: \begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
+
+
+def _counted(phrase: str) -> str:
+    """A count in math mode; its words in upright letters."""
+    label, equals, number = phrase.partition(" = ")
+    if not equals:
+        return rf"\text{{{phrase}}}"
+    return rf"\text{{{label}}} = {number}" if label == "DOF" else phrase
 
 
 def _noun(count: int, singular: str) -> str:
