@@ -6,6 +6,7 @@ from itertools import combinations
 import pytest
 
 from lagrange_cli.errors import InputError
+from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.language.expression import Call, Name, Node, walk
 from tests.scene.scene_evaluation import value
@@ -195,3 +196,36 @@ def test_pairs_are_counted_before_they_are_made() -> None:
     with pytest.raises(InputError) as caught:
         read_text(text)
     assert [problem.rule for problem in caught.value.problems] == ["limit"]
+
+
+ORIGIN = """
+plane: xz
+parameters: {m: 1, l: 1, k: 2, M: 5, G: 1, c: 0.1}
+particles: {bob: {mass: m, position: [x, y, z]}}
+constraints: {rod: {distance: [origin, bob], equals: l}}
+potentials:
+  spring: {spring: [bob, origin], stiffness: k, length: l}
+  pull: {newton: G, between: [bob, origin], masses: {origin: M}}
+forces: {brake: {damper: [origin, bob], coefficient: c}}
+"""
+
+
+def test_the_origin_needs_no_declaration() -> None:
+    declared = ORIGIN + "points: {origin: [0, 0, 0]}\n"
+    implied, stated = read_text(ORIGIN), read_text(declared)
+    assert [e.text for e in implied.expressions()] == [e.text for e in stated.expressions()]
+    assert [p.name for p in implied.points] == ["origin"]
+    assert derive(implied).forcing == derive(stated).forcing
+
+
+def test_a_point_called_origin_may_lie_elsewhere() -> None:
+    elsewhere = read_text(ORIGIN + "points: {origin: [0, 0, 3]}\n")
+    assert [p.position[2].text for p in elsewhere.points] == ["3"]
+
+
+def test_nothing_is_added_where_the_origin_is_not_named() -> None:
+    text = "particles: {bob: {mass: 1, position: [x, y, z]}}\ncoordinates: [x, y, z]\n"
+    assert read_text(text).points == ()
+    with pytest.raises(InputError, match="unknown particle or point 'orign'") as caught:
+        read_text(ORIGIN.replace("[origin, bob], equals", "[orign, bob], equals"))
+    assert caught.value.problems[0].hint == "did you mean 'origin'?"

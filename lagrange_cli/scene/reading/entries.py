@@ -40,6 +40,7 @@ from lagrange_cli.scene.language.families import (
 from lagrange_cli.scene.language.grammar import parse_equation, parse_expression, parse_key
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
+from lagrange_cli.scene.model import Point
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 _BOOLEANS = {
@@ -103,6 +104,11 @@ class Reading:
             sections = (self.values.get("particles", ()), self.values.get("points", ()))
             self._bodies = frozenset(body.name for section in sections for body in section)
         return self._bodies
+
+    def add_point(self, point: Point) -> None:
+        """Add a point to those that the scene declares."""
+        self.values["points"] = (*self.values.get("points", ()), point)
+        self._bodies = None
 
     @property
     def knows_bodies(self) -> bool:

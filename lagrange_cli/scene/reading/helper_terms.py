@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.language.expression import Call, Expression, Name, Number
+from lagrange_cli.scene.language.grammar import parse_expression
 from lagrange_cli.scene.language.problems import shown, suggestion
+from lagrange_cli.scene.model import Point
 from lagrange_cli.scene.reading.declarations import AXES, component
 from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
+
+#: The point that helpers may name without declaring it.
+ORIGIN = "origin"
 
 
 def body_pair(node: SourceNode, helper: str, what: str, reading: Reading) -> tuple[str, str] | None:
@@ -32,6 +37,9 @@ def body_pair(node: SourceNode, helper: str, what: str, reading: Reading) -> tup
 def known_body(end: Scalar, what: str, helper: str, reading: Reading) -> str | None:
     """A particle or point that a helper names."""
     name = reading.reference(end)
+    if name == ORIGIN and name not in reading.bodies and reading.knows_bodies:
+        zero = parse_expression("0", end.mark, exact=False)
+        reading.add_point(Point(ORIGIN, end.mark, (zero, zero, zero)))
     if name is not None and name not in reading.bodies:
         if reading.may_be_a_body(name):
             return None
@@ -39,7 +47,7 @@ def known_body(end: Scalar, what: str, helper: str, reading: Reading) -> str | N
         reading.problems.add(
             f"unknown particle or point {shown(name)} in '{helper}'{place}",
             end.mark,
-            hint=suggestion(name, reading.bodies),
+            hint=suggestion(name, {*reading.bodies, ORIGIN}),
             rule="unknown-name",
         )
         return None
