@@ -10,7 +10,13 @@ from lagrange_cli.notation.symbols import multiplier_name
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import CartesianName, Equations, ShownEquation
-    from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine
+    from lagrange_cli.mechanics.findings import (
+        Account,
+        Certificate,
+        Conserved,
+        ConstraintLine,
+        EnergyBalance,
+    )
 
 #: Letters of quantities → their labels if the scene uses the letter.
 _LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
@@ -159,8 +165,24 @@ def is_generalized_potential(equations: Equations) -> bool:
     return not equations.potential.free_symbols.isdisjoint(c.v for c in equations.coordinates)
 
 
-def energy_is_sum(equations: Equations, quantity: Conserved) -> bool:
-    """Say whether a conserved quantity is T + V with the V that is shown."""
+#: What conserved quantities are searched for among.
+SEARCHED = "among cyclic momenta and energy"
+
+
+def undecided(equations: Equations) -> list[str]:
+    """List the momenta and energies of which it is not known whether they are conserved."""
+    symbols = {f"p_{c.name}" for c in equations.coordinates} | {"energy"}
+    return [name for name in equations.open_questions if name in symbols]
+
+
+def between_impacts(equations: Equations) -> str:
+    """Say that an energy balance holds between impacts only; empty if it holds always."""
+    elastic = all(contact.restitution == 1 for contact in equations.contacts)
+    return "" if elastic else " between impacts"
+
+
+def energy_is_sum(equations: Equations, quantity: Conserved | EnergyBalance) -> bool:
+    """Say whether an energy is T + V with the V that is shown."""
     return quantity.kind == "energy" and not is_generalized_potential(equations)
 
 

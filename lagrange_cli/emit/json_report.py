@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.emit.constraint_wording import undecided
 from lagrange_cli.emit.force_wording import forces_report
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
@@ -79,6 +80,8 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "conserved": [
             {"name": c.name, "expression": say(c.expression)} for c in equations.conserved
         ],
+        "undecided": undecided(equations),
+        "energy_balance": _balance(equations, say),
         "multipliers": [c.multiplier.name for c in equations.pushing],
         "closure": [
             {"name": c.name, "kind": c.kind, "expression": say(c.expression)}
@@ -193,6 +196,18 @@ def _predicted(equations: Equations) -> dict[str, int] | None:
     if choice is None:
         return None
     return {"minimal": choice.minimal, "multiplier": choice.multiplier}
+
+
+def _balance(equations: Equations, say: _Speaker) -> dict[str, str] | None:
+    """The energy that is not conserved and its rate; None if it is conserved or that is long."""
+    balance = equations.balance
+    if balance is None:
+        return None
+    return {
+        "name": balance.kind,
+        "expression": say(equations.energy),
+        "rate": say(balance.rate),
+    }
 
 
 def _input(source: Input, say: _Speaker) -> dict[str, Any]:

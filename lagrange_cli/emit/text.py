@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import (
+    SEARCHED,
+    between_impacts,
     certificate_line,
     choice_line,
     contacts_lines,
@@ -20,6 +22,7 @@ from lagrange_cli.emit.constraint_wording import (
     quantity_labels,
     remark_on,
     telling_definitions,
+    undecided,
     was_divided,
 )
 from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows, reaction_rows
@@ -83,6 +86,7 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
         page.contacts(),
         page.constraint_forces(),
         page.conserved(),
+        page.energy(),
         page.outputs(),
         [certificate_line(equations.certificate)],
     ]
@@ -319,7 +323,30 @@ class _Page:
             )
             for c in self.equations.conserved
         ]
-        return self.with_reasons("Conserved", rows)
+        if not self.equations.coordinates:
+            return []
+        lines = self.with_reasons(f"Conserved {SEARCHED}", rows)
+        lines = lines or [f"Conserved   none {SEARCHED}"]
+        names = [
+            "E" if n == "energy" else self.printer.symbol(n) for n in undecided(self.equations)
+        ]
+        return lines + ([f"  not decided: {', '.join(names)}"] if names else [])
+
+    def energy(self) -> list[str]:
+        """The rate of the energy where that is not conserved."""
+        balance = self.equations.balance
+        if balance is None:
+            return []
+        labels = quantity_labels(self.equations)
+        label = labels["E" if balance.kind == "energy" else "h"]
+        lines = [f"Energy{between_impacts(self.equations)}"]
+        if energy_is_sum(self.equations, balance):
+            lines.append(f"  {label} = {labels['T']} + {labels['V']}")
+        else:
+            lines += self.formula(f"  {label}", self.equations.energy)
+        if balance.is_dissipation:
+            return [*lines, f"  d{label}/dt = -2 {labels['D']}"]
+        return lines + self.formula(f"  d{label}/dt", balance.rate)
 
     def quantity(self, quantity: Conserved) -> str:
         labels = quantity_labels(self.equations)

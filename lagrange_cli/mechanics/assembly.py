@@ -12,6 +12,7 @@ from lagrange_cli.mechanics.certify.certificate import Evidence, certify_shown
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
+from lagrange_cli.mechanics.energy_balance import energy_balance
 from lagrange_cli.mechanics.equations import (
     CartesianName,
     Equations,
@@ -66,6 +67,8 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     scene, names = reduced.scene, reduced.names
     announce("finding what is conserved")
     energy = total_energy(derivation, evidence)
+    conserved = conserved_quantities(derivation, evidence, energy)
+    is_kept = any(c.kind != "momentum" for c in conserved)
     structure = structure_facts(derivation)
     announce("writing the equations")
     shown = _shown(derivation, evidence)
@@ -96,7 +99,8 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         shown=shown,
         energy=energy,
         cyclic=cyclic_names(derivation, evidence),
-        conserved=conserved_quantities(derivation, evidence, energy),
+        conserved=conserved,
+        balance=None if is_kept else energy_balance(derivation, evidence, energy),
         facts=structure,
         certificate=evidence.certificate,
         initial=initial,

@@ -19,6 +19,7 @@ from lagrange_cli.mechanics.findings import (
     Account,
     Certificate,
     Conserved,
+    EnergyBalance,
     Facts,
     FormulationChoice,
     SingularConfiguration,
@@ -356,6 +357,8 @@ class Equations:
         Names of cyclic coordinates.
     conserved, facts
         Conserved quantities and other proven facts.
+    balance
+        The rate of the energy where it is not conserved and the rate is short, else None.
     certificate
         The comparison with Newton's law.
     initial
@@ -437,6 +440,7 @@ class Equations:
     singular: tuple[SingularConfiguration, ...] = ()
     chart: ReplacedChart | None = None
     open_questions: tuple[str, ...] = ()
+    balance: EnergyBalance | None = None
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
     units: Units = field(default_factory=Units)
     motion: Motion | None = field(default=None, compare=False, repr=False)

@@ -108,6 +108,25 @@ class Conserved:
 
 
 @dataclass(frozen=True)
+class EnergyBalance:
+    """The rate of an energy that is not conserved.
+
+    Attributes
+    ----------
+    kind
+        ``energy``: of T + V; ``jacobi``: of Σ v ∂L/∂v − L if that is not T + V.
+    rate
+        Its rate over q, v, t, inputs and multipliers.
+    is_dissipation
+        True if the rate is −2D, with the dissipation function D.
+    """
+
+    kind: Literal["energy", "jacobi"]
+    rate: Expr
+    is_dissipation: bool
+
+
+@dataclass(frozen=True)
 class Facts:
     """Structure facts. All booleans are proven; False means "not shown".
 

@@ -18,8 +18,8 @@ KEYS = [
     "name", "cartesian", "extra", "constraints", "dof", "nonholonomic", "unilateral",
     "coordinates", "formulation", "predicted", "singular", "kinetic", "potential", "lagrangian",
     "equations",
-    "mass_matrix", "forcing", "cyclic", "conserved", "multipliers", "closure", "contacts",
-    "inputs", "outputs", "facts", "certificate", "warnings",
+    "mass_matrix", "forcing", "cyclic", "conserved", "undecided", "energy_balance",
+    "multipliers", "closure", "contacts", "inputs", "outputs", "facts", "certificate", "warnings",
 ]  # fmt: skip
 
 

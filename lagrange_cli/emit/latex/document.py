@@ -7,6 +7,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import (
+    SEARCHED,
+    between_impacts,
     counting,
     energy_is_sum,
     explicit_line,
@@ -16,6 +18,7 @@ from lagrange_cli.emit.constraint_wording import (
     quantity_labels,
     remark_on,
     telling_definitions,
+    undecided,
     was_divided,
 )
 from lagrange_cli.emit.latex import words as latex_words
@@ -62,6 +65,7 @@ def latex_document(equations: Equations, form: str = "lagrange") -> str:
         page.contacts(),
         forces_section(page.setter),
         page.conserved(),
+        page.energy(),
         page.outputs(),
         page.certificate(),
         [r"\end{document}"],
@@ -307,17 +311,52 @@ class _Document:
     # -- conservation, certificate ----------------------------------------------------------
 
     def conserved(self) -> list[str]:
-        if not self.equations.conserved:
+        if not self.equations.coordinates:
             return []
+        heading = r"\section*{Conserved quantities}"
+        names = [self._name(name) for name in undecided(self.equations)]
+        doubts = [f"Of {', '.join(names)} this is not decided."] if names else []
+        if not self.equations.conserved:
+            return [heading, f"None {SEARCHED}.", *doubts]
         told = [
             f"{self._reason(c.reason)}, so ${self._symbol(c)}$ is conserved"
             for c in self.equations.conserved
         ]
         return [
-            r"\section*{Conserved quantities}",
-            f"{'; '.join(told)}:",
+            heading,
+            f"{SEARCHED.capitalize()}: {'; '.join(told)}:",
             *self.setter.align([self._conserved(c) for c in self.equations.conserved]),
+            *doubts,
         ]
+
+    def energy(self) -> list[str]:
+        """The rate of the energy where that is not conserved."""
+        balance = self.equations.balance
+        if balance is None:
+            return []
+        label = self.labels["E" if balance.kind == "energy" else "h"]
+        whole = label
+        if energy_is_sum(self.equations, balance):
+            whole += f" = {self.labels['T']} + {self.labels['V']}"
+        change = rf"\frac{{\mathrm{{d}} {label}}}{{\mathrm{{d}} t}}"
+        if balance.is_dissipation:
+            change += f" = -2 {self.labels['D']}"
+        return [
+            r"\section*{Energy}",
+            f"Along a motion ${label}$ changes{between_impacts(self.equations)} at the given rate:",
+            *self.setter.align(
+                [
+                    self.setter.definition(whole, self.equations.energy),
+                    self.setter.definition(change, balance.rate),
+                ]
+            ),
+        ]
+
+    def _name(self, name: str) -> str:
+        """The symbol of ``energy`` or of a momentum ``p_NAME``."""
+        if name == "energy":
+            return f"${self.labels['E']}$"
+        return f"${latex_name(name)}$"
 
     def _reason(self, reason: str) -> str:
         """A reason with the quantities it names in math mode."""
