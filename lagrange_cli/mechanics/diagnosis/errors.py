@@ -17,6 +17,7 @@ from lagrange_cli.mechanics.symbols.yaml_snippets import (
     fewer_coordinates_snippet,
     must_stay,
     near_snippet,
+    undeclared_names,
 )
 from lagrange_cli.scene.model import Scene
 
@@ -144,7 +145,10 @@ def remaining_coordinates(scene: Scene, *phis: sp.Expr) -> list[str]:
     """Write the coordinates that remain beside proposed equations φ = 0; empty if all do."""
     declared = [c.name for c in scene.coordinates or ()]
     dropped: dict[str, str] = {}
+    undeclared = undeclared_names(scene)
     for phi in phis:
+        if any(s.name in undeclared for s in phi.free_symbols):
+            continue  # the equation determines such a name, not a coordinate
         for q in sorted(phi.free_symbols, key=str, reverse=True):
             free = q.name in declared and q.name not in dropped and not must_stay(scene, q.name)
             ways = (solutions(phi, q) or []) if free else []

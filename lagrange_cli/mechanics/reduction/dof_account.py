@@ -245,13 +245,13 @@ def _account(
     extra: int,
 ) -> Account:
     elimination = geometry.elimination
-    positions = dict.fromkeys(geometry.positions)
+    counted = {*geometry.positions} | _further(geometry.names)
     dof = len(geometry.coordinates) - len(kept)
     cartesian = len(geometry.positions)
     constraints = cartesian + extra - dof
     # Equations that fix names of massless points restrict no particle.
     for_points = sum(
-        s not in positions and number not in dependent for s, number in elimination.by.items()
+        s not in counted and number not in dependent for s, number in elimination.by.items()
     )
     independent = len(elimination.stated) - len(dependent) - for_points
     return Account(
@@ -295,11 +295,17 @@ def _require_independent(
 def _extra(geometry: Geometry, points: Sequence[SymbolValues]) -> int:
     """E: the number of independent changes of the coordinates that move no particle."""
     moving = _moving(geometry, ())
-    outside = len(geometry.coordinates) - len(moving)
+    solved = _further(geometry.names) - {*geometry.coordinates}
+    outside = len(geometry.coordinates) - len(moving) + len(solved)
     if not _spinning(geometry, moving):
         return outside
     null = _unmoved(_places(geometry), moving, points)
     return outside + (0 if null is None else len(null))
+
+
+def _further(names: Names) -> set[sp.Symbol]:
+    """Dependent names that no position holds."""
+    return {*names.dependent}.difference(*(e.free_symbols for e in names.given.values()))
 
 
 def _places(geometry: Geometry) -> list[sp.Expr]:

@@ -16,6 +16,7 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.symbols.convert import Rate, to_sympy
+from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.language.expression import Call, Expression, Name, Node, walk
 from lagrange_cli.scene.model import Particle, Point, Scene
 
@@ -36,7 +37,9 @@ class Names:
     parameters, inputs, coordinates
         Symbols by name, in declaration order; ``coordinates`` only the declared ones.
     cartesian
-        Raw symbols by name, particles' first, in reading order.
+        Raw symbols by name, particles' first, in reading order, dependent names last.
+    dependent
+        Raw symbols that belong to no particle or point: constraints determine them.
     particle_symbols
         For each particle, in order, its three raw symbols.
     bodies, body_symbols
@@ -81,6 +84,7 @@ class Names:
             tuple(self._raw(p, axis) for axis in range(3)) for p in scene.points
         )
         self.body_symbols = (*self.particle_symbols, *self.point_symbols)
+        self.dependent = tuple(self._dependent(scene))
         self._aliases = dict(self._alias_pairs())
         self._rewrite: Callable[[sp.Expr], sp.Expr] = lambda expr: expr
         self._gone: frozenset[str] = frozenset()
@@ -95,6 +99,13 @@ class Names:
             name = f"{_AXES[axis]}_{body.name}"
             self._position_entries[name] = entry
         return self.cartesian.setdefault(name, sp.Symbol(name, real=True))
+
+    def _dependent(self, scene: Scene) -> Iterator[sp.Symbol]:
+        """Declare the names that stand in ``kinetic`` and a constraint, and nowhere else."""
+        own = {s.name for body in self.body_symbols for s in body}
+        for name in name_table(scene).cartesian:
+            if name not in own and name not in self.coordinates:
+                yield self.cartesian.setdefault(name, sp.Symbol(name, real=True))
 
     def _is_bare_name(self, entry: Expression) -> bool:
         """Say whether an entry is a Cartesian name: fresh, a coordinate, or defined."""

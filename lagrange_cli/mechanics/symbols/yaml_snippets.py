@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
+from lagrange_cli.scene.checks.table import dependent_names
 from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import Expression, Name, names_in
 from lagrange_cli.scene.model import Scene, Unilateral
@@ -70,8 +71,16 @@ def _values(entries: Iterable[InitialValue]) -> dict[str, str]:
 
 
 def _cartesian(scene: Scene) -> set[str]:
-    """Collect names that stand bare in positions."""
-    return {e.node.name for e in _entries(scene) if isinstance(e.node, Name)}
+    """Collect names that constraints may determine: bare in positions, or dependent."""
+    bare = {e.node.name for e in _entries(scene) if isinstance(e.node, Name)}
+    return bare | dependent_names(scene).keys()
+
+
+def undeclared_names(scene: Scene) -> set[str]:
+    """Collect the names that nothing but constraints can determine."""
+    declared = {c.name for c in scene.coordinates or ()} | {d.name for d in scene.definitions}
+    fixed = {p.name for p in scene.parameters} | {u.name for u in scene.inputs} | {"t", "pi"}
+    return _cartesian(scene) - declared - fixed
 
 
 def _entries(scene: Scene) -> list[Expression]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.language.expression import Expression, Name
+from lagrange_cli.scene.language.expression import Expression, Name, names_in
 from lagrange_cli.scene.language.problems import Problems
 from lagrange_cli.scene.model import Particle, Point, Scene
 from lagrange_cli.scene.reading.declarations import AXES, component
@@ -25,7 +25,7 @@ class NameTable:
     parameters, inputs, coordinates, definitions
         Declared names.
     cartesian
-        Names that stand bare in a position and are not parameters.
+        Names that stand bare in a position and are not parameters; and dependent names.
     components
         ``x_NAME`` → the position entry that it stands for.
     bodies
@@ -82,15 +82,35 @@ def name_table(scene: Scene) -> NameTable:
         # The name of another component refers to that component.
         if node.name == name or node.name not in components:
             cartesian.setdefault(node.name, entry.mark(node.span))
-    return NameTable(
-        parameters,
-        inputs,
-        {c.name: c.mark for c in scene.coordinates or ()},
-        {d.name: d.mark for d in scene.definitions},
-        cartesian,
-        components,
-        {body.name: body.mark for body in bodies},
-    )
+    coordinates = {c.name: c.mark for c in scene.coordinates or ()}
+    definitions = {d.name: d.mark for d in scene.definitions}
+    declared = {*parameters, *inputs, *coordinates, *definitions, *components, "t", "pi", "e"}
+    for name, mark in dependent_names(scene).items():
+        if name not in declared:
+            cartesian.setdefault(name, mark)
+    marks = {body.name: body.mark for body in bodies}
+    return NameTable(parameters, inputs, coordinates, definitions, cartesian, components, marks)
+
+
+def dependent_names(scene: Scene) -> dict[str, Mark]:
+    """Collect the names that stand in ``kinetic`` and in a constraint, with their places.
+
+    Where nothing else declares such a name, as the angle of a wheel whose centre is the
+    coordinate, constraints determine it as they do a Cartesian name.
+    """
+    constrained = {
+        node.name
+        for constraint in scene.constraints
+        for equation in constraint.equations
+        for side in (equation.left, equation.right)
+        for node in names_in(side.node)
+    }
+    found: dict[str, Mark] = {}
+    for term in scene.kinetic:
+        for node in names_in(term.expression.node):
+            if node.name in constrained:
+                found.setdefault(node.name, term.expression.mark(node.span))
+    return found
 
 
 def declares(scene: Scene, name: str) -> bool:

@@ -21,6 +21,7 @@ WHEEL = (
     "parameters: {m: 1, J: 2, R: 0.5, M: 1}\nparticles: {c: {mass: m, position: [s, 0, 0]}}\n"
     "coordinates: [s, psi]\nkinetic: {spin: J/2*dot(psi)^2}\n"
 )
+ROLLED = WHEEL.replace("[s, psi]", "[s]")
 ROD = (
     "parameters: {m: 1, r: 0.4}\ncoordinates: [x, y, q1]\n"
     "particles: {centre: {mass: m, position: [x + r*cos(q1), y + r*sin(q1), 0]}}\n"
@@ -48,6 +49,26 @@ REFUSED = {
     ),
     "rolling, either way": (WHEEL + "constraints: {rolling: s^2 = R^2*psi^2}\n", "ambiguous"),
     "rolling, or at rest": (WHEEL + "constraints: {rolling: s*(s - R*psi) = 0}\n", "ambiguous"),
+    "rolling, either way, the angle not declared": (
+        ROLLED + "constraints: {rolling: s^2 = R^2*psi^2}\n",
+        "ambiguous",
+    ),
+    "rolling, as a square, the angle not declared": (
+        ROLLED + "constraints: {rolling: (s - R*psi)^2 = 0}\n",
+        "singular",
+    ),
+    "rolling, started elsewhere": (
+        ROLLED + "constraints: {rolling: s = R*psi}\ninitial: {s: 1, psi: 0, dot(psi): 1}\n",
+        "initial",
+    ),
+    "turning, the angle not declared": (
+        ROLLED + "constraints: {rolling: s = R*sin(psi)}\n",
+        "ambiguous",
+    ),
+    "rolling without its angle": (
+        ROLLED + "constraints: {rolling: dot(s) = R*dot(psi)}\ninitial: {s: 1}\n",
+        "initial",
+    ),
     "no inertia of its own": (ROD, "dependent"),
     "no inertia, started": (ROD + "initial: {x: 1, y: 2, q1: 0.3, dot(q1): 1}\n", "dependent"),
     "no inertia, turned": (ROD + "forces: {t: {on: q1, force: 1}}\n", "dependent"),

@@ -1,0 +1,71 @@
+"""Names of ``kinetic`` that constraints determine, as they do Cartesian names."""
+
+from __future__ import annotations
+
+import pytest
+import sympy as sp
+
+from lagrange_cli import loads
+from lagrange_cli.errors import InputError
+
+WHEEL = """
+name: wheel
+parameters: {m: 2, R: {value: 0.5, positive: true}, I: 0.25, g: 9.81, al: 0.5}
+particles: {w: {mass: m, position: [s*cos(al), 0, -s*sin(al)]}}
+coordinates: [s]
+kinetic: {spin: I/2*dot(psi)^2}
+potentials: {weight: {gravity: g}}
+constraints: {rolling: %s}
+"""
+
+
+@pytest.mark.parametrize("rolling", ["s = R*psi", "R*psi - s = 0", "dot(s) = R*dot(psi)"])
+def test_the_angle_of_a_wheel_is_eliminated(rolling: str) -> None:
+    equations = loads(WHEEL % rolling).derive().equations
+    assert [c.name for c in equations.coordinates] == ["s"]
+    account = equations.account
+    assert (account.cartesian, account.extra, account.constraints, account.dof) == (3, 1, 3, 1)
+    assert account.implied == 2
+    p = {p.name: p.symbol for p in equations.parameters}
+    inertia = p["m"] + p["I"] / p["R"] ** 2
+    assert sp.simplify(equations.mass_matrix[0][0] - inertia) == 0
+    assert sp.simplify(equations.forcing[0] - p["m"] * p["g"] * sp.sin(p["al"])) == 0
+    (angle,) = [c for c in equations.cartesian_names if c.name == "psi"]
+    assert sp.simplify(angle.position - equations.coordinates[0].q / p["R"]) == 0
+
+
+def test_forces_and_multipliers_are_those_of_a_declared_angle() -> None:
+    rolled = loads(WHEEL % "s = R*psi").derive(forces=True).equations
+    assert rolled.constraint_forces is not None
+    (reaction,) = rolled.constraint_forces.reactions
+    p = {p.name: p.symbol for p in rolled.parameters}
+    expected = (
+        -p["g"] * sp.sin(p["al"]) * p["I"] / p["R"] ** 2 / (1 + p["I"] / p["m"] / p["R"] ** 2)
+    )
+    assert sp.simplify(reaction.multiplier - expected) == 0
+
+
+def test_the_angle_takes_part_in_starts_and_motions() -> None:
+    system = loads(
+        WHEEL % "dot(s) = R*dot(psi)" + "initial: {s: 1, psi: 3, dot(psi): 2}\n"
+    ).derive()
+    run = system.simulate(until=1.0, accuracy=1e-9)
+    travelled = run.state["s"] - 1
+    assert abs(travelled - (1 + 9.81 * 0.479425538604203 / 1.5 / 2)) < 1e-8
+    assert abs(run.state["psi"] - 3 - travelled / 0.5) < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("rolling", "unknown"), [("s = 3", "psi"), ("s = R*phi", "psi"), ("s = R*phi", "phi")]
+)
+def test_a_name_in_one_of_the_sections_is_unknown(rolling: str, unknown: str) -> None:
+    with pytest.raises(InputError) as refused:
+        loads(WHEEL % rolling)
+    assert any(f"unknown name '{unknown}'" in p.message for p in refused.value.problems)
+
+
+def test_a_dependent_name_that_nothing_determines_is_asked_for() -> None:
+    scene = WHEEL.replace("kinetic: {", "kinetic: {turn: dot(phi)^2, ")
+    with pytest.raises(InputError, match="nothing determines") as refused:
+        loads(scene % "s = R*psi + phi").derive()
+    assert refused.value.problems[0].hint.startswith("coordinates: [s, p")
