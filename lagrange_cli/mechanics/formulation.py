@@ -31,6 +31,7 @@ from lagrange_cli.mechanics.initial.projection import state_of
 from lagrange_cli.mechanics.initial.state import initial_state
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.mechanics.reduction.cartesian_form import cartesian_form, closure_incidence
+from lagrange_cli.mechanics.reduction.minimal_form import minimal_form
 from lagrange_cli.mechanics.reduction.no_minimal_form import no_minimal_form_error
 from lagrange_cli.mechanics.reduction.reduce import reduce
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
@@ -66,7 +67,8 @@ def reduced_for(scene: Scene, wanted: Formulation) -> tuple[Reduced, tuple[str, 
         As :func:`.reduction.reduce.reduce`.
     """
     try:
-        return reduce(scene), ()
+        reduced = reduce(scene)
+        return minimal_form(reduced) if wanted == "minimal" else reduced, ()
     except SingularError as refusal:
         if wanted == "minimal":
             raise

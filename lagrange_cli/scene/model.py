@@ -252,6 +252,8 @@ class Scene:
         Constraints by equations, and by inequalities.
     coordinates, coordinates_mark
         Declared coordinates and the place of their section, None if it is absent.
+    eliminated
+        Names of coordinates that constraints are to determine after all.
     potentials, kinetic, dissipation, outputs
         Named terms of the sections of these names.
     forces
@@ -277,6 +279,7 @@ class Scene:
     unilateral: tuple[Unilateral, ...] = ()
     coordinates: tuple[DeclaredCoordinate, ...] | None = None
     coordinates_mark: Mark | None = None
+    eliminated: tuple[str, ...] = ()
     definitions: tuple[Definition, ...] = ()
     inputs: tuple[DeclaredInput, ...] = ()
     potentials: tuple[Term, ...] = ()

@@ -6,4 +6,11 @@ says how many degrees of freedom each constraint takes. Integrability follows Fr
 *Nonholonomic Mechanics and Control*, 2nd ed. 2015, section 2.4). Read :mod:`.reduce` first.
 """
 
-__all__ = ["cartesian_form", "geometry", "no_minimal_form", "reduce", "reduced_scene"]
+__all__ = [
+    "cartesian_form",
+    "geometry",
+    "minimal_form",
+    "no_minimal_form",
+    "reduce",
+    "reduced_scene",
+]

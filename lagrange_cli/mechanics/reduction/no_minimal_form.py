@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import sympy as sp
+
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.elimination.solve_equation import (
     linear_parts,
@@ -17,19 +19,27 @@ from lagrange_cli.mechanics.symbols.quoting import quoted
 #: Reasons, of one constraint and of several.
 _NONHOLONOMIC = (
     "cannot be integrated: it restricts velocities and no positions",
-    "cannot all be integrated: they restrict velocities and no positions",
+    "cannot all be integrated: together they restrict velocities more than positions",
 )
 _INTEGRABLE = (
-    "can be integrated, but not in closed form here",
-    "can be integrated, but not in closed form here",
+    "can be integrated, but no closed form of its integral was found",
+    "can be integrated, but no closed form of their integrals was found",
 )
-_BRANCHES = (
-    "gives each coordinate by others in several ways, none of which need hold all along",
-    "give each coordinate by others in several ways, none of which need hold all along",
+_FORCED = (
+    "gives by others only coordinates that a force acts on",
+    "give by others only coordinates that a force acts on",
 )
 _DIVIDES = (
     "gives a coordinate by others only where what it is divided by does not vanish",
     "give a coordinate by others only where what it is divided by does not vanish",
+)
+_PARTLY = (
+    "gives a coordinate by others only where a root or inverse function is real",
+    "give a coordinate by others only where a root or inverse function is real",
+)
+_BRANCHES = (
+    "gives coordinates by others in several ways, none of which need hold all along",
+    "give coordinates by others in several ways, none of which need hold all along",
 )
 _OPEN = ("has no solution in closed form", "have no solution in closed form")
 
@@ -62,14 +72,28 @@ def _said(names: Sequence[str], one: str, several: str) -> str:
 
 
 def _of_position(reduced: Reduced, closure: ClosureEquation) -> tuple[str, str]:
-    """Reason why an equation between positions is not solved for a coordinate."""
+    """Reason why an equation between positions is not solved for a coordinate.
+
+    Names that are not declared are what it has to give where there are any.
+    """
     phi = closure.left - closure.right
-    constants = frozenset(reduced.names.parameters.values())
-    reason = _OPEN
-    for q in (c.q for c in reduced.coordinates if c.q in phi.free_symbols):
-        parts = linear_parts(phi, q)
-        if parts is not None and not solves_everywhere(*parts, constants):
-            return _DIVIDES
-        if parts is None and solutions(phi, q):
-            reason = _BRANCHES
-    return reason
+    involved = [c for c in reduced.coordinates if c.q in phi.free_symbols]
+    declared = reduced.names.coordinates
+    opened = [c for c in involved if c.name not in declared] if declared else []
+    reasons = {_reason(reduced, phi, c.q) for c in opened or involved}
+    if opened and reasons == {_OPEN}:
+        named = quoted([c.name for c in opened])
+        return f"gives {named} in no closed form", f"give {named} in no closed form"
+    return next(r for r in (_FORCED, _DIVIDES, _PARTLY, _BRANCHES, _OPEN) if r in reasons)
+
+
+def _reason(reduced: Reduced, phi: sp.Expr, q: sp.Symbol) -> tuple[str, str]:
+    """Reason why φ = 0 is not solved for one coordinate."""
+    parts = linear_parts(phi, q)
+    if parts is not None:
+        constants = frozenset(reduced.names.parameters.values())
+        return _FORCED if solves_everywhere(*parts, constants) else _DIVIDES
+    branches = solutions(phi, q) or []
+    if not branches:
+        return _OPEN
+    return _BRANCHES if len(branches) > 1 else _PARTLY

@@ -25,7 +25,8 @@ class NameTable:
     parameters, inputs, coordinates, definitions
         Declared names.
     cartesian
-        Names that stand bare in a position and are not parameters; and dependent names.
+        Names that stand bare in a position and are not parameters; and those that constraints
+        determine as they do these.
     components
         ``x_NAME`` → the position entry that it stands for.
     bodies
@@ -88,6 +89,8 @@ def name_table(scene: Scene) -> NameTable:
     for name, mark in dependent_names(scene).items():
         if name not in declared:
             cartesian.setdefault(name, mark)
+    for name in scene.eliminated:
+        cartesian.setdefault(name, scene.coordinates_mark or Mark(scene.file, 1, 1))
     marks = {body.name: body.mark for body in bodies}
     return NameTable(parameters, inputs, coordinates, definitions, cartesian, components, marks)
 

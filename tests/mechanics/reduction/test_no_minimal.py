@@ -14,9 +14,13 @@ P = "particles: {p: {mass: 1, position: [x, y, z]}}\n"
 SLEIGH = (
     "particles: {p: {mass: 2, position: [x + cos(th), y + sin(th), 0]}}\n"
     "coordinates: [x, y, th]\nkinetic: {spin: dot(th)^2}\n"
-    "constraints: {blade: dot(y)*cos(th) = dot(x)*sin(th)}\n"
+    "constraints:\n  blade: dot(y)*cos(th) = dot(x)*sin(th)\n"
 )
-BRANCHES = "gives each coordinate by others in several ways, none of which need hold all along"
+BRANCHES = "gives coordinates by others in several ways, none of which need hold all along"
+WHEEL = (
+    "parameters: {R: 0.5}\nparticles: {c: {mass: 1, position: [s, 0, 0]}}\n"
+    "coordinates: [s, psi]\nkinetic: {spin: dot(psi)^2}\n"
+)
 SCENES = {
     "nonholonomic": (
         SLEIGH,
@@ -34,10 +38,29 @@ SCENES = {
     "integrable": (
         "particles: {p: {mass: 1, position: [x, y, 0]}}\ncoordinates: [x, y]\n"
         "constraints: {c: dot(x)*exp(x*y)*(1 + x*y) = -dot(y)*(exp(x*y)*x^2 + y^2*sin(x*y))}\n",
-        "'c' can be integrated, but not in closed form here",
+        "'c' can be integrated, but no closed form of its integral was found",
+    ),
+    "a name that is not declared": (
+        WHEEL.replace("[s, psi]", "[s]") + "constraints: {rolling: s = psi + psi^5}\n",
+        "'rolling' gives 'psi' in no closed form",
+    ),
+    "forces on both": (
+        WHEEL + "constraints: {rolling: dot(s) = R*dot(psi)}\n"
+        "forces: {a: {on: s, force: 1}, b: {on: psi, force: 1}}\n",
+        "'rolling' gives by others only coordinates that a force acts on",
+    ),
+    "a logarithm": (
+        WHEEL + "constraints: {rolling: dot(s)*exp(s) = 2*dot(psi)*exp(psi)}\n"
+        "initial: {s: 1, psi: 0.2}\n",
+        "'rolling' gives a coordinate by others only where a root or inverse function is real",
+    ),
+    "two of which one is integrable": (
+        SLEIGH.replace("th]", "th, u]").replace("kinetic: {", "kinetic: {u: dot(u)^2, ")
+        + "  c: dot(u)*exp(x*u)*(1 + x*u) = -dot(x)*(exp(x*u)*u^2 + x^2*sin(x*u))\n",
+        "'blade', 'c' cannot all be integrated: together they restrict velocities more than",
     ),
     "several": (
-        SLEIGH.replace("constraints: {", "constraints: {rod: x^2 + y^2 = 4, "),
+        SLEIGH.replace("constraints:", "constraints:\n  rod: x^2 + y^2 = 4"),
         f"'rod' {BRANCHES}; 'blade' ",
     ),
 }
