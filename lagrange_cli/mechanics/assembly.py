@@ -107,6 +107,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         suggested=tuple(possible_start(derivation.reduced).items()) if initial is None else (),
         simulate=simulation_defaults(reduced.scene, reduced.values),
         abbreviations=tuple(_abbreviations(reduced)),
+        functions=scene.functions,
         outputs=tuple(_outputs(reduced)),
         inputs=tuple(_inputs(reduced)),
         literals=decimal_literals(scene.expressions()),

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.motion import Motion
     from lagrange_cli.mechanics.reaction_values import ConstraintForces
     from lagrange_cli.scene.defaults import SimulationDefaults
+    from lagrange_cli.scene.model import DeclaredFunction
 
 
 def tagged(name: str, tail: str) -> str:
@@ -365,6 +366,8 @@ class Equations:
         Initial state; None if the scene gives none or a parameter lacks its value.
     simulate
         The scene's section ``simulate``.
+    functions
+        The scene's own functions.
     abbreviations
         Definitions of the scene that name no Cartesian name.
     literals
@@ -427,6 +430,7 @@ class Equations:
     initial: InitialState | None
     simulate: SimulationDefaults
     abbreviations: tuple[tuple[str, Expr], ...] = ()
+    functions: tuple[DeclaredFunction, ...] = ()
     literals: tuple[tuple[Fraction, str], ...] = ()
     warnings: tuple[Problem, ...] = ()
     remarks: tuple[str, ...] = ()

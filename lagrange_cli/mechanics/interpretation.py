@@ -34,5 +34,8 @@ def interpret(equations: Equations, expression: Expression) -> sp.Expr:
     chain = [(c.q, c.v) for c in equations.coordinates]
     chain += [(c.v, c.a) for c in equations.coordinates]
     return to_sympy(
-        expression, meanings.get, lambda expr: total_derivative(expr, equations.t, chain)
+        expression,
+        meanings.get,
+        lambda expr: total_derivative(expr, equations.t, chain),
+        {f.name: f for f in equations.functions},
     )

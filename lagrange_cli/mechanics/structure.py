@@ -128,6 +128,7 @@ def _unused(scene: Scene) -> tuple[str, ...]:
         *(s for c in scene.constraints for e in c.equations for s in (e.left, e.right)),
         *(s for u in scene.unilateral for s in (u.inequality.left, u.inequality.right)),
         *(u.restitution for u in scene.unilateral),
+        *(f.expression for f in scene.functions),
         *(d.expression for d in scene.definitions),
         *(t.expression for t in (*scene.potentials, *scene.kinetic, *scene.dissipation)),
         *(c for f in scene.forces for c in f.components),

@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.symbols.convert import (
     ODD_FUNCTIONS,
     SYMPY_FUNCTIONS,
 )
+from lagrange_cli.mechanics.unknown_functions import is_unknown, name_and_order
 from lagrange_cli.notation import ordering
 from lagrange_cli.notation.symbols import multiplier_name
 from lagrange_cli.notation.tree import (
@@ -69,10 +70,13 @@ class Vocabulary:
         Symbol → its node, which knows its rank.
     literals
         Exact value → decimal as the scene wrote it.
+    functions
+        Function of the scene → what it prints as in LaTeX, None for its name.
     """
 
     atoms: Mapping[sympy.Symbol, DisplaySymbol]
     literals: Mapping[Fraction, str]
+    functions: Mapping[str, str | None] = field(default_factory=dict)
 
 
 def vocabulary(equations: Equations) -> Vocabulary:
@@ -92,7 +96,8 @@ def vocabulary(equations: Equations) -> Vocabulary:
         for order, symbol in enumerate((c.q, c.v, c.a)):
             level = Dependence(Dependence.COORDINATE + order)
             atoms[symbol] = ordering.symbol_of(c.name, level, rank, order=order, latex=c.latex)
-    return Vocabulary(atoms, dict(equations.literals))
+    functions = {f.name: f.latex for f in equations.functions}
+    return Vocabulary(atoms, dict(equations.literals), functions)
 
 
 def display(expression: sympy.Expr, words: Vocabulary) -> DisplayNode:
@@ -299,6 +304,11 @@ def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
     if type(expression) in _RECIPROCALS:
         base = _RECIPROCALS[type(expression)](*expression.args, evaluate=False)
         return _product((sympy.Pow(base, -1, evaluate=False),), words)
+    if is_unknown(expression):
+        function, order = name_and_order(expression)
+        arguments = tuple(display(a, words) for a in expression.args)
+        latex = words.functions.get(function)
+        return SignedNode(False, ordering.call_of(function, arguments, order, latex))
     name = FUNCTION_NAMES.get(type(expression))
     if name is None:
         raise _unprintable(f"'{type(expression).__name__}'")

@@ -143,7 +143,7 @@ class LatexPrinter(OneLinePrinter):
                 return [Piece(rf"\mathrm{{e}}^{{{inner}}}", 1 + 0.7 * width(arguments[0]))]
         if node.function == "abs" and width(arguments[0]) <= _WIDEST_PART:
             return [Piece(rf"\left| {joined(arguments[0])} \right|", width(arguments[0]) + 1)]
-        name = LATEX_FUNCTIONS[node.function] + power
+        name = _function_name(node) + power
         size = len(node.function) + 0.5 + (1 if power else 0)
         if node.function in _NAMED_POWERS and not closed and _is_bare(node.arguments[0]):
             return prefixed(arguments[0], name + " ", size)
@@ -212,3 +212,10 @@ def _is_bare(node: DisplayNode) -> bool:
     return isinstance(node, DisplaySymbol) and (
         node.latex is not None or split_name(node.name).is_letter
     )
+
+
+def _function_name(node: DisplayCall) -> str:
+    """The macro of a function, or the name of one of the scene with its primes."""
+    if node.order is None:
+        return LATEX_FUNCTIONS[node.function]
+    return latex_name(node.function, 0, node.latex) + "'" * node.order

@@ -214,7 +214,9 @@ class OneLinePrinter(ABC):
         ):
             body = self.factor(base, closed=True)
         elif isinstance(base, DisplayCall):
-            body = self.enclosed_call(base)
+            # The parentheses of V′(r)² are its own.
+            known = base.order is None
+            body = self.enclosed_call(base) if known else self.call(base, "", closed=True)
         else:
             body = self.group(self.pieces(base))
         return suffixed(body, exponent, self.exponent_width(exponent))

@@ -77,12 +77,18 @@ def root_of(radicand: DisplayNode) -> DisplayRoot:
     return DisplayRoot(radicand, OrderTraits(inner.level, 0, functional, f"sqrt({inner.text})"))
 
 
-def call_of(function: str, arguments: tuple[DisplayNode, ...]) -> DisplayCall:
+def call_of(
+    function: str,
+    arguments: tuple[DisplayNode, ...],
+    order: int | None = None,
+    latex: str | None = None,
+) -> DisplayCall:
     level = max(a.traits.level for a in arguments)
     # sin before cos before tan is the textbook's order, not the alphabet's.
     rank = {"sin": "1", "cos": "2", "tan": "3"}.get(function, "4")
-    text = f"{rank}{function}({','.join(a.traits.text for a in arguments)})"
-    return DisplayCall(function, arguments, OrderTraits(level, 0, level >= Dependence.TIME, text))
+    text = f"{rank}{function}{order or ''}({','.join(a.traits.text for a in arguments)})"
+    traits = OrderTraits(level, 0, level >= Dependence.TIME, text)
+    return DisplayCall(function, arguments, traits, order, latex)
 
 
 def is_one(node: DisplayNode) -> bool:

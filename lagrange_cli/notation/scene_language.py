@@ -34,7 +34,8 @@ class ScenePrinter(OneLinePrinter):
         return f"{DOT_WORDS[order]}({name})" if order else multiplier_symbol(name)
 
     def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
-        return _applied(node.function, [self.pieces(a) for a in node.arguments])
+        name = node.function + "'" * (node.order or 0)
+        return _applied(name, [self.pieces(a) for a in node.arguments])
 
     def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         return False

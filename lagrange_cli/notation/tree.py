@@ -173,11 +173,17 @@ class DisplayCall:
         Its arguments, in order.
     traits
         Traits for ordering.
+    order
+        Number of derivatives of a function of the scene; None for those of the language.
+    latex
+        Text that a function of the scene prints as; None for that of its name.
     """
 
     function: str
     arguments: tuple[DisplayNode, ...]
     traits: OrderTraits = field(compare=False)
+    order: int | None = None
+    latex: str | None = None
 
 
 DisplayNode: TypeAlias = (

@@ -54,7 +54,7 @@ class UnicodePrinter(OneLinePrinter):
         return [*self.factors(tuple(above)), *self.divided(solid(str(head.denominator)))]
 
     def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
-        name = ("ln" if node.function == "log" else node.function) + power
+        name = _function_name(node) + power
         arguments = [self.pieces(a) for a in node.arguments]
         if node.function in _NAMED_POWERS and not closed and _is_letter(node.arguments[0]):
             name += "" if power else " "
@@ -91,3 +91,10 @@ def _is_letter(node: DisplayNode) -> bool:
     return isinstance(node, DisplayPi) or (
         isinstance(node, DisplaySymbol) and split_name(node.name).is_letter
     )
+
+
+def _function_name(node: DisplayCall) -> str:
+    """The name of a function, with Greek letters and primes for one of the scene."""
+    if node.order is None:
+        return "ln" if node.function == "log" else node.function
+    return text_name(node.function) + ("′" * node.order).replace("′′", "″")

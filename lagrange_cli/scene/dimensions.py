@@ -15,6 +15,7 @@ from fractions import Fraction
 from typing import Literal, TypeAlias
 
 from lagrange_cli.scene.language.expression import (
+    FUNCTIONS,
     TIME_DERIVATIVES,
     Add,
     Call,
@@ -27,6 +28,7 @@ from lagrange_cli.scene.language.expression import (
     Number,
     Pow,
     names_in,
+    own_function,
 )
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reading.declarations import AXES
@@ -271,6 +273,12 @@ class ScalingReader:
             total = sum_of(total, form, -1 if operator == "/" else 1)
         return total
 
+    def _own(self, node: Call) -> LinearForm:
+        """The form of a function of the scene, or of a derivative by its argument."""
+        argument = self.of(node.arguments[0]) or {}
+        name = own_function(node.function)
+        return sum_of(form_of(name), argument, len(name) - len(node.function))
+
     def _power(self, node: Pow) -> LinearForm | None:
         exponent = _constant(node.exponent)
         base = self.of(node.base)
@@ -285,6 +293,8 @@ class ScalingReader:
         if order is not None:
             form = self.of(node.arguments[0])
             return None if form is None else sum_of(form, form_of(TIME), -order)
+        if node.function not in FUNCTIONS:
+            return self._own(node)
         common = self._alike(node.arguments)
         if node.function in ("abs", "min", "max", "norm"):
             return common

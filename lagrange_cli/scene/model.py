@@ -195,6 +195,30 @@ class Definition:
 
 
 @dataclass(frozen=True, slots=True)
+class DeclaredFunction:
+    """A function of one argument that is not known, or that is given.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    argument, argument_mark
+        Name of its argument, and the place of that name.
+    expression
+        Its value for that argument; None if it is not known.
+    latex
+        Text that it prints as; None for that of its name.
+    """
+
+    name: str
+    mark: Mark
+    argument: str
+    argument_mark: Mark
+    expression: Expression | None = None
+    latex: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Term:
     """A named term of ``potentials``, ``kinetic`` or ``dissipation``, or an output.
 
@@ -246,7 +270,7 @@ class Scene:
         SHA-256 of the text in hexadecimal digits.
     title, description
         Texts for readers, None if absent.
-    sizes, parameters, particles, points, definitions, inputs
+    sizes, parameters, functions, particles, points, definitions, inputs
         Declarations of the sections of these names.
     constraints, unilateral
         Constraints by equations, and by inequalities.
@@ -273,6 +297,7 @@ class Scene:
     description: str | None = None
     sizes: tuple[Size, ...] = ()
     parameters: tuple[DeclaredParameter, ...] = ()
+    functions: tuple[DeclaredFunction, ...] = ()
     particles: tuple[Particle, ...] = ()
     points: tuple[Point, ...] = ()
     constraints: tuple[Constraint, ...] = ()
@@ -305,6 +330,7 @@ class Scene:
         for one_sided in self.unilateral:
             yield from (one_sided.inequality.left, one_sided.inequality.right)
             yield from filter(None, [one_sided.restitution])
+        yield from (f.expression for f in self.functions if f.expression is not None)
         yield from (d.expression for d in self.definitions)
         yield from (u.expression for u in self.inputs if u.expression is not None)
         for term in (*self.potentials, *self.kinetic, *self.dissipation, *self.outputs):

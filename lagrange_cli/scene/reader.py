@@ -66,6 +66,7 @@ SECTIONS: dict[str, _Section] = {
     "sizes": _Section(declarations.read_sizes, declares=True),
     "parameters": _Section(declarations.read_parameters, declares=True),
     "inputs": _Section(declarations.read_inputs, declares=True),
+    "functions": _Section(declarations.read_functions, declares=True),
     "particles": _Section(declarations.read_particles, declares=True),
     "points": _Section(declarations.read_points, declares=True),
     "coordinates": _Section(declarations.read_coordinates, declares=True),

@@ -16,6 +16,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.free_symbols import symbols_in
+from lagrange_cli.mechanics.unknown_functions import is_unknown, unknown_slope
 
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)
@@ -69,6 +70,8 @@ def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
         return expr.exp * expr.base ** (expr.exp - 1) * derivative(expr.base, symbol)
     if expr.func in _SLOPES:
         return _SLOPES[expr.func](expr.args[0]) * derivative(expr.args[0], symbol)
+    if is_unknown(expr):
+        return unknown_slope(expr) * derivative(expr.args[0], symbol)
     return _general_derivative(expr, symbol)
 
 

@@ -84,6 +84,8 @@ def initial_state(derivation: HasMassMatrix) -> InitialState | None:
         return None
     if any(p.name not in reduced.values.exact for p in reduced.scene.parameters):
         return None
+    if any(f.expression is None for f in reduced.scene.functions):
+        return None  # what stands for a function has no values of its own
     state = _solved(derivation, _DIGITS)
     if _hardly(state.positions) or _hardly(state.velocities):
         finer = _solved(derivation, 2 * _DIGITS)

@@ -37,7 +37,9 @@ from lagrange_cli.mechanics.numerics.elementary import (
     rational_power,
     to_decimal,
     to_mpf,
+    unknown_jet,
 )
+from lagrange_cli.mechanics.unknown_functions import is_unknown
 
 __all__ = ["DomainError", "Tape", "TapeRun", "TaylorSeries", "evaluate"]
 
@@ -106,6 +108,8 @@ class Tape:
             return self._pow(expr, args)
         if expr.func in ELEMENTARY_FUNCTIONS:
             return self._append("unary", args[0], ELEMENTARY_FUNCTIONS[expr.func])
+        if is_unknown(expr):
+            return self._append("unary", args[0], unknown_jet(expr.func.__name__))
         if expr.func in (sp.atan2, sp.Min, sp.Max):
             return self._append(expr.func.__name__, tuple(args), None)
         raise InternalError(Problem(f"cannot evaluate {type(expr).__name__} in the certificate"))

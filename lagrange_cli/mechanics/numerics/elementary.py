@@ -17,6 +17,8 @@ import sympy as sp
 from mpmath import mpf
 from mpmath.libmp import from_int, mpf_mul
 
+from lagrange_cli.mechanics.unknown_functions import stand_in
+
 Mpf = Any  # mpmath.mpf, which carries no types
 
 Jet = tuple[Decimal, Decimal, Decimal]
@@ -254,6 +256,18 @@ def _through_mpf(function: Callable[[Mpf], _MpfJet]) -> Callable[[Decimal], Jet]
         return to_decimal(value), _slope(first), _slope(second)
 
     return convert
+
+
+@cache
+def unknown_jet(name: str) -> Callable[[Decimal], Jet]:
+    """Return the function that stands for an unknown one, with both derivatives."""
+    functions = [stand_in(name + "'" * order) for order in range(3)]
+
+    def values(x: Mpf) -> _MpfJet:
+        value, first, second = (f(_bounded(x, _LARGEST_ANGLE)) for f in functions)
+        return value, first, second
+
+    return _through_mpf(values)
 
 
 #: Each function of one argument: value, first and second derivative.

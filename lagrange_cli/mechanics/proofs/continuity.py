@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from lagrange_cli.mechanics.free_symbols import symbols_in
+from lagrange_cli.mechanics.unknown_functions import is_unknown
 
 #: Most operations in a radicand whose zeros are examined. Set by hand.
 _RADICAND_BUDGET = 100
@@ -101,7 +102,8 @@ class _Natures:
             bent = True  # asin(sin(x)) is a sawtooth
         if e.func in _BENT:
             return _Nature(infinite, True)
-        if infinite or e.func not in (*_CONTINUOUS, *_INFINITE):
+        # An unknown function is taken for smooth.
+        if infinite or not (e.func in (*_CONTINUOUS, *_INFINITE) or is_unknown(e)):
             return None
         return _Nature(e.func in _INFINITE, bent)
 

@@ -20,6 +20,8 @@ from typing import Any
 
 import sympy as sp
 
+from lagrange_cli.mechanics.unknown_functions import is_unknown
+
 #: Operations in an argument of sin or exp above which it is not multiplied out. Set by hand.
 _ARGUMENT_BUDGET = 300
 
@@ -151,7 +153,7 @@ class FieldProgram:
         rewritten = _rewritten(e)
         if rewritten is not None:
             return self.number(rewritten)
-        if e.func in _OPAQUE:
+        if e.func in _OPAQUE or is_unknown(e):
             return self._append("function", (e.func.__name__, self._numbers(e.args)))
         raise UndecidableError
 

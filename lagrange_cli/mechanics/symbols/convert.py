@@ -8,14 +8,16 @@ names are functions of q and t).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
+from types import MappingProxyType
 
 import sympy as sp
 
 from lagrange_cli.errors import InputError, NotRealError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT, has_long_root
+from lagrange_cli.mechanics.unknown_functions import unknown_function
 from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
     TIME_DERIVATIVES,
@@ -28,8 +30,10 @@ from lagrange_cli.scene.language.expression import (
     Node,
     Number,
     Pow,
+    own_function,
     walk,
 )
+from lagrange_cli.scene.model import DeclaredFunction
 
 _Lookup = Callable[[str], "sp.Expr | None"]
 """Gives the meaning of a name; None if it is unknown."""
@@ -52,7 +56,12 @@ ODD_FUNCTIONS = frozenset(("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh"
 EVEN_FUNCTIONS = frozenset(("cos", "cosh", "abs"))
 
 
-def to_sympy(expression: Expression, lookup: _Lookup, rate: Rate | None = None) -> sp.Expr:
+def to_sympy(
+    expression: Expression,
+    lookup: _Lookup,
+    rate: Rate | None = None,
+    functions: Mapping[str, DeclaredFunction] = MappingProxyType({}),
+) -> sp.Expr:
     """Convert an expression with exact numbers.
 
     Parameters
@@ -61,6 +70,8 @@ def to_sympy(expression: Expression, lookup: _Lookup, rate: Rate | None = None) 
         Meaning of each name; ``pi`` and the functions are known beforehand.
     rate
         Meaning of ``dot``; None if rates are not allowed.
+    functions
+        The scene's own functions.
 
     Raises
     ------
@@ -68,7 +79,7 @@ def to_sympy(expression: Expression, lookup: _Lookup, rate: Rate | None = None) 
         Located: an unknown name, a misplaced ``dot``, a number out of bounds, or a
         value that is not a real number (``1/0``, ``sqrt(-1)``).
     """
-    result = _Conversion(expression, lookup, rate).convert(expression.node)
+    result = _Conversion(expression, lookup, rate, functions).convert(expression.node)
     if result.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
         raise NotRealError(
             Problem(
@@ -83,8 +94,15 @@ def to_sympy(expression: Expression, lookup: _Lookup, rate: Rate | None = None) 
 class _Conversion:
     """One conversion; keeps the expression to locate errors in its text."""
 
-    def __init__(self, expression: Expression, lookup: _Lookup, rate: Rate | None) -> None:
+    def __init__(
+        self,
+        expression: Expression,
+        lookup: _Lookup,
+        rate: Rate | None,
+        functions: Mapping[str, DeclaredFunction],
+    ) -> None:
         self.expression = expression
+        self.functions = functions
         self.lookup = lookup
         self.rate = rate
 
@@ -160,11 +178,29 @@ class _Conversion:
                 raise self.refuse(node, f"'{node.function}' is not allowed here", "misplaced-rate")
             value = self.rate(arguments[0])
             return self.rate(value) if node.function == "ddot" else value
+        name = own_function(node.function)
+        if name in self.functions:
+            return self.own(self.functions[name], len(node.function) - len(name), arguments[0])
         if node.function == "norm":
             return self.root(node, sp.Add(*(a**2 for a in arguments)), sp.S.Half)
         if node.function == "sqrt":
             return self.root(node, arguments[0], sp.S.Half)
         return SYMPY_FUNCTIONS[node.function](*arguments)
+
+    def own(self, function: DeclaredFunction, order: int, argument: sp.Expr) -> sp.Expr:
+        """Apply a function of the scene, or a derivative of it."""
+        if function.expression is None:
+            return unknown_function(function.name + "'" * order, argument)
+        place = sp.Dummy(real=True)
+
+        def lookup(name: str) -> sp.Expr | None:
+            return place if name == function.argument else self.lookup(name)
+
+        # Only functions that are declared before it stand in its expression.
+        value = to_sympy(function.expression, lookup, None, self.functions)
+        for _ in range(order):
+            value = derivative(value, place)
+        return value.xreplace({place: argument})
 
 
 def total_derivative(

@@ -61,6 +61,7 @@ class Names:
         self.inputs = {term.name: sp.Symbol(term.name, real=True) for term in scene.inputs}
         self.coordinates = {c.name: sp.Symbol(c.name, real=True) for c in scene.coordinates or ()}
         self._definitions = {d.name: d.expression for d in scene.definitions}
+        self._functions = {f.name: f for f in scene.functions}
         self._meanings: dict[str, sp.Expr] = {}
         self._lengths: dict[str, int] = {}
         self._open: list[str] = []
@@ -135,7 +136,7 @@ class Names:
         self._require_length(expression)
         self._open.append(name)
         try:
-            return to_sympy(expression, self.lookup)
+            return to_sympy(expression, self.lookup, None, self._functions)
         finally:
             self._open.pop()
 
@@ -157,7 +158,7 @@ class Names:
         """Convert an expression over raw symbols; abbreviations that hold rates need ``rate``."""
         self._require_length(expression)
         if rate is None:
-            return self._rewrite(to_sympy(expression, self.lookup))
+            return self._rewrite(to_sympy(expression, self.lookup, None, self._functions))
         return self._rewrite(self._converted_with_rate(expression, rate, {}))
 
     def _require_length(self, expression: Expression) -> None:
@@ -210,7 +211,7 @@ class Names:
                 meanings[name] = self._converted_with_rate(self._definitions[name], rate, meanings)
             return meanings[name]
 
-        return to_sympy(expression, lookup, rate)
+        return to_sympy(expression, lookup, rate, self._functions)
 
     def holds_rate(self, expression: Expression) -> bool:
         """Say whether ``dot`` stands in an expression or in an abbreviation that it names."""

@@ -68,6 +68,7 @@ def check_names(
         _check_known(Use(expression, what, Restrictions()), table, reported, problems)
     for use in all_uses:
         _check_known(use, table, reported, problems)
+    _check_functions(scene, table, problems)
     _check_values(scene, table, problems)
     for force in scene.forces:
         _check_target(force, scene, table, problems)
@@ -114,6 +115,28 @@ def _check_known(
             )
 
 
+def _check_functions(scene: Scene, table: NameTable, problems: Problems) -> None:
+    """Check arguments of unknown functions, and what given ones are made of."""
+    for function in scene.functions:
+        if function.expression is None:
+            if function.argument not in table:
+                problems.add(
+                    f"unknown name {shown(function.argument)} in function '{function.name}'",
+                    function.argument_mark,
+                    hint=_suggestion(function.argument, table),
+                    rule="unknown-name",
+                )
+            continue
+        for node in _first_uses(function.expression):
+            if node.name not in (function.argument, "pi") and node.name not in table.parameters:
+                problems.add(
+                    f"{shown(node.name)} in function '{function.name}' is neither its argument"
+                    " nor a parameter",
+                    function.expression.mark(node.span),
+                    rule="not-constant",
+                )
+
+
 def _first_uses(expression: Expression) -> Iterable[Name]:
     """The first occurrence of every name of an expression."""
     first: dict[str, Name] = {}
@@ -129,6 +152,8 @@ def _suggestion(name: str, table: NameTable) -> str:
         others = f" to '{elements[-1]}'" if len(elements) > 1 else ""
         return f"known are '{elements[0]}'{others}"
     otherwise = "declare it in 'parameters', 'coordinates' or 'definitions'"
+    if name in table.functions:
+        return f"it is a function: write {name}(...)"
     if name == "e":
         otherwise = "for the exponential function write exp(...)"
     return suggestion(name, table.known(), otherwise)

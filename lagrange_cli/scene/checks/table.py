@@ -29,6 +29,8 @@ class NameTable:
         determine as they do these.
     components
         ``x_NAME`` → the position entry that it stands for.
+    functions
+        The scene's own functions, which are no names of values.
     bodies
         Names of particles and points.
     """
@@ -39,6 +41,7 @@ class NameTable:
     definitions: Mapping[str, Mark]
     cartesian: Mapping[str, Mark]
     components: Mapping[str, Expression]
+    functions: Mapping[str, Mark]
     bodies: Mapping[str, Mark]
 
     def __contains__(self, name: object) -> bool:
@@ -85,14 +88,18 @@ def name_table(scene: Scene) -> NameTable:
             cartesian.setdefault(node.name, entry.mark(node.span))
     coordinates = {c.name: c.mark for c in scene.coordinates or ()}
     definitions = {d.name: d.mark for d in scene.definitions}
-    declared = {*parameters, *inputs, *coordinates, *definitions, *components, "t", "pi", "e"}
+    functions = {f.name: f.mark for f in scene.functions}
+    declared = {*parameters, *inputs, *coordinates, *definitions, *components, *functions}
+    declared |= {"t", "pi", "e"}
     for name, mark in dependent_names(scene).items():
         if name not in declared:
             cartesian.setdefault(name, mark)
     for name in scene.eliminated:
         cartesian.setdefault(name, scene.coordinates_mark or Mark(scene.file, 1, 1))
     marks = {body.name: body.mark for body in bodies}
-    return NameTable(parameters, inputs, coordinates, definitions, cartesian, components, marks)
+    return NameTable(
+        parameters, inputs, coordinates, definitions, cartesian, components, functions, marks
+    )
 
 
 def dependent_names(scene: Scene) -> dict[str, Mark]:
@@ -153,6 +160,7 @@ def _check_declared_twice(
         ("an input", table.inputs),
         ("a coordinate", table.coordinates),
         ("a definition", table.definitions),
+        ("a function", table.functions),
         ("an output", outputs),
     )
     for kind, names in kinds:
@@ -168,7 +176,7 @@ def _check_declared_twice(
             first.setdefault(name, (kind, mark))
     for name, mark in table.cartesian.items():
         kind, place = first.get(name, ("", mark))
-        if kind in ("a size", "an index", "an output"):
+        if kind in ("a size", "an index", "a function", "an output"):
             problems.add(
                 f"'{name}' stands in a position and is also {kind}",
                 mark,

@@ -126,7 +126,8 @@ class Call:
     Attributes
     ----------
     function
-        One of :data:`FUNCTIONS`, :data:`SUM` or :data:`RANGE`.
+        One of :data:`FUNCTIONS`, :data:`SUM` or :data:`RANGE`, or a function of the scene, with a
+        prime for each derivative.
     arguments
         Its arguments, in order.
     span
@@ -197,6 +198,11 @@ class Equation:
 
     def mark(self) -> Mark:
         return self.origin
+
+
+def own_function(call: str) -> str:
+    """Return the name of a scene's own function, without the primes of a derivative."""
+    return call.rstrip("'")
 
 
 def children(node: Node) -> tuple[Node, ...]:

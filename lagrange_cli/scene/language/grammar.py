@@ -39,13 +39,19 @@ _MEANT = {"<": "<=", ">": ">=", "=>": ">=", "=<": "<="}
 
 
 def parse_expression(
-    text: str, origin: Mark, *, exact: bool = True, limited: bool = True
+    text: str,
+    origin: Mark,
+    *,
+    exact: bool = True,
+    limited: bool = True,
+    functions: Collection[str] = (),
 ) -> Expression:
     """Parse an expression whose first character is at ``origin``.
 
     ``exact``: offsets in the text are offsets in the line (see
     :class:`~lagrange_cli.scene.language.expression.Expression`). ``limited=False`` lifts
-    the limit on the length, for text that was written out from a helper.
+    the limit on the length, for text that was written out from a helper. ``functions`` are names
+    of the scene's own functions.
 
     Raises
     ------
@@ -58,7 +64,7 @@ def parse_expression(
             if _is_relation(token):
                 kind = "an equation" if token.text in ("=", "==") else "an inequality"
                 raise ExpressionError(f"expected an expression, found {kind}", token.span)
-        node = _checked(tokens)
+        node = _checked(tokens, functions)
     except ExpressionError as error:
         raise _located(error, text, origin, exact) from None
     return Expression(node, text, origin, exact)
@@ -71,6 +77,7 @@ def parse_equation(
     exact: bool = True,
     limited: bool = True,
     relations: tuple[Relation, ...] = ("=",),
+    functions: Collection[str] = (),
 ) -> Equation:
     """Parse ``left = right``, or what else ``relations`` allow; see :func:`parse_expression`.
 
@@ -83,8 +90,8 @@ def parse_equation(
         tokens = _tokens(text, limited)
         cut = _relation_sign(tokens, relations)
         end = Token("end", "", tokens[cut].start, tokens[cut].start)
-        left = _checked([*tokens[:cut], end])
-        right = _checked(tokens[cut + 1 :])
+        left = _checked([*tokens[:cut], end], functions)
+        right = _checked(tokens[cut + 1 :], functions)
     except ExpressionError as error:
         raise _located(error, text, origin, exact) from None
     return Equation(
@@ -197,8 +204,8 @@ def _refuse_second(token: Token, texts: Collection[str]) -> None:
     )
 
 
-def _checked(tokens: list[Token]) -> Node:
-    node = parse_tokens(tokens)
+def _checked(tokens: list[Token], functions: Collection[str] = ()) -> Node:
+    node = parse_tokens(tokens, functions)
     check_depth(node, MAX_NESTING)
     extent_of(node, {})
     return node

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -19,6 +19,7 @@ from lagrange_cli.scene.language.expression import (
     Node,
     Number,
     Pow,
+    own_function,
 )
 from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.language.tokens import (
@@ -32,15 +33,18 @@ from lagrange_cli.scene.language.tokens import (
 MAX_NESTING = 200
 
 
-def parse_tokens(tokens: Sequence[Token]) -> Node:
+def parse_tokens(tokens: Sequence[Token], functions: Collection[str] = ()) -> Node:
     """The tree of tokens, the last of which is the end.
+
+    ``functions``: names of the scene's own functions of one argument; primes behind them are
+    derivatives.
 
     Raises
     ------
     ExpressionError
         At the token that cannot stand where it does.
     """
-    return _Parser(tokens).parse()
+    return _Parser(tokens, functions).parse()
 
 
 @dataclass(slots=True)
@@ -92,8 +96,9 @@ class _Bracket:
 class _Parser:
     """Reads tokens into one tree; ``value`` is the operand just read, if any."""
 
-    def __init__(self, tokens: Sequence[Token]) -> None:
+    def __init__(self, tokens: Sequence[Token], functions: Collection[str]) -> None:
         self.tokens = tokens
+        self.functions = functions
         self.position = 0
         self.brackets = [_Bracket()]
         self.value: Node | None = None
@@ -125,7 +130,7 @@ class _Parser:
     def _name(self, token: Token) -> None:
         following = self.tokens[self.position]
         if following.text == "(":
-            _refuse_function(token)
+            self._require_function(token)
             self.position += 1
             self._open(following, token)
         elif token.text in FUNCTIONS or token.text == SUM:
@@ -242,7 +247,7 @@ class _Parser:
             if opener.text == "[":
                 node = Name(function.text, (function.start, token.end), arguments)
             else:
-                node = _call(function, arguments, token.end)
+                node = self._call(function, arguments, token.end)
         self.value = node
 
     def _refuse_juxtaposition(self, token: Token) -> None:
@@ -255,6 +260,31 @@ class _Parser:
         raise ExpressionError(
             f"expected an operator between {shown(before.text)} and {shown(token.text)}", span, hint
         )
+
+    def _require_function(self, token: Token) -> None:
+        name = token.text
+        if name in FUNCTIONS or name == SUM or own_function(name) in self.functions:
+            return
+        known = [*FUNCTIONS, *self.functions]
+        raise ExpressionError(
+            f"unknown function {shown(token.text)}",
+            token.span,
+            suggestion(token.text, known, f"for a product write {token.text[:40]}*(...)"),
+            rule="unknown-function",
+        )
+
+    def _call(self, function: Token, arguments: tuple[Node, ...], end: int) -> Call:
+        span = (function.start, end)
+        if function.text == SUM:
+            return _sum(arguments, span)
+        wanted = FUNCTIONS.get(function.text, 1)
+        if wanted is not None and len(arguments) != wanted:
+            plural = "" if wanted == 1 else "s"
+            raise ExpressionError(
+                f"{function.text}(...) takes {wanted} argument{plural}, found {len(arguments)}",
+                span,
+            )
+        return Call(function.text, arguments, span)
 
     def _open(self, opener: Token, function: Token | None) -> None:
         self._deeper(opener)
@@ -319,29 +349,6 @@ class _Parser:
 def _visible(token: Token) -> tuple[int, int]:
     """A span of at least one character; the end is marked just after the text."""
     return (token.start, max(token.end, token.start + 1))
-
-
-def _refuse_function(token: Token) -> None:
-    if token.text not in FUNCTIONS and token.text != SUM:
-        raise ExpressionError(
-            f"unknown function {shown(token.text)}",
-            token.span,
-            suggestion(token.text, FUNCTIONS, f"for a product write {token.text[:40]}*(...)"),
-            rule="unknown-function",
-        )
-
-
-def _call(function: Token, arguments: tuple[Node, ...], end: int) -> Call:
-    span = (function.start, end)
-    if function.text == SUM:
-        return _sum(arguments, span)
-    wanted = FUNCTIONS[function.text]
-    if wanted is not None and len(arguments) != wanted:
-        plural = "" if wanted == 1 else "s"
-        raise ExpressionError(
-            f"{function.text}(...) takes {wanted} argument{plural}, found {len(arguments)}", span
-        )
-    return Call(function.text, arguments, span)
 
 
 def _sum(arguments: tuple[Node, ...], span: tuple[int, int]) -> Call:

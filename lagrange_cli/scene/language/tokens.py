@@ -20,7 +20,7 @@ IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _TOKEN = re.compile(
     r"""[ \t\r\n]*(?:
         (?P<number>(?:[0-9]+(?:\.(?!\.)[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
-      | (?P<name>[A-Za-z_][A-Za-z0-9_]*)
+      | (?P<name>[A-Za-z_][A-Za-z0-9_]*(?:'+(?=\())?)
       | (?P<operator>\*\*|\.\.|<=|>=|==|[-+*/^(),\[\]=<>])
       | (?P<end>\Z)
       | (?P<other>.)

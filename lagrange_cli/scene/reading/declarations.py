@@ -7,8 +7,10 @@ from fractions import Fraction
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.language.expression import Expression, Name, Number
+from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import (
     DeclaredCoordinate,
+    DeclaredFunction,
     DeclaredInput,
     DeclaredParameter,
     Definition,
@@ -115,6 +117,38 @@ def read_inputs(node: SourceNode, reading: Reading) -> tuple[DeclaredInput, ...]
         if expression:
             inputs.append(DeclaredInput(key.text, key.mark, expression))
     return tuple(inputs)
+
+
+def read_functions(node: SourceNode, reading: Reading) -> tuple[DeclaredFunction, ...]:
+    """Read ``functions``: names of arguments by name, or mappings that say more."""
+    functions = []
+    for key, value in reading.named(node, "functions", symbols=True):
+        function = _function(key, value, reading)
+        if function is not None:
+            functions.append(function)
+        # From here on: what a function is made of is declared before it.
+        reading.functions.add(key.text)
+    return tuple(functions)
+
+
+def _function(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredFunction | None:
+    what = f"function '{key.text}'"
+    if not IDENTIFIER.fullmatch(key.text):
+        reading.problems.add(f"{what} has an index", key.mark, rule="name")
+        return None
+    fields = {"of": node}
+    if isinstance(node, Mapping):
+        fields = reading.fields(node, what, ("of", "equals", "latex"), required=("of",))
+    argument = fields.get("of")
+    if argument is None:
+        return None
+    if not isinstance(argument, Scalar) or not IDENTIFIER.fullmatch(argument.text):
+        reading.expected("the name of its argument", what, argument)
+        return None
+    expression = reading.expression(fields["equals"], what) if "equals" in fields else None
+    latex = _latex(fields, what, reading)
+    place = (key.text, key.mark, argument.text, argument.mark)
+    return DeclaredFunction(*place, expression, latex)
 
 
 def _zero(mark: Mark) -> Expression:

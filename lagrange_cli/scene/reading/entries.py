@@ -71,6 +71,8 @@ class Reading:
         Expressions given to helpers, each with a description of its place.
     overrides
         Values given beside the scene, by name; those of sizes are needed while reading.
+    functions
+        Names of the scene's own functions.
     sizes, indices
         Sizes by name; the same with the indices of the family's element that is being read.
     index_marks
@@ -95,6 +97,7 @@ class Reading:
         default_factory=dict
     )
     _keys: dict[Scalar, Expression] = field(default_factory=dict)
+    functions: set[str] = field(default_factory=set)
     _bodies: frozenset[str] | None = None
 
     @property
@@ -197,7 +200,9 @@ class Reading:
         """An expression as it stands, with its number of names and numbers; read once."""
         if scalar not in self._expressions:
             with self.problems.collect():
-                parsed = parse_expression(scalar.text, scalar.mark, exact=scalar.exact)
+                parsed = parse_expression(
+                    scalar.text, scalar.mark, exact=scalar.exact, functions=self.functions
+                )
                 self._expressions[scalar] = (parsed, leaves(parsed.node))
         return self._expressions.get(scalar)
 
@@ -230,12 +235,12 @@ class Reading:
 
     def helper_expression(self, text: str, mark: Mark) -> Expression:
         """The expression that a helper at ``mark`` stands for."""
-        parsed = parse_expression(text, mark, exact=False, limited=False)
+        parsed = parse_expression(text, mark, exact=False, limited=False, functions=self.functions)
         return written_expression(parsed, self.indices, self.budget)
 
     def helper_equation(self, text: str, mark: Mark) -> Equation:
         """The equation that a helper at ``mark`` stands for."""
-        parsed = parse_equation(text, mark, exact=False, limited=False)
+        parsed = parse_equation(text, mark, exact=False, limited=False, functions=self.functions)
         return written_equation(parsed, self.indices, self.budget)
 
     def part(self, node: SourceNode, key: str, what: str) -> Expression | None:
@@ -257,7 +262,11 @@ class Reading:
         if key not in self._equations:
             with self.problems.collect():
                 parsed = parse_equation(
-                    scalar.text, scalar.mark, exact=scalar.exact, relations=relations
+                    scalar.text,
+                    scalar.mark,
+                    exact=scalar.exact,
+                    relations=relations,
+                    functions=self.functions,
                 )
                 terms = leaves(parsed.left.node) + leaves(parsed.right.node)
                 self._equations[key] = (parsed, terms)

@@ -1,0 +1,57 @@
+"""Functions of one argument that a scene names without giving them, as V(r).
+
+Their derivatives are further such functions, with a prime each. Where numbers are needed, as in
+the certificate, a smooth function stands for each: an identity that holds for it at random states
+holds for all.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+from sympy.core.function import AppliedUndef
+
+#: Sines that a function is made of where numbers are needed.
+_WAVES = 3
+
+
+def unknown_function(name: str, argument: sp.Expr) -> sp.Expr:
+    """Apply an unknown function; ``name`` ends in a prime for each derivative."""
+    return sp.Function(name, real=True)(argument)
+
+
+def is_unknown(expression: sp.Basic) -> bool:
+    """Tell whether an expression is an unknown function of something."""
+    return isinstance(expression, AppliedUndef)
+
+
+def name_and_order(expression: sp.Expr) -> tuple[str, int]:
+    """Return the name of an unknown function and the number of its derivatives."""
+    name = expression.func.__name__.rstrip("'")
+    return name, len(expression.func.__name__) - len(name)
+
+
+def unknown_slope(expression: sp.Expr) -> sp.Expr:
+    """Differentiate an unknown function by its argument."""
+    return unknown_function(f"{expression.func.__name__}'", expression.args[0])
+
+
+@cache
+def stand_in(name: str) -> Callable[[mpf], mpf]:
+    """Return the function that stands for an unknown one, by its name with its primes."""
+    base = name.rstrip("'")
+    order = len(name) - len(base)
+    digest = hashlib.sha256(base.encode()).digest()
+    numbers = [mpf(digest[k] + 100) / 256 for k in range(3 * _WAVES)]
+    waves = [tuple(numbers[k::_WAVES]) for k in range(_WAVES)]
+
+    def value(x: mpf) -> mpf:
+        turned = order * mpmath.pi / 2
+        return mpmath.fsum(a * w**order * mpmath.sin(w * x + p + turned) for a, w, p in waves)
+
+    return value
