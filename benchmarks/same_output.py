@@ -55,7 +55,7 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
         "--main": (None, ""),
         "--with": (None, "jacobian"),
     },
-    "python": {"--with": (None, "jacobian")},
+    "python": {"--with": (None, "jacobian"), "--style": ("numpy", "jax", "casadi")},
 }
 FORMULATIONS = ("auto", "multiplier")
 

@@ -47,7 +47,7 @@ PYTHON_RESERVED = frozenset(keyword.kwlist) | {"count", "index"}
 PYTHON_MODULES = (
     frozenset(sys.stdlib_module_names)
     | frozenset(keyword.kwlist)
-    | {"numpy", "sitecustomize", "usercustomize"}
+    | {"casadi", "jax", "numpy", "sitecustomize", "usercustomize"}
 )
 
 _C_HEADERS = """

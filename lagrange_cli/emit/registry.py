@@ -92,7 +92,16 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_python,
             reserved=PYTHON_MODULES,
-            options=(_JACOBIAN,),
+            options=(
+                Option(
+                    "style",
+                    "what the functions run over: numbers and arrays of NumPy, arrays of JAX,"
+                    " symbols of CasADi",
+                    choices=("numpy", "jax", "casadi"),
+                    default="numpy",
+                ),
+                _JACOBIAN,
+            ),
         ),
     )
 }

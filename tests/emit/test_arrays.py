@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -60,6 +64,19 @@ def states(functions, seed=0):
     for k in range(0, len(values), 2):
         values[k] *= random.uniform(0.99, 1.01, STATES)
     return t, y, functions["Parameters"](*values)
+
+
+def example(number, monkeypatch, style):
+    """Run one of the examples of the documentation that import the double pendulum."""
+    page = (Path(__file__).parents[2] / "docs" / "emitted-code.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    code = [block for block in blocks if "import double_pendulum" in block][number]
+    imported = ModuleType("double_pendulum")
+    vars(imported).update(module(derived("double_pendulum"), style=style))
+    monkeypatch.setitem(sys.modules, "double_pendulum", imported)
+    names: dict[str, object] = {}
+    exec(compile(code, "<documentation>", "exec"), names)
+    return names
 
 
 def at(k, values):
@@ -262,3 +279,12 @@ def test_with_vectorized_scipy():
         **precise,
     )
     assert np.abs(run.y[:, -1].reshape(shape)[:, 0] - exact).max() < 1e-8
+
+
+def test_the_example_of_the_documentation(monkeypatch):
+    shown = example(0, monkeypatch, "numpy")
+    double = module(derived("double_pendulum"))
+    last = double["energy"](0.0, double["INITIAL"], double["DEFAULTS"]._replace(l1=1.5))
+    assert shown["energies"].shape == (1000,)
+    assert math.isclose(shown["energies"][-1], last, rel_tol=1e-14)
+    assert shown["run"].success

@@ -20,7 +20,7 @@ C_NAMES = sorted(path.name.removesuffix(".c.in") for path in (FOLDER / "c").iter
 PYTHON_NAMES = sorted(path.name.removesuffix(".py.in") for path in (FOLDER / "python").iterdir())
 
 #: What lies within a function of another template, which is tested with it.
-PARTS = ["project_positions"]
+PARTS = ["project_positions", "casadi_inputs"]
 
 STATE = "@REAL@ t, const @REAL@ *y, const @REAL@ *u, const system_params *p"
 MOVED = STATE.replace("const @REAL@ *y", "@REAL@ *y")
@@ -169,6 +169,8 @@ def test_compilers_read_every_template_of_c(real: str, tmp_path: Path) -> None:
 PYTHON_VALUES = {
     "@LED@": python_template("project_positions"),
     "@MANY@": "",
+    "@INPUTS@": "",
+    "@AND@": ", u",
     "@NAME@": "project",
     "@P@": "p=DEFAULTS",
     "@CALL@": "p",

@@ -29,6 +29,7 @@ from lagrange_cli.emit.python.statements import (
     LINE_WIDTH,
     assigned,
     operand_list,
+    refused_unless,
     regularity,
     solution,
     symmetric,
@@ -100,10 +101,11 @@ _DOCS = {
     "impulse": "The change of v that changes the rates of what is in contact by the targets.",
 }
 
-_FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
+#: Functions that every module has.
+FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
 
-def right_hand_side_source(equations: Equations, names: Sequence[str] = _FUNCTIONS_OF_STATE) -> str:
+def right_hand_side_source(equations: Equations, names: Sequence[str] = FUNCTIONS_OF_STATE) -> str:
     """Source of a module with the named evaluators (all of them), made of dummy names alone.
 
     The module defines ``rhs(t, y, p)``, ``mass_matrix``, ``forcing``,
@@ -220,9 +222,7 @@ def function_source(
         apart = dict(sequences).get("p") if parameter.endswith("contact") else None
         return _defined(name, parameter, _of_parts(program, apart), program, style)
     sequences = sequences or (("p", program.parameters),)
-    body = _load_inputs(
-        program, dialect, sequences, velocities=program.kind is ProgramKind.RIGHT_HAND_SIDE
-    )
+    body = _load_inputs(program, dialect, sequences, style)
     if program.jacobian is not None:
         dialect = with_given(program, dialect)
         given = [argument.split("=")[0] for argument in parameter.split(", ")]
@@ -234,12 +234,12 @@ def function_source(
         body.extend(jacobian_lines(program, dialect, _failure(program)))
         return _defined(name, parameter, body, program, style)
     lines, result = _RESULTS[program.kind](program, dialect)
-    regular = regularity(program, dialect) if program.blocks else []
-    if regular and style.traced:
-        result = f"_where(regular, {result})"
-    elif regular:
-        regular.append(f"if not _holds(regular):\n            return {_failure(program)}")
-    body += [*regular, *lines, f"return {result}"]
+    tests = regularity(program, dialect) if program.blocks else []
+    if tests and style.traced:
+        result = f"_where([{', '.join(tests)}], {result})"
+    elif tests:
+        body += refused_unless(tests, _failure(program))
+    body += [*lines, f"return {result}"]
     return _defined(name, parameter, body, program, style)
 
 
@@ -298,11 +298,12 @@ def _shape(program: Program) -> str:
 
 
 def _load_inputs(
-    program: Program, dialect: Dialect, sequences: Sequence[tuple[str, int]], *, velocities: bool
+    program: Program, dialect: Dialect, sequences: Sequence[tuple[str, int]], style: Style
 ) -> list[str]:
     """Unpack parameters, inputs and state, whole or not at all."""
     used = input_names(program)
-    used |= {f"v{i}" for i in range(program.coordinates)} if velocities else set()
+    if program.kind is ProgramKind.RIGHT_HAND_SIDE:
+        used |= {f"v{i}" for i in range(program.coordinates)}
     lines = []
     parameters = iter([f"p{i}" for i in range(program.parameters)])
     state = [f"{kind}{i}" for kind in "qv" for i in range(program.coordinates)]
@@ -312,7 +313,8 @@ def _load_inputs(
             lines.append(_unpack(names, text, dialect))
     driven = [f"u{i}" for i in range(program.driven)]
     if used.intersection(driven):
-        lines.append(_unpack(driven, "map(_number, u(t, y, p))", dialect))
+        values = "_numbers(u(t, y, p))" if style.traced else "map(_number, u(t, y, p))"
+        lines.append(_unpack(driven, values, dialect))
     if used.intersection(state):
         lines.append(_unpack(state, "_numbers(y)", dialect))
     return lines

@@ -12,32 +12,39 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.initial_state import (
     START_TOLERANCE,
-    rates_note,
-    residual_labels,
-    steps_per_row,
 )
 from lagrange_cli.emit.naming import (
     PYTHON_MODULES,
     PYTHON_RESERVED,
-    comment_text,
-    described,
     file_stem,
     unique_identifiers,
 )
 from lagrange_cli.emit.python.arrays import ARRAY_NOTES, arrays_source
 from lagrange_cli.emit.python.contacts import (
     CONTACT_NOTES,
-    contact_constants,
     contact_script,
     interface_source,
 )
-from lagrange_cli.emit.python.functions import function_source, prelude, program_of, words_in
-from lagrange_cli.emit.python.jacobian import pattern_constants
+from lagrange_cli.emit.python.functions import (
+    FUNCTIONS_OF_STATE,
+    function_source,
+    prelude,
+    program_of,
+    words_in,
+)
+from lagrange_cli.emit.python.heading import (
+    constants,
+    docstring,
+    local_names,
+    parameters_source,
+    run_constants,
+)
 from lagrange_cli.emit.python.loops import index_tables_source
 from lagrange_cli.emit.python.projection import project_source
 from lagrange_cli.emit.python.recorded import python_recorded
 from lagrange_cli.emit.python.statements import DOUBLE_ROUNDING
 from lagrange_cli.emit.python.styles import ARRAYS
+from lagrange_cli.emit.python.traced import traced_module
 from lagrange_cli.emit.template_files import python_template
 from lagrange_cli.program.constraint_programs import (
     INTERNAL_FUNCTIONS,
@@ -47,13 +54,9 @@ from lagrange_cli.program.constraint_programs import (
 from lagrange_cli.program.derivative_programs import derivative_programs
 from lagrange_cli.program.program import Program, optional_outputs
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
-from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
-
-_FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
-
 
 #: Lines of the script: where a step begins, after which a state is led back to the closures,
 #: and where the run begins.
@@ -86,10 +89,6 @@ _DRIVEN = [
     "values of INPUTS; without it they are those of the scene. With SciPy:",
 ]
 
-#: Rows that the script prints, and steps from one to the next.
-_ROWS = 500
-_STEPS_PER_ROW = 20
-
 
 def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
     """``NAME.py``.
@@ -99,23 +98,26 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
     InternalError
         An expression holds something without counterpart in Python.
     InputError
-        A constant is outside the range of a double.
+        A constant is outside the range of a double, or the style cannot hold the scene.
     """
+    if options["style"] != "numpy":
+        text = traced_module(equations, str(options["style"]), bool(options["jacobian"]))
+        return {f"{file_stem(equations.name, PYTHON_MODULES)}.py": text}
     fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)
     tables = python_recorded(equations)
     derivatives = derivative_programs(equations) if options["jacobian"] else {}
     programs, functions = _functions(equations, fields, bool(tables), derivatives)
-    parameters = _parameters(equations, fields)
+    parameters = parameters_source(equations, fields)
     script = _script(equations)
     text = "\n".join([parameters, *functions, *tables, script])
     arrays = arrays_source(words_in("\n".join([text, *prelude(text)[1]])), programs)
     imports, helpers = prelude("\n".join([text, *arrays]))
     parts = [
-        _docstring(equations),
+        docstring(equations, _notes(equations), projected=True),
         _imports(imports, "\n".join([text, *arrays])),
         *helpers,
         *filter(None, [index_tables_source(programs.values())]),
-        _constants(equations, derivatives),
+        constants(equations, derivatives) + run_constants(equations),
         parameters,
         *arrays,
         *tables,
@@ -123,6 +125,19 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
         script,
     ]
     return {f"{file_stem(equations.name, PYTHON_MODULES)}.py": "\n\n".join(parts)}
+
+
+def _notes(equations: Equations) -> list[str]:
+    """What the docstring says of the functions."""
+    singular = "configuration" if equations.multipliers else "mass matrix"
+    return [
+        f"p a Parameters, and returns NaN where there is no result (a singular {singular}, a",
+        *(_DRIVEN if equations.inputs else ["domain error, overflow). With SciPy:"]),
+        "",
+        "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
+        *ARRAY_NOTES,
+        *(CONTACT_NOTES if equations.contacts else []),
+    ]
 
 
 def _imports(of_math: Sequence[str], text: str) -> str:
@@ -151,10 +166,10 @@ def _functions(
     derivatives: Mapping[str, Program],
 ) -> tuple[dict[str, Program], list[str]]:
     """Programs of the functions, and the definitions of all functions."""
-    names = _names(equations, fields)
+    names = local_names(equations, fields)
     passed = "p, u" if equations.inputs else "p"
     arguments = "p=DEFAULTS" + (", u=inputs" if equations.inputs else "")
-    interface = [*_FUNCTIONS, *optional_outputs(equations)]
+    interface = [*FUNCTIONS_OF_STATE, *optional_outputs(equations)]
     # What stands as a default is defined first.
     programs = {
         name: program_of(equations, name) for name in sorted(interface, key="inputs".__ne__)
@@ -187,16 +202,6 @@ def _functions(
     ]
 
 
-def _names(equations: Equations, fields: Sequence[str]) -> dict[str, str]:
-    """Dummy name → local name of all inputs of the programs."""
-    coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
-    driven = unique_identifiers((source.name for source in equations.inputs), frozenset())
-    names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
-    for kind in "qv":
-        names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
-    return names | {f"u{i}": f"u_{name}" for i, name in enumerate(driven)}
-
-
 def _script(equations: Equations) -> str:
     """Write the script of the module; states are led back to the closures where there are any."""
     text = python_template("script")
@@ -217,109 +222,3 @@ def _script(equations: Equations) -> str:
         text = contact_script(text, held_inputs, float(DOUBLE_ROUNDING))
         text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
     return text
-
-
-def _docstring(equations: Equations) -> str:
-    name = comment_text(equations.name)
-    lines = [f"{name}: {comment_text(equations.title)}" if equations.title else name]
-    if equations.description:
-        lines += ["", comment_text(equations.description)]
-    singular = "configuration" if equations.multipliers else "mass matrix"
-    lines += [
-        "",
-        *_statement(equations),
-        "the order of COORDINATES, then their velocities v. Every function takes (t, y, p) with",
-        f"p a Parameters, and returns NaN where there is no result (a singular {singular}, a",
-        *(_DRIVEN if equations.inputs else ["domain error, overflow). With SciPy:"]),
-        "",
-        "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
-        *ARRAY_NOTES,
-        *(CONTACT_NOTES if equations.contacts else []),
-        "",
-        f"Made by lagrange {__version__} from the scene with SHA-256",
-        comment_text(equations.digest),
-        "This output is yours: use it as you like, under any terms.",
-    ]
-    return '"""' + "\n".join(lines) + '\n"""'
-
-
-def _statement(equations: Equations) -> list[str]:
-    if not equations.multipliers:
-        return [
-            "Equations of motion M(q, t) a = f(q, v, t). The state y holds the coordinates q in"
-        ]
-    if equations.contacts:
-        return [
-            "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures and",
-            "contacts of MULTIPLIERS beside them: l[k] is the multiplier and g[k] the gradient of",
-            "one, so that l[k]*g[k] is the generalized force that it exerts. project leads a state",
-            "back to what is closed, to be called after each step. y holds the coordinates q in",
-        ]
-    return [
-        "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures of",
-        "MULTIPLIERS beside them: l[k] is the multiplier and g[k] the gradient of closure k, so",
-        "that l[k]*g[k] is the generalized force that it exerts. project leads a state back to",
-        "the closures, to be called after each step. The state y holds the coordinates q in",
-    ]
-
-
-def _constants(equations: Equations, derivatives: Mapping[str, Program]) -> str:
-    initial = equations.initial
-    defaults = equations.simulate
-    until = defaults.start + 10.0 if defaults.until is None else defaults.until
-    steps = steps_per_row(equations, _ROWS, _STEPS_PER_ROW)
-    state = None if initial is None else [*initial.positions, *initial.velocities]
-    return "\n".join(
-        [
-            *(f"# {described(c)}" for c in equations.coordinates if c.unit or c.description),
-            f"COORDINATES = {_strings([c.name for c in equations.coordinates])}",
-            f"CARTESIAN = {_strings([c.name for c in equations.cartesian_names])}",
-            f"PARAMETERS = {_strings([p.name for p in equations.parameters])}",
-            *_asked_for(equations),
-            *_closures(equations),
-            *pattern_constants(derivatives),
-            "",
-            f"INITIAL = {state!r}",
-            f"START, UNTIL, ROWS, STEPS = {defaults.start!r}, {float(until)!r}, {_ROWS}, {steps}",
-            "",
-        ]
-    )
-
-
-def _asked_for(equations: Equations) -> list[str]:
-    inputs = [source.name for source in equations.inputs]
-    outputs = [name for name, _ in equations.outputs]
-    sections = (("INPUTS", inputs), ("OUTPUTS", outputs))
-    return [f"{name} = {_strings(names)}" for name, names in sections if names]
-
-
-def _closures(equations: Equations) -> list[str]:
-    if not equations.multipliers:
-        return []
-    texts = [f"# {comment_text(f'{c.name}: {c.text}')}" for c in equations.closures]
-    return [
-        *texts,
-        *(f"# {line}" for line in rates_note(equations)),
-        f"MULTIPLIERS = {_strings(equations.multipliers)}",
-        f"RESIDUALS = {_strings(residual_labels(equations))}",
-        *contact_constants(equations),
-    ]
-
-
-def _parameters(equations: Equations, fields: Sequence[str]) -> str:
-    lines = [
-        "class Parameters(NamedTuple):",
-        '    """Parameters; NaN stands for one that must be given."""',
-    ]
-    for parameter, field in zip(equations.parameters, fields, strict=True):
-        value = "nan" if parameter.value is None else repr(float(parameter.value))
-        line = f"    {field}: float = {value}"
-        if parameter.unit or parameter.description or parameter.name != field:
-            line += f"  # {described(parameter)}"
-        lines.append(line)
-    return "\n".join([*lines, "", "", "DEFAULTS = Parameters()", ""])
-
-
-def _strings(texts: Sequence[str]) -> str:
-    """A tuple of string literals in plain ASCII."""
-    return ascii(tuple(texts))

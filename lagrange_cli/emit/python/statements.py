@@ -78,8 +78,7 @@ def _dense_block(
     lines, text = symmetric(f"m{number}_", upper, block.size, dialect)
     lines += [f"m{number} = {text}", f"b{number} = {vector_text(right, dialect)}"]
     if block.closures:
-        solved = f"a{number} = _numbers(_solve_saddle(m{number}, b{number}, {n}))"
-        return [*lines, f'with np.errstate(all="ignore"):\n            {solved}']
+        return [*lines, f"a{number} = _numbers(_solve_saddle(m{number}, b{number}, {n}))"]
     name = "_solve_definite" if block.definite else "_solve_symmetric"
     return [*lines, f"a{number} = _numbers({name}(m{number}, b{number}))"]
 
@@ -100,10 +99,17 @@ def bordered(n: int, m: int, matrix: Sequence[Operand]) -> list[Operand]:
 
 
 def regularity(program: Program, dialect: Dialect) -> list[str]:
-    """The line that says whether the mass matrix is regular, as far as pivots are written out."""
-    tests = list(dict.fromkeys(_pivot_tests(program, dialect)))
-    whole = " & ".join(f"({test})" for test in tests) if len(tests) > 1 else "".join(tests)
-    return [_statement("regular", whole)] if tests else []
+    """Conditions under which the mass matrix is regular, as far as pivots are written out."""
+    return list(dict.fromkeys(_pivot_tests(program, dialect)))
+
+
+def refused_unless(tests: Sequence[str], failure: str) -> list[str]:
+    """Lines that return what stands for no result unless all conditions hold."""
+    whole = " & ".join(f"({test})" for test in tests) if len(tests) > 1 else tests[0]
+    return [
+        _statement("regular", whole),
+        f"if not _holds(regular):\n            return {failure}",
+    ]
 
 
 def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:

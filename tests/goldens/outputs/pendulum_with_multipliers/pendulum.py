@@ -67,38 +67,39 @@ def _solve_saddle(a, b, n):
     of x; units do not matter (equilibration by powers of two after Bunch, J. ACM 18, 566).
     Where M is nearly singular the solution is refined once (Skeel, Math. Comput. 35, 817).
     """
-    s, size = len(b), np.abs(a[:n, :n]).max()
-    unit = np.ldexp(1.0, -np.frexp(size)[1]) if size > 0.0 else 1.0
-    a[:n, :n] *= unit
-    b[:n] *= unit
-    d = np.zeros(s)
-    uneven = _is_uneven(a[:n, :n])
-    if uneven:
-        d[:n] = _inertia_scales(a, n)
-    stuck = False
-    while not d.all():
-        before = np.count_nonzero(d)
-        for i in np.flatnonzero(d == 0.0):
-            entries = np.abs(a[i]) * (1.0 if stuck else d)
-            size = max(entries.max(), np.sqrt(np.abs(a[i, i])))
-            if size > 0.0:
-                d[i] = 1.0 if stuck else np.ldexp(1.0, -np.frexp(size)[1])
-                stuck = False
-        if np.count_nonzero(d) == before:
-            if stuck:
-                raise ArithmeticError("a row of zeros")
-            stuck = True
-    a *= d[:, None]
-    a *= d
-    b *= d
-    x = _solve_pivoted(a.copy(), b.copy())
-    if uneven:
-        x += _solve_pivoted(a.copy(), b - a @ x)
-    x *= d
-    x[n:] /= -unit
-    if not np.isfinite(x).all():
-        raise ArithmeticError("not finite")
-    return x
+    with np.errstate(all="ignore"):
+        s, size = len(b), np.abs(a[:n, :n]).max()
+        unit = np.ldexp(1.0, -np.frexp(size)[1]) if size > 0.0 else 1.0
+        a[:n, :n] *= unit
+        b[:n] *= unit
+        d = np.zeros(s)
+        uneven = _is_uneven(a[:n, :n])
+        if uneven:
+            d[:n] = _inertia_scales(a, n)
+        stuck = False
+        while not d.all():
+            before = np.count_nonzero(d)
+            for i in np.flatnonzero(d == 0.0):
+                entries = np.abs(a[i]) * (1.0 if stuck else d)
+                size = max(entries.max(), np.sqrt(np.abs(a[i, i])))
+                if size > 0.0:
+                    d[i] = 1.0 if stuck else np.ldexp(1.0, -np.frexp(size)[1])
+                    stuck = False
+            if np.count_nonzero(d) == before:
+                if stuck:
+                    raise ArithmeticError("a row of zeros")
+                stuck = True
+        a *= d[:, None]
+        a *= d
+        b *= d
+        x = _solve_pivoted(a.copy(), b.copy())
+        if uneven:
+            x += _solve_pivoted(a.copy(), b - a @ x)
+        x *= d
+        x[n:] /= -unit
+        if not np.isfinite(x).all():
+            raise ArithmeticError("not finite")
+        return x
 
 
 def _is_uneven(m):
@@ -176,24 +177,25 @@ _AXES = 1
 
 def _solve_saddles(a, b, n):
     """The same for many states, all of them regular and even; else an ArithmeticError."""
-    states, s = (a[0, 0] * b[0]).shape, len(b)
-    a, b = a + np.zeros(states), b + np.zeros(states)
-    size = np.abs(a[:n, :n]).max(axis=(0, 1))
-    unit = np.where(size > 0.0, np.ldexp(1.0, -np.frexp(size)[1]), 1.0)
-    a[:n, :n] *= unit
-    b[:n] *= unit
-    _refuse_uneven(a[:n, :n])
-    d = np.zeros(b.shape)
-    for i in [*range(s)] * s:
-        size = np.maximum((np.abs(a[i]) * d).max(axis=0), np.sqrt(np.abs(a[i, i])))
-        new = (d[i] == 0.0) & (size > 0.0)
-        d[i] = np.where(new, np.ldexp(1.0, -np.frexp(size)[1]), d[i])
-        if d.all():
-            break
-    a *= d[:, None] * d
-    x = d * _solve_pivoted_each(a, d * b)
-    x[n:] /= -unit
-    return x
+    with np.errstate(all="ignore"):
+        states, s = (a[0, 0] * b[0]).shape, len(b)
+        a, b = a + np.zeros(states), b + np.zeros(states)
+        size = np.abs(a[:n, :n]).max(axis=(0, 1))
+        unit = np.where(size > 0.0, np.ldexp(1.0, -np.frexp(size)[1]), 1.0)
+        a[:n, :n] *= unit
+        b[:n] *= unit
+        _refuse_uneven(a[:n, :n])
+        d = np.zeros(b.shape)
+        for i in [*range(s)] * s:
+            size = np.maximum((np.abs(a[i]) * d).max(axis=0), np.sqrt(np.abs(a[i, i])))
+            new = (d[i] == 0.0) & (size > 0.0)
+            d[i] = np.where(new, np.ldexp(1.0, -np.frexp(size)[1]), d[i])
+            if d.all():
+                break
+        a *= d[:, None] * d
+        x = d * _solve_pivoted_each(a, d * b)
+        x[n:] /= -unit
+        return x
 
 
 def _refuse_uneven(m):
@@ -323,8 +325,7 @@ def rhs(t, y, p=DEFAULTS):
         m0_4 = 2.0*q_z
         m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
         b0 = array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], float)
-        with np.errstate(all="ignore"):
-            a0 = _numbers(_solve_saddle(m0, b0, 2))
+        a0 = _numbers(_solve_saddle(m0, b0, 2))
         return array([v_x, v_z, a0[0], a0[1]], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return _undefined(4, t, *p)
@@ -401,8 +402,7 @@ def multipliers(t, y, p=DEFAULTS):
         m0_4 = 2.0*q_z
         m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
         b0 = array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], float)
-        with np.errstate(all="ignore"):
-            a0 = _numbers(_solve_saddle(m0, b0, 2))
+        a0 = _numbers(_solve_saddle(m0, b0, 2))
         return array([a0[2]], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return _undefined(1, t, *p)
@@ -462,8 +462,7 @@ def _position_change(t, y, p):
         m0_4 = 2.0*q_z
         m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
         b0 = array([0.0, 0.0, -q_x*q_x - q_z*q_z + p_l*p_l], float)
-        with np.errstate(all="ignore"):
-            a0 = _numbers(_solve_saddle(m0, b0, 2))
+        a0 = _numbers(_solve_saddle(m0, b0, 2))
         return array([a0[0], a0[1]], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return _undefined(2, t, *p)
@@ -495,8 +494,7 @@ def _velocity_change(t, y, p):
         m0_4 = 2.0*q_z
         m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
         b0 = array([0.0, 0.0, -2.0*(q_x*v_x + q_z*v_z)], float)
-        with np.errstate(all="ignore"):
-            a0 = _numbers(_solve_saddle(m0, b0, 2))
+        a0 = _numbers(_solve_saddle(m0, b0, 2))
         return array([a0[0], a0[1]], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return _undefined(2, t, *p)
