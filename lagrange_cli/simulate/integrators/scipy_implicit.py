@@ -1,7 +1,8 @@
 """SciPy's implicit and switching methods, for stiff systems.
 
-Jacobians are taken by finite differences of the right-hand side. SciPy is
-imported when one of its methods is first used.
+Jacobians are differences of the right-hand side on the scale of the motion: SciPy's own move
+numbers by a part of their offset from the start, or of the tolerance, which is lost in the rounding
+of the state where that is small. SciPy is imported when one of its methods is first used.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Rhs, StepError
+from lagrange_cli.simulate.integrators.differences import distances, quotients
 from lagrange_cli.simulate.integrators.scipy_state import ScipyIntegrator
 
 #: SciPy's smallest relative tolerance; below it the tolerance is what ``atol`` gives.
@@ -28,6 +30,7 @@ class _ScipyImplicit(ScipyIntegrator):
 
     implicit = True
     solver: ClassVar[str]
+    kept: ClassVar[tuple[str, ...]] = ("_moved",)
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         from scipy import integrate
@@ -38,11 +41,13 @@ class _ScipyImplicit(ScipyIntegrator):
         atol = np.maximum(control.atol + control.rtol * np.abs(origin), np.finfo(float).tiny)
         self._origin = origin
         self.t, self.y, self.t_end = t0, origin, t_end
-        counted = self._counted(rhs)
+        self._counted_rhs = self._counted(rhs)
+        # How far each number has come, and the tolerance at least.
+        self._moved = atol
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             self._solver: Any = getattr(integrate, self.solver)(
-                lambda t, z: counted(t, origin + z),
+                lambda t, z: self._counted_rhs(t, origin + z),
                 t0,
                 np.zeros_like(origin),
                 t_end,
@@ -50,7 +55,16 @@ class _ScipyImplicit(ScipyIntegrator):
                 max_step=control.max_step,
                 rtol=rtol,
                 atol=atol,
+                **self._jacobian_option(),
             )
+
+    def _jacobian_option(self) -> dict[str, Any]:
+        return {"jac": self._jacobian}
+
+    def _jacobian(self, t: float, z: Array) -> Array:
+        """Differentiate the right-hand side."""
+        y, self._moved = self._origin + z, np.maximum(self._moved, np.abs(z))
+        return quotients(lambda y: self._counted_rhs(t, y), y, distances(y, self._moved))
 
     def step(self, limit: float) -> None:
         solver = self._solver
@@ -91,7 +105,7 @@ class Radau(_ScipyImplicit):
     title = "Radau IIA, implicit, for stiff systems"
     order = 5
     solver = "Radau"
-    kept = ("_start",)
+    kept = ("_moved", "_start")
 
     def step(self, limit: float) -> None:
         start = self.t, self._solver.y
@@ -160,3 +174,6 @@ class LSODA(_ScipyImplicit):
     solver = "LSODA"
     projects = False
     resumes = False
+
+    def _jacobian_option(self) -> dict[str, Any]:
+        return {}  # its own differences serve it as well

@@ -81,6 +81,9 @@ static inline int linear_factor(int64_t m, double *re, double *im, const double 
         for (i = k + 1; i < m; ++i) {
             const double u = re[i*m + k], v = im ? im[i*m + k] : 0.0;
             const double a = (u*x + v*y)/size, b = (v*x - u*y)/size;
+            if (u == 0.0 && v == 0.0) {
+                continue; /* in chains and nets most are */
+            }
             linear_eliminate(m, k + 1, a, b, re + i*m, im ? im + i*m : 0, re + k*m,
                              im ? im + k*m : 0);
             re[i*m + k] = a;

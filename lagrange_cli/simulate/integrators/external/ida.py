@@ -30,6 +30,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import UNMET, Projection, StepError
+from lagrange_cli.simulate.integrators.differences import distances, quotients
 from lagrange_cli.simulate.integrators.external.sundials import Sundials
 
 #: Failures to solve the equations of a step, each of which quarters it, before it is given up.
@@ -38,14 +39,8 @@ _MOST_FAILURES = 30
 #: Iterations for a linear system; the first nearly solves it.
 _KRYLOV = 5
 
-#: Distance by which difference quotients move a number, as a part of its motion.
-_MOVE = 2.0**-26
-
-#: The same at least, as a part of its size.
-_LEAST_MOVE = 2.0**-40
-
-#: Factors of that distance that are tried until the derivative of a projection is a projector:
-#: some projections round more than others.
+#: Factors of the distance of difference quotients, which are tried until the derivative of a
+#: projection is a projector: some projections round more than others.
 _WIDER = 1.0, 64.0, 4096.0, 262144.0
 
 #: Largest distance of a projector from its square, beside its largest entry, and of its trace from
@@ -185,27 +180,13 @@ class IDA(Sundials):
         raise StepError(UNMET)
 
     def _quotients(self, function: Callable[[Array], Array], y: Array, moves: Array) -> Array:
-        """Differentiate a function of y by z, each number moved to where there is a value."""
-        at, columns = function(y), []
-        for k, move in enumerate(moves.tolist()):
-            for by in (move, -move):
-                there = y.copy()
-                there[k] += by
-                column = (function(there) - at) * (self._scale[k] / (there[k] - y[k]))
-                if np.isfinite(column).all():
-                    break
-            columns.append(column)
-        return np.array(columns).T
+        """Differentiate a function of y by z."""
+        return quotients(function, y, moves) * self._scale
 
     def _moves(self, y: Array, rate: Array) -> Array:
-        """Choose distances for quotients, on the scale of each number's motion, so that neither
-        curvature nor rounding has a large part in them."""
-        size = np.abs(y)
+        """Choose distances for quotients."""
         motion = np.maximum(self._moved, np.maximum(self._unit * np.abs(rate), self._atol))
-        motion = motion * self._scale
-        least = _MOVE * np.maximum(motion, np.sqrt(motion * size))
-        least = np.maximum(least, _LEAST_MOVE * size)
-        return np.where(least > 0, least, _MOVE)
+        return distances(y, motion * self._scale)
 
 
 def _projects(matrix: Array) -> bool:
