@@ -43,13 +43,22 @@ RESULTS = "results.json"
 EXCERPT, WIDTH = 12, 160
 
 #: Every choice of `derive` but those of the arithmetic of the certificate.
-DERIVE_FORMATS = ("text", "latex", "json")
+DERIVE_FORMATS = ("text", "latex", "markdown", "json")
 DERIVE_FORMS = ("lagrange", "explicit", "multiplier")
 
 #: Every choice of `emit`, by format; `minimal` is for the most part what `auto` chooses, and is
 #: tried once for each format.
 EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
-    "latex": {"--style": ("document", "snippet"), "--form": ("lagrange", "explicit")},
+    "latex": {
+        "--style": ("document", "snippet"),
+        "--form": ("lagrange", "explicit"),
+        "--by": (None, "lagrange"),
+    },
+    "markdown": {
+        "--form": ("lagrange", "explicit"),
+        "--steps": (None, ""),
+        "--by": (None, "dalembert"),
+    },
     "c": {
         "--real": ("float", "double", "long-double"),
         "--main": (None, ""),
@@ -112,6 +121,9 @@ def derivations(scene: str) -> Iterator[list[str]]:
         yield words
         if format_ == "text":
             yield [*words, "--ascii"]
+        if form == "lagrange":
+            yield [*words, "--steps"]
+            yield from ([*words, "--by", way] for way in ("lagrange", "dalembert"))
 
 
 def emissions(scene: str) -> Iterator[list[str]]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.scene.model import Scene
     from lagrange_cli.scene.reader import SceneText
@@ -117,7 +118,12 @@ class LoadedScene:
     source: SceneText
 
     def derive(
-        self, *, digits: int = 30, forces: bool = False, formulation: Formulation | None = "auto"
+        self,
+        *,
+        digits: int = 30,
+        forces: bool = False,
+        formulation: Formulation | None = "auto",
+        steps: Way | None = None,
     ) -> Derivation:
         """Derive and certify the equations of motion.
 
@@ -131,12 +137,15 @@ class LoadedScene:
             ``minimal``: few coordinates; ``multiplier``: Cartesian names, with the
             constraints beside them; ``auto``: the program chooses; None: that of the scene's
             section ``simulate``.
+        steps
+            Keep the derivation's steps, which text, LaTeX and JSON then write, too: by
+            ``lagrange``'s equations or by ``dalembert``'s principle.
 
         Raises
         ------
         InputError
-            The scene's geometry or its coordinates are at fault, or there is no such
-            formulation.
+            The scene's geometry or its coordinates are at fault, there is no such
+            formulation, or the steps are too long to be read.
 
         Examples
         --------
@@ -149,7 +158,9 @@ class LoadedScene:
         from lagrange_cli.mechanics import derive
 
         wanted = self.scene.simulate.formulation_for(formulation)
-        equations = derive(self.scene, digits=digits, forces=forces, formulation=wanted)
+        equations = derive(
+            self.scene, digits=digits, forces=forces, formulation=wanted, steps=steps
+        )
         return Derivation(equations, self.source, wanted, forces)
 
     def __repr__(self) -> str:

@@ -16,6 +16,7 @@ from lagrange_cli.cli.terminal.output import Command, deliver, stdout_encoding
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.scene.conditions import Formulation
 
 
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Constraint forces and multipliers too.  [default: off]",
 )
+@options.steps
 @click.option(
     "--digits",
     type=click.IntRange(15, 1000),
@@ -62,6 +64,8 @@ def derive(
     as_json: bool,
     form: str,
     forces: bool,
+    steps: bool,
+    by: Way | None,
     digits: int,
     ascii_only: bool,
     parameters: dict[str, str],
@@ -75,16 +79,17 @@ def derive(
     encoding = "utf-8" if output is not None else stdout_encoding()
 
     formulation: Formulation = "multiplier" if form == "multiplier" else "auto"
+    way = options.way_of(steps, by)
     form = "explicit" if form == "explicit" else "lagrange"
 
-    request = SceneRequest(source, parameters, forces=forces, formulation=formulation)
+    request = SceneRequest(source, parameters, forces=forces, formulation=formulation, steps=way)
 
     def work() -> Answer:
         derivation = derivation_of_scene(session, request, digits)
         announce("writing the derivation")
         return answer_of(derivation, FORMATS[format_](derivation, form, ascii_only, encoding))
 
-    question = format_, form, formulation, forces, digits, ascii_only, encoding
+    question = format_, form, formulation, forces, way, digits, ascii_only, encoding
     asked = (*question, list(parameters.items()))
     result = remembered(session, "derive", source, asked, work)
     deliver(result, format_, output)

@@ -21,6 +21,7 @@ from lagrange_cli.files import write_files
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.scene.conditions import Formulation
 
 
@@ -89,6 +90,7 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
     help="List the formats and stop.  [default: off]",
 )
 @options.in_order([_format_option(*declared) for declared in _declared().items()])
+@options.steps
 @options.formulation("auto", "auto")
 @options.parameters
 @options.file(
@@ -105,6 +107,8 @@ def emit(
     /,
     scene: str,
     to: str,
+    steps: bool,
+    by: Way | None,
     formulation: Formulation,
     parameters: dict[str, str],
     output: str | None,
@@ -114,13 +118,17 @@ def emit(
     format_ = emitter(to)
     if output is None and not format_.single_file:
         _refuse_several(format_, scene)
+    way = options.way_of(steps, by)
+    if way is not None and not format_.shows_steps:
+        shown = " and ".join(name for name, other in EMITTERS.items() if other.shows_steps)
+        raise click.UsageError(f"format '{to}' has no steps; --steps is for {shown}")
     format_options = {name: value for name, value in chosen.items() if value is not None}
     source = read_source(scene)
     if output is not None:
         guard_folder(output, source, parameters, format_)
 
     def work() -> Answer:
-        request = SceneRequest(source, parameters, formulation=formulation)
+        request = SceneRequest(source, parameters, formulation=formulation, steps=way)
         derivation = derivation_of_scene(session, request)
         equations = derivation.equations
         announce(f"writing {format_.title}")
@@ -128,7 +136,7 @@ def emit(
         value = {"name": equations.name, "files": derivation.emit(to, **format_options)}
         return answer_of(derivation, value, lasting=not recorded)
 
-    asked = (to, formulation, sorted(format_options.items()), list(parameters.items()))
+    asked = (to, formulation, way, sorted(format_options.items()), list(parameters.items()))
     answer = remembered(session, "emit", source, asked, work)
     if output is None:
         print_text("".join(answer["files"].values()))

@@ -13,6 +13,7 @@ from lagrange_cli.stages import announce
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation, LoadedScene
     from lagrange_cli.cli.session import Session
+    from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.simulate.ensemble.members import Recipe
     from lagrange_cli.simulate.model.model import Model
@@ -35,6 +36,8 @@ class SceneRequest:
         Minimal or multiplier form, or ``auto``; None for the scene's.
     sensitivity
         What the motion is differentiated by.
+    steps
+        The way of the steps that are wanted too; None for none.
     """
 
     source: SceneSource
@@ -44,6 +47,7 @@ class SceneRequest:
     forces: bool = False
     formulation: Formulation | None = None
     sensitivity: tuple[str, ...] = ()
+    steps: Way | None = None
 
     @property
     def values(self) -> list[list[tuple[str, str]]]:
@@ -112,7 +116,9 @@ def derivation_of_scene(
         times=scene.times,
     )
     when_read(loaded)
-    derivation = loaded.derive(digits=digits, forces=scene.forces, formulation=scene.formulation)
+    derivation = loaded.derive(
+        digits=digits, forces=scene.forces, formulation=scene.formulation, steps=scene.steps
+    )
     announce("")
     session.tell(derivation.equations.warnings, derivation.equations.remarks)
     session.detail(f"derived and certified in {perf_counter() - started:.2f} s")

@@ -6,13 +6,16 @@ import functools
 import importlib.util
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from lagrange_cli.cli.session import Session
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.step_values import Way
 
 #: Names of formulations.
 FORMULATIONS = ("auto", "minimal", "multiplier")
@@ -173,6 +176,11 @@ def jobs(what: str) -> Callable[[_Command], _Command]:
     )
 
 
+def way_of(steps: bool, by: Way | None) -> Way | None:
+    """Return the way of the steps that ``--steps`` and ``--by`` ask for; None for no steps."""
+    return by or ("lagrange" if steps else None)
+
+
 def cores() -> int:
     """Return the number of cores that this process may use."""
     import os
@@ -230,6 +238,23 @@ parameters = _assignments_to(
 initial = _assignments_to(
     "-i --initial initial",
     "Set an initial value, of NAME or 'dot(NAME)'; repeatable.  [default: the scene's values]",
+)
+
+#: ``--steps`` and ``--by WAY``; see :func:`way_of`.
+steps = in_order(
+    (
+        click.option(
+            "--steps",
+            is_flag=True,
+            help="Every step from positions to equations, as on a board.  [default: off]",
+        ),
+        click.option(
+            "--by",
+            type=click.Choice(["lagrange", "dalembert"]),
+            help="The steps by Lagrange's equations or by d'Alembert's principle; implies"
+            " --steps.  [default: lagrange]",
+        ),
+    )
 )
 
 #: ``-o FILE.json``.

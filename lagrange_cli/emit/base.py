@@ -83,6 +83,8 @@ class Emitter:
         Its options.
     reserved
         Names that its files cannot have, since they would hide others.
+    shows_steps
+        True if it writes the steps of equations that have them.
     """
 
     name: str
@@ -92,6 +94,7 @@ class Emitter:
     run: Callable[[Equations, Mapping[str, OptionValue]], dict[str, str]]
     options: tuple[Option, ...] = ()
     reserved: frozenset[str] = frozenset()
+    shows_steps: bool = False
 
     def emit(
         self, equations: Equations, options: Mapping[str, OptionValue] | None = None

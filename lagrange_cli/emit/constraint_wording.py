@@ -39,11 +39,21 @@ def multiplier_label(equations: Equations, constraint: str) -> str:
     return multiplier_name(constraint)
 
 
+def free_letter(equations: Equations, letters: tuple[str, ...]) -> str:
+    """Return the first of some letters that no name of the scene is, alone or with a word below.
+
+    If all of them are, the last one.
+    """
+    taken = {name.split("_")[0] for name in _names(equations)}
+    return next((letter for letter in letters if letter not in taken), letters[-1])
+
+
 def _names(equations: Equations) -> set[str]:
     names = {p.name for p in equations.parameters}
     names |= {c.name for c in equations.coordinates}
     names |= {c.name for c in equations.cartesian_names}
     names |= {name for name, _ in (*equations.abbreviations, *equations.outputs)}
+    names |= {function.name for function in equations.functions}
     return names | {source.name for source in equations.inputs}
 
 

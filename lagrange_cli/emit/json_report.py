@@ -92,6 +92,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
         "facts": asdict(equations.facts) | {"unused_parameters": list(unused)},
         **({} if forces is None else forces_report(equations, forces, say)),
+        **_steps(equations),
         "certificate": asdict(equations.certificate),
         "warnings": [warning.values() for warning in equations.warnings],
     }
@@ -114,6 +115,15 @@ class _Speaker:
 
     def tree(self, node: DisplayNode) -> str:
         return self._printer.inline(node)
+
+
+def _steps(equations: Equations) -> dict[str, Any]:
+    """The steps, where they were asked for."""
+    if equations.steps is None:
+        return {}
+    from lagrange_cli.emit.json_steps import steps_report
+
+    return steps_report(equations, equations.steps)
 
 
 def _contacts(equations: Equations, say: _Speaker) -> list[dict[str, Any]]:

@@ -25,6 +25,12 @@ def _latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str
     return emit_latex(equations, options)
 
 
+def _markdown(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.latex.markdown import emit_markdown
+
+    return emit_markdown(equations, options)
+
+
 def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.emit.c.module import emit_c
 
@@ -43,6 +49,13 @@ _JACOBIAN = Option(
     further=True,
 )
 
+_FORM = Option(
+    "form",
+    "Lagrange's equations, or solved for the accelerations and multipliers",
+    choices=("lagrange", "explicit"),
+    default="lagrange",
+)
+
 EMITTERS: dict[str, Emitter] = {
     entry.name: entry
     for entry in (
@@ -52,6 +65,7 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".tex",),
             single_file=True,
             run=_latex,
+            shows_steps=True,
             options=(
                 Option(
                     "style",
@@ -59,13 +73,17 @@ EMITTERS: dict[str, Emitter] = {
                     choices=("document", "snippet"),
                     default="document",
                 ),
-                Option(
-                    "form",
-                    "Lagrange's equations, or solved for the accelerations and multipliers",
-                    choices=("lagrange", "explicit"),
-                    default="lagrange",
-                ),
+                _FORM,
             ),
+        ),
+        Emitter(
+            name="markdown",
+            title="Markdown with formulas in LaTeX, for notebooks and repositories",
+            extensions=(".md",),
+            single_file=True,
+            run=_markdown,
+            shows_steps=True,
+            options=(_FORM,),
         ),
         Emitter(
             name="c",

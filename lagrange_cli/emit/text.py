@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import (
@@ -26,6 +27,7 @@ from lagrange_cli.emit.constraint_wording import (
     was_divided,
 )
 from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows, reaction_rows
+from lagrange_cli.emit.text_lines import TEXT_WIDTH, hung, listed, padded
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
@@ -33,8 +35,8 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     forcing_with_reactions,
 )
 from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
-from lagrange_cli.notation.layout import Piece, break_lines, joined, suffixed
-from lagrange_cli.notation.one_line import OneLinePrinter, columns, solid
+from lagrange_cli.notation.layout import Piece, joined, suffixed
+from lagrange_cli.notation.one_line import OneLinePrinter, columns
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.unicode import UnicodePrinter
 
@@ -42,11 +44,9 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
-    from lagrange_cli.mechanics.equations import Equations, Input
+    from lagrange_cli.mechanics.equations import CartesianName, Equations, Input
     from lagrange_cli.mechanics.findings import Conserved
-
-#: Columns of a line, where a formula can be broken.
-TEXT_WIDTH = 100
+    from lagrange_cli.mechanics.step_values import DerivationSteps
 
 _STILL = "  none: nothing can move"
 
@@ -75,21 +75,7 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
         An expression has no exact form in print.
     """
     page = _Page(equations, vocabulary(equations), ScenePrinter() if ascii else UnicodePrinter())
-    blocks = [
-        page.heading(),
-        page.account(),
-        page.inputs(),
-        page.energies(),
-        page.forces(),
-        page.accelerations() if form == "explicit" else page.motion(),
-        page.closures(),
-        page.contacts(),
-        page.constraint_forces(),
-        page.conserved(),
-        page.energy(),
-        page.outputs(),
-        [certificate_line(equations.certificate)],
-    ]
+    blocks = page.whole(form) if equations.steps is None else page.with_steps(form, equations.steps)
     text = "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
     return text.encode("ascii", "backslashreplace").decode("ascii") if ascii else text
 
@@ -112,17 +98,71 @@ class _Page:
     words: Vocabulary
     printer: OneLinePrinter
 
+    def whole(self, form: str) -> list[list[str]]:
+        """The derivation in short."""
+        return [
+            self.heading(),
+            self.account(),
+            self.inputs(),
+            self.energies(),
+            self.forces(),
+            self.accelerations() if form == "explicit" else self.motion(),
+            self.closures(),
+            self.contacts(),
+            self.constraint_forces(),
+            self.conserved(),
+            self.energy(),
+            self.outputs(),
+            [certificate_line(self.equations.certificate)],
+        ]
+
+    def with_steps(self, form: str, steps: DerivationSteps) -> list[list[str]]:
+        """The derivation line by line."""
+        from lagrange_cli.emit.steps.board import certified_line, conclusions, working
+        from lagrange_cli.emit.steps_text import section_blocks, text_letters
+
+        letters = text_letters(ascii=isinstance(self.printer, ScenePrinter))
+        digits = self.equations.certificate.digits
+        return [
+            self.heading(),
+            self.parameters(),
+            self.account(positions=False),
+            self.inputs(),
+            *section_blocks(working(self.equations, steps, letters), self.printer),
+            self.accelerations() if form == "explicit" else [],
+            self.contacts(),
+            self.constraint_forces(),
+            *section_blocks(conclusions(self.equations, steps, letters), self.printer),
+            self.outputs(),
+            [certificate_line(self.equations.certificate), certified_line(steps, digits)],
+        ]
+
     def heading(self) -> list[str]:
         title = self.equations.title
         return [escape_controls(self.equations.name + (f": {title}" if title else ""))]
 
     # -- degrees of freedom -------------------------------------------------------
 
-    def account(self) -> list[str]:
+    def parameters(self) -> list[str]:
+        """Parameters with value, unit and meaning, in columns."""
+        literals = dict(self.equations.literals)
+        rows = []
+        for p in self.equations.parameters:
+            value = "" if p.value is None else literals.get(Fraction(repr(p.value)), repr(p.value))
+            told = f"{value.removesuffix('.0')} {escape_controls(p.unit or '')}".strip()
+            shown = f"  {self.printer.symbol(p.name)}{' = ' if told else ''}{told}"
+            rows.append((shown, escape_controls(p.description or "")))
+        width = max((columns(shown) for shown, _ in rows), default=0)
+        lines = [f"{padded(shown, width)}   {meaning}".rstrip() for shown, meaning in rows]
+        return ["Parameters", *lines] if lines else []
+
+    def account(self, *, positions: bool = True) -> list[str]:
+        """Count the degrees of freedom; name constraints and coordinates, with ``positions``."""
         counts = ", ".join(counting(self.equations))
-        lines = [f"Degrees of freedom   {counts}", *self.constraints(), *self.coordinates()]
+        lines = [*listed("Degrees of freedom   ", counts.split()), *self.constraints()]
+        lines += self.coordinates(telling_definitions(self.equations) if positions else ())
         chosen = choice_line(self.equations)
-        lines += self.listed("Formulation   ", chosen.split()) if chosen else []
+        lines += listed("Formulation   ", chosen.split()) if chosen else []
         return [*lines, *self.singular()]
 
     def singular(self) -> list[str]:
@@ -131,7 +171,7 @@ class _Page:
         for place in self.equations.singular:
             names = ", ".join(self.printer.symbol(name) for name in place.coordinates)
             opening = f"Singular      {names} where "
-            lines += self.hung(opening, suffixed(self.pieces(place.where), " = 0", 4))
+            lines += hung(opening, suffixed(self.pieces(place.where), " = 0", 4))
         return lines
 
     def constraints(self) -> list[str]:
@@ -147,23 +187,20 @@ class _Page:
         return [
             line
             for name, items in rows
-            for line in self.listed(f"  {name:<{names}}   ", [escape_controls(i) for i in items])
+            for line in listed(f"  {name:<{names}}   ", [escape_controls(i) for i in items])
         ]
 
-    def coordinates(self) -> list[str]:
+    def coordinates(self, positions: Sequence[CartesianName]) -> list[str]:
         names = ", ".join(self.printer.symbol(c.name) for c in self.equations.coordinates)
         head = f"Coordinates   {names or 'none'}"
         if self.equations.account.chosen_automatically:
             head += "   (chosen automatically)"
-        formulas = {
-            self.printer.symbol(c.name): self.pieces(c.position)
-            for c in telling_definitions(self.equations)
-        }
+        formulas = {self.printer.symbol(c.name): self.pieces(c.position) for c in positions}
         beside = "   ".join(f"{name} = {joined(body)}" for name, body in formulas.items())
         if beside and columns(head) + 8 + columns(beside) <= TEXT_WIDTH:
             return [f"{head}        {beside}"]
         opening, *items = head.split("   ", 1)
-        return [*self.listed(f"{opening}   ", items[0].split(" ")), *self.packed(formulas)]
+        return [*listed(f"{opening}   ", items[0].split(" ")), *self.packed(formulas)]
 
     def packed(self, formulas: Mapping[str, Sequence[Piece]]) -> list[str]:
         """Short formulas side by side, long ones on lines of their own."""
@@ -175,7 +212,7 @@ class _Page:
                 lines[-1] += f"   {shown}"
                 room -= columns(shown) + 3
             else:
-                lines += self.hung(f"  {name} = ", body)
+                lines += hung(f"  {name} = ", body)
                 room = TEXT_WIDTH - columns(lines[-1])
         return lines
 
@@ -212,7 +249,7 @@ class _Page:
         lines = [
             line
             for name, (_, pieces) in zip(names, rows, strict=True)
-            for line in self.hung(f"  {_padded(name, width)}   ", pieces)
+            for line in hung(f"  {padded(name, width)}   ", pieces)
         ]
         return ["Equations of motion", *(lines or [_STILL])]
 
@@ -221,7 +258,7 @@ class _Page:
         if not self.equations.coordinates:
             return ["Equations of motion", _STILL]
         told = explicit_line(self.equations, explicit)
-        lines = self.listed("Equations of motion, ", (told[0].lower() + told[1:]).split())
+        lines = listed("Equations of motion, ", (told[0].lower() + told[1:]).split())
         solved = zip(self.equations.coordinates, explicit.accelerations, strict=True)
         for c, value in solved:
             if value is not None:
@@ -240,7 +277,7 @@ class _Page:
         unknowns = ", ".join(self.printer.symbol(coordinates[i].name, 2) for i in open_rows)
         labels = quantity_labels(self.equations)
         mass, forcing = labels["M"], labels["f"]
-        lines = self.listed(f"  {mass} (", f"{unknowns}) = {forcing} with".split(" "))
+        lines = listed(f"  {mass} (", f"{unknowns}) = {forcing} with".split(" "))
         for i in open_rows:
             for j in open_rows:
                 entry = self.equations.mass_matrix[i][j]
@@ -253,7 +290,7 @@ class _Page:
             if value is None:
                 row = display_row(differentiated(self.equations, closure), self.words)
                 left = suffixed(self.printer.pieces(row), " = 0", 4)
-                lines += self.hung(f"  {escape_controls(closure.name)}   ", left)
+                lines += hung(f"  {escape_controls(closure.name)}   ", left)
         return lines
 
     def closures(self) -> list[str]:
@@ -265,8 +302,8 @@ class _Page:
         lines = ["Closure equations"]
         for name, expression in rows:
             left = suffixed(self.pieces(expression), " = 0", 4)
-            lines += self.hung(f"  {_padded(name, width)}   ", left)
-        return [*lines, *self.listed("  ", multipliers_line(self.equations).split(" "))]
+            lines += hung(f"  {padded(name, width)}   ", left)
+        return [*lines, *listed("  ", multipliers_line(self.equations).split(" "))]
 
     def contacts(self) -> list[str]:
         """Gaps and restitutions of one-sided constraints, and what their multipliers mean."""
@@ -279,14 +316,14 @@ class _Page:
         for name, gap, restitution in rows:
             open_gap = f" {self.printer.at_least} 0"
             left = suffixed(self.pieces(gap), open_gap, columns(open_gap))
-            lines += self.hung(f"  {_padded(name, width)}   ", left)
+            lines += hung(f"  {padded(name, width)}   ", left)
             elasticity = f"   restitution {joined(self.pieces(restitution))}"
             if columns(lines[-1] + elasticity) <= TEXT_WIDTH:
                 lines[-1] += elasticity
             else:
                 lines += self.formula(" " * (width + 5) + "restitution", restitution)
         for line in contacts_lines(self.equations):
-            lines += self.listed("  ", line.split(" "))
+            lines += listed("  ", line.split(" "))
         return lines
 
     def constraint_forces(self) -> list[str]:
@@ -303,10 +340,10 @@ class _Page:
         lines = [f"Constraint forces   {FORCES_LINE}"]
         for name, (_, rows) in zip(names, groups, strict=True):
             for index, (label, expression) in enumerate(rows):
-                opening = _padded("" if index else name, width)
+                opening = padded("" if index else name, width)
                 lines += self.formula(f"  {opening}   {escape_controls(label)}", expression)
         lines += [] if groups else ["  none"]
-        notes = [self.listed("  ", escape_controls(n).split(" ")) for n in force_notes(forces)]
+        notes = [listed("  ", escape_controls(n).split(" ")) for n in force_notes(forces)]
         return [*lines, *(line for note in notes for line in note)]
 
     def _multiplier(self, constraint: str) -> str:
@@ -371,7 +408,7 @@ class _Page:
         label = f"  {self.printer.symbol(source.name)}"
         if source.recording is None:
             return self.formula(label, source.expression)
-        return self.listed(f"{label}: ", escape_controls(source.recording.described).split())
+        return listed(f"{label}: ", escape_controls(source.recording.described).split())
 
     def outputs(self) -> list[str]:
         return self.named("Outputs", self.equations.outputs)
@@ -388,7 +425,7 @@ class _Page:
 
     def formula(self, label: str, expression: Expr) -> list[str]:
         """``label = expression``, broken where it is too long."""
-        return self.hung(f"{label} = ", self.pieces(expression))
+        return hung(f"{label} = ", self.pieces(expression))
 
     def with_reasons(self, heading: str, rows: Iterable[tuple[str, Expr | None, str]]) -> list[str]:
         """``label = expression     reason`` under a heading; reasons form a column."""
@@ -396,7 +433,7 @@ class _Page:
             (
                 [f"  {label}"]
                 if expression is None
-                else self.hung(f"  {label} = ", self.pieces(expression)),
+                else hung(f"  {label} = ", self.pieces(expression)),
                 escape_controls(reason),
             )
             for label, expression, reason in rows
@@ -410,28 +447,8 @@ class _Page:
         lines = [heading]
         for block, reason in blocks:
             *before, last = block
-            lines += [*before, f"{_padded(last, column)}     {reason}"]
+            lines += [*before, f"{padded(last, column)}     {reason}"]
         return lines
-
-    def hung(self, opening: str, pieces: Sequence[Piece]) -> list[str]:
-        """Pieces after an opening; further lines stand two columns deeper."""
-        indent = columns(opening)
-        first, *others = break_lines(pieces, TEXT_WIDTH - indent, TEXT_WIDTH - indent - 2, step=2)
-        return [
-            opening + first.text,
-            *(" " * (indent + 2 + 2 * line.level) + line.text for line in others),
-        ]
-
-    def listed(self, opening: str, items: Sequence[str]) -> list[str]:
-        """Items with spaces between them; further lines stand under the first item."""
-        pieces = [
-            Piece(item, columns(item) + 1, " " if index else "", "", 0)
-            for index, item in enumerate(items)
-        ]
-        indent = columns(opening)
-        first, *others = break_lines(pieces or solid(""), TEXT_WIDTH - indent, TEXT_WIDTH - indent)
-        lines = [opening + first.text, *(" " * indent + line.text for line in others)]
-        return [line.rstrip() for line in lines]
 
 
 def _remark_items(remark: str) -> list[str]:
@@ -439,7 +456,3 @@ def _remark_items(remark: str) -> list[str]:
     if not remark:
         return []
     return [f"  ({remark})"] if len(remark) <= TEXT_WIDTH // 2 else ["", "", *f"({remark})".split()]
-
-
-def _padded(text: str, width: int) -> str:
-    return text + " " * (width - columns(text))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from lagrange_cli.errors import (
     InconsistentStartError,
@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.dynamics.singular_configurations import singular_con
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.formulation import in_formulation, reduced_for
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.mechanics.step_values import Way
 from lagrange_cli.mechanics.structure import require_inertia, require_no_rates_of_inputs
 from lagrange_cli.scene.conditions import Formulation
 from lagrange_cli.scene.model import Scene
@@ -39,6 +40,7 @@ def derive(
     points: int = 8,
     forces: bool = False,
     formulation: Formulation = "auto",
+    steps: Way | None = None,
 ) -> Equations:
     """Certified equations of motion of a scene.
 
@@ -53,17 +55,20 @@ def derive(
     formulation
         ``minimal`` or ``multiplier``; ``auto`` as :func:`.formulation.in_formulation` says, and
         ``multiplier`` where the coordinates do not reach the initial state and it does.
+    steps
+        Keep the steps of the derivation too, by this way.
 
     Raises
     ------
     InputError
-        Located: whatever is wrong with the scene, or that there is no such formulation.
+        Located: whatever is wrong with the scene, that there is no such formulation, or that the
+        steps are too long to be read.
     InternalError
         The derivation failed its certificate.
     """
     require_size(scene)
     try:
-        return _in_formulation(scene, digits, points, forces, formulation)
+        return _in_formulation(scene, _Wanted(digits, points, forces, steps), formulation)
     except DomainError:
         # Which part it was is known where the error is caught; here only that it is one of them.
         raise not_real(scene) from None
@@ -71,9 +76,17 @@ def derive(
         raise nesting_error(scene) from None
 
 
-def _in_formulation(
-    scene: Scene, digits: int, points: int, forces: bool, formulation: Formulation
-) -> Equations:
+@dataclass(frozen=True)
+class _Wanted:
+    """What is asked of a derivation beside its formulation; as :func:`derive` has it."""
+
+    digits: int
+    points: int
+    forces: bool
+    steps: Way | None
+
+
+def _in_formulation(scene: Scene, asked: _Wanted, formulation: Formulation) -> Equations:
     """The equations in the formulation asked for, or, for ``auto``, in one that has a start."""
     announce("finding the coordinates")
     reduced, remarks = reduced_for(scene, formulation)
@@ -81,7 +94,17 @@ def _in_formulation(
     def derived(wanted: Formulation) -> Equations:
         announce("deriving the equations")
         form, choice = in_formulation(reduced, wanted)
-        equations = _derived(derive_uncertified(form), digits, points, forces)
+        if asked.steps is not None:
+            from lagrange_cli.mechanics.steps.derive_steps import (
+                require_few_coordinates,
+                require_few_terms,
+            )
+
+            require_few_coordinates(form)
+        derivation = derive_uncertified(form)
+        if asked.steps is not None:
+            require_few_terms(derivation)
+        equations = _derived(derivation, asked)
         return replace(equations, choice=choice, remarks=(*equations.remarks, *remarks))
 
     try:
@@ -96,9 +119,9 @@ def _in_formulation(
         return replace(equations, remarks=(*equations.remarks, _NOT_REACHED_REMARK))
 
 
-def _derived(derivation: Uncertified, digits: int, points: int, forces: bool) -> Equations:
+def _derived(derivation: Uncertified, asked: _Wanted) -> Equations:
     require_no_rates_of_inputs(derivation)
-    seen = certify(derivation, digits, points)
+    seen = certify(derivation, asked.digits, asked.points)
     require_inertia(derivation, seen)
     evidence = proven_evidence(derivation, seen)
     equations = assemble(derivation, evidence)
@@ -106,10 +129,16 @@ def _derived(derivation: Uncertified, digits: int, points: int, forces: bool) ->
     equations = replace(
         equations, singular=singular_configurations(derivation), open_questions=questions
     )
-    if not forces:
-        return equations
-    from lagrange_cli.mechanics.reactions.constraint_forces import derive_constraint_forces
+    if asked.forces:
+        from lagrange_cli.mechanics.reactions.constraint_forces import derive_constraint_forces
 
-    announce("finding the constraint forces")
-    reactions = derive_constraint_forces(derivation, evidence, equations)
-    return replace(equations, constraint_forces=reactions)
+        announce("finding the constraint forces")
+        reactions = derive_constraint_forces(derivation, evidence, equations)
+        equations = replace(equations, constraint_forces=reactions)
+    if asked.steps is not None:
+        from lagrange_cli.mechanics.steps.derive_steps import derive_steps
+
+        announce("writing the steps")
+        steps = derive_steps(derivation, evidence, equations, asked.steps)
+        equations = replace(equations, steps=steps)
+    return equations

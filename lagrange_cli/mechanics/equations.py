@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from lagrange_cli.files import Recording
     from lagrange_cli.mechanics.motion import Motion
     from lagrange_cli.mechanics.reaction_values import ConstraintForces
+    from lagrange_cli.mechanics.step_values import DerivationSteps
     from lagrange_cli.scene.defaults import SimulationDefaults
     from lagrange_cli.scene.model import DeclaredFunction
 
@@ -384,6 +385,8 @@ class Equations:
         Values of coordinates that could be given if ``initial`` is None.
     constraint_forces
         Constraint forces, None unless they were asked for.
+    steps
+        Steps of the derivation, None unless they were asked for.
     choice
         Formulation that was taken, None if there is one only.
     singular
@@ -440,6 +443,7 @@ class Equations:
     suggested: tuple[tuple[str, str], ...] = ()
     inputs: tuple[Input, ...] = ()
     constraint_forces: ConstraintForces | None = None
+    steps: DerivationSteps | None = None
     choice: FormulationChoice | None = None
     singular: tuple[SingularConfiguration, ...] = ()
     chart: ReplacedChart | None = None

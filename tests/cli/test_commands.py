@@ -179,9 +179,9 @@ class TestEmit:
         assert r"\documentclass" not in succeed("emit", HOLE, "--to", "latex", "--style", "snippet")
 
     def test_option_of_another_format_exits_2(self):
-        done = lagrange("emit", HOLE, "--to", "python", "--style", "snippet")
+        done = lagrange("emit", HOLE, "--to", "c", "-o", "out", "--style", "snippet")
         assert done.returncode == 2
-        assert "format 'python' has no option 'style'" in done.stderr
+        assert "format 'c' has no option 'style'" in done.stderr
 
     def test_file_in_the_way_exits_2(self, tmp_path):
         (tmp_path / "out").write_text("kept")

@@ -283,15 +283,13 @@ def test_no_letter_has_two_meanings(letter):
     equations = loads(LETTERS % (letter, letter)).derive().equations
     text = derivation_text(equations, form="explicit")
     counts = "Degrees of freedom   3N = 6, 1 further coordinate, K = 4, DOF = 3\n"
-    words = (
-        "Degrees of freedom   6 Cartesian coordinates, 1 further coordinate, 4 independent"
-        " constraints,"
-    )
+    words = "Degrees of freedom   6 Cartesian coordinates, 1 further coordinate, 4 independent"
     assert (counts in text) == (letter in "Mf")
     assert (words in text) == (letter in "KN")
     assert ("  M_mass (" if letter == "M" else "  M (") in text
     assert ("f_gen with\n" if letter == "f" else " = f with\n") in text
     assert "Lagrangian does not depend on t" in text
     document = latex_document(equations)
-    assert r"\text{1 further coordinate}" in document
-    assert (r"\text{4 independent constraints}" in document) == (letter in "KN")
+    written = "There are 6 Cartesian coordinates, 1 further coordinate, 4 independent constraints,"
+    assert (written in document) == (letter in "KN")
+    assert (r"\text{1 further coordinate}" in document) == (letter in "Mf")

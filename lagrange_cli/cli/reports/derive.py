@@ -31,10 +31,17 @@ def _latex(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str)
     return written
 
 
+def _markdown(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) -> str:
+    """The derivation as Markdown."""
+    (written,) = derivation.emit("markdown", form=form).values()
+    return written
+
+
 #: Name of a format → what writes it, in a form of the equations, in plain ASCII or in what an
 #: encoding has.
 FORMATS: Mapping[str, Callable[[Derivation, str, bool, str], str]] = {
     "text": _text,
     "latex": _latex,
+    "markdown": _markdown,
     "json": _json,
 }

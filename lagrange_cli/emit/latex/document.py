@@ -23,7 +23,9 @@ from lagrange_cli.emit.constraint_wording import (
 )
 from lagrange_cli.emit.latex import words as latex_words
 from lagrange_cli.emit.latex.forces import forces_section
+from lagrange_cli.emit.latex.steps import LatexLetters, section_lines
 from lagrange_cli.emit.latex.typesetter import FormulaRow, Typesetter
+from lagrange_cli.emit.steps.board import conclusions, working
 from lagrange_cli.mechanics.dynamics.accelerations import explicit_form
 from lagrange_cli.notation.latex import latex_number
 from lagrange_cli.notation.latex_escape import latex_text
@@ -32,8 +34,14 @@ from lagrange_cli.notation.symbols import latex_name
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Coordinate, Equations, ParticleMotion
+    from lagrange_cli.mechanics.equations import (
+        CartesianName,
+        Coordinate,
+        Equations,
+        ParticleMotion,
+    )
     from lagrange_cli.mechanics.findings import Conserved
+    from lagrange_cli.mechanics.step_values import DerivationSteps
 
 _PREAMBLE = r"""\documentclass[11pt,a4paper]{article}
 \usepackage[T1]{fontenc}
@@ -53,23 +61,8 @@ _PREAMBLE = r"""\documentclass[11pt,a4paper]{article}
 def latex_document(equations: Equations, form: str = "lagrange") -> str:
     """A document that pdfLaTeX compiles by itself: system, freedom, L, motion, conservation."""
     page = _Document(equations)
-    blocks = [
-        page.opening(),
-        page.system(),
-        page.freedom(),
-        page.inputs(),
-        page.energies(),
-        page.forces(),
-        page.motion(form),
-        page.closures(),
-        page.contacts(),
-        forces_section(page.setter),
-        page.conserved(),
-        page.energy(),
-        page.outputs(),
-        page.certificate(),
-        [r"\end{document}"],
-    ]
+    body = page.whole(form) if equations.steps is None else page.with_steps(form, equations.steps)
+    blocks = [page.opening(), *body, page.outputs(), page.certificate(), [r"\end{document}"]]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
 
 
@@ -80,6 +73,37 @@ class _Document:
         self.equations = equations
         self.setter = Typesetter.of(equations)
         self.labels = {k: latex_name(v) for k, v in quantity_labels(equations).items()}
+
+    def whole(self, form: str) -> list[list[str]]:
+        """The derivation in short."""
+        return [
+            self.system(),
+            self.freedom(),
+            self.inputs(),
+            self.energies(),
+            self.forces(),
+            self.motion(form),
+            self.closures(),
+            self.contacts(),
+            forces_section(self.setter),
+            self.conserved(),
+            self.energy(),
+        ]
+
+    def with_steps(self, form: str, steps: DerivationSteps) -> list[list[str]]:
+        """The derivation line by line."""
+        letters = LatexLetters()
+        return [
+            [r"\setlength{\jot}{1ex}"],
+            self.system(),
+            self.freedom(positions=False),
+            self.inputs(),
+            *(section_lines(self.setter, s) for s in working(self.equations, steps, letters)),
+            self.motion(form) if form == "explicit" else [],
+            self.contacts(),
+            forces_section(self.setter),
+            *(section_lines(self.setter, s) for s in conclusions(self.equations, steps, letters)),
+        ]
 
     def opening(self) -> list[str]:
         title = latex_text(self.equations.title or self.equations.name)
@@ -128,15 +152,23 @@ class _Document:
 
     # -- degrees of freedom -------------------------------------------------------------
 
-    def freedom(self) -> list[str]:
+    def freedom(self, *, positions: bool = True) -> list[str]:
+        """Count the degrees of freedom; name constraints and coordinates, with ``positions``."""
         account = self.equations.account
-        counts = ",\\quad ".join(map(_counted, counting(self.equations)))
-        lines = [r"\section*{Degrees of freedom}", rf"\[ {counts} \]"]
+        counts = counting(self.equations)
+        told = ",\\quad ".join(map(_counted, counts))
+        if not any(" = " in count for count in counts):
+            # In words alone they are too long for a line.
+            told = f"There are {', '.join(counts)}."
+        else:
+            told = rf"\[ {told} \]"
+        lines = [r"\section*{Degrees of freedom}", told]
         if account.lines:
             lines += [_BULLETS, *self._constraints(), r"\end{itemize}"]
         elif account.implied:
             lines.append(f"There are {implied_line(account)}.")
-        return [*lines, *self._coordinates()]
+        definitions = telling_definitions(self.equations) if positions else ()
+        return [*lines, *self._coordinates(definitions)]
 
     def _constraints(self) -> list[str]:
         items = []
@@ -151,7 +183,7 @@ class _Document:
             items.append(rf"  \item {implied_line(self.equations.account)}")
         return items
 
-    def _coordinates(self) -> list[str]:
+    def _coordinates(self, positions: Sequence[CartesianName]) -> list[str]:
         coordinates = self.equations.coordinates
         if not coordinates:
             return ["No coordinate is left: nothing can move."]
@@ -159,8 +191,7 @@ class _Document:
         chosen = " (chosen automatically)" if self.equations.account.chosen_automatically else ""
         lines = [f"{_noun(len(coordinates), 'Generalized coordinate')}{chosen}: {names}."]
         rows = [
-            self.setter.definition(latex_name(c.name, 0, c.latex), c.position)
-            for c in telling_definitions(self.equations)
+            self.setter.definition(latex_name(c.name, 0, c.latex), c.position) for c in positions
         ]
         if rows:
             lines += ["The positions are", *self.setter.align(rows, numbered=False)]
@@ -409,6 +440,16 @@ class _Document:
             f"At {seal.points} random {noun} these equations were compared, in arithmetic of "
             f"{seal.digits} digits, with Lagrange's equations evaluated from ${self.labels['L']}$ "
             f"itself; the largest relative mismatch was ${mismatch}$.",
+            *self._steps_certificate(),
+        ]
+
+    def _steps_certificate(self) -> list[str]:
+        steps = self.equations.steps
+        if steps is None:
+            return []
+        return [
+            f"Every line of the steps was compared at {steps.states} of these states with automatic"
+            f" differentiation: the largest mismatch was ${LatexLetters().number(steps.mismatch)}$."
         ]
 
 

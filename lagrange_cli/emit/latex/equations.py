@@ -6,13 +6,16 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.latex.document import latex_document
+from lagrange_cli.emit.latex.steps import LatexLetters, block_lines
 from lagrange_cli.emit.latex.typesetter import Typesetter
+from lagrange_cli.emit.steps.board import conclusions, working
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.layout import joined
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.step_values import DerivationSteps
 
 
 def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
@@ -38,14 +41,26 @@ def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict
 
 
 def _latex_snippet(equations: Equations, form: str = "lagrange") -> str:
-    """The equations of motion in an ``align`` environment, for pasting (amsmath)."""
+    """The equations of motion, or the steps to them, for pasting (amsmath)."""
     setter = Typesetter.of(equations)
     title = equations.title or equations.name
+    if equations.steps is not None:
+        return _steps_snippet(setter, equations.steps, latex_text(title))
     lines = [
         f"% {latex_text(title)}: equations of motion (needs amsmath)",
         *setter.align([*setter.motion(form), *setter.closures(), *setter.contacts()]),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _steps_snippet(setter: Typesetter, steps: DerivationSteps, title: str) -> str:
+    """The steps with run-in headings, which fit into any section."""
+    equations, letters = setter.equations, LatexLetters()
+    lines = [f"% {title}: steps to the equations of motion (needs amsmath)"]
+    sections = working(equations, steps, letters) + conclusions(equations, steps, letters)
+    for section in sections:
+        lines += [rf"\paragraph{{{section.heading}}}", *block_lines(setter, section.blocks), ""]
+    return "\n".join(lines).rstrip() + "\n"
 
 
 def equation_latex(equations: Equations, index: int) -> str:

@@ -30,15 +30,19 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate, Equations
 
 #: Columns of half an em that a line of the document holds beside its label and number.
-_LINE = 70
+LINE = 70
 
 
 @dataclass(frozen=True)
 class FormulaRow:
-    """A numbered formula: its label before the alignment, and the pieces after it."""
+    """A numbered formula: its label before the alignment, and the pieces after it.
+
+    ``ends``: false if the next row continues it, which then has the number.
+    """
 
     label: str
     pieces: Sequence[Piece]
+    ends: bool = True
 
 
 @dataclass(frozen=True)
@@ -106,7 +110,7 @@ class Typesetter:
         """L written out where it is short, else as the difference alone."""
         head = Piece(f"= {difference}", 8)
         whole = self.pieces(self.equations.lagrangian)
-        if sum(p.width for p in whole) > 3 * _LINE:
+        if sum(p.width for p in whole) > 3 * LINE:
             return FormulaRow(label, [head])
         body = prefixed(whole, "= ", 3)
         first = Piece(body[0].text, body[0].width, " ", "", 0)
@@ -188,6 +192,11 @@ class Typesetter:
         name = "align" if numbered else "align*"
         return [rf"\begin{{{name}}}", " \\\\\n".join(shown), rf"\end{{{name}}}"]
 
+    def aligned(self, rows: Iterable[FormulaRow]) -> list[str]:
+        """The same as an ``aligned`` environment, which stands within a display."""
+        inner = self.align(rows, numbered=False)[1:-1]
+        return [r"\begin{aligned}", *inner, r"\end{aligned}"]
+
 
 def _added(pieces: list[Piece]) -> list[Piece]:
     head = pieces[0]
@@ -198,9 +207,9 @@ def _added(pieces: list[Piece]) -> list[Piece]:
 
 def _lines(row: FormulaRow, numbered: bool) -> str:
     """A formula broken into lines of an ``align``, the number at the last one."""
-    first, *others = break_lines(row.pieces, _LINE, _LINE - 4, step=2)
+    first, *others = break_lines(row.pieces, LINE, LINE - 4, step=2)
     label = f"{row.label} " if row.label else ""
     lines = [f"  {label}& {first.text}"]
     lines += [rf"  &\hspace{{{1.5 + 0.8 * line.level:g}em}} {{}} {line.text}" for line in others]
     end = " \\nonumber \\\\\n" if numbered else " \\\\\n"
-    return end.join(lines)
+    return end.join(lines) + (" \\nonumber" if numbered and not row.ends else "")

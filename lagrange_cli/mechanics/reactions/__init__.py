@@ -4,4 +4,4 @@ Certified equations go in; forces f = m r̈ − F come out, compared with Newton
 are kept. Read :mod:`.constraint_forces` first.
 """
 
-__all__ = ["constraint_forces"]
+__all__ = ["applied_forces", "constraint_forces"]

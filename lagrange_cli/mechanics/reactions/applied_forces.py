@@ -49,6 +49,38 @@ def applied_forces(derivation: Uncertified) -> AppliedForces:
     return _Reader(derivation).applied_forces()
 
 
+@dataclass(frozen=True)
+class TermsOverNames:
+    """Terms of a scene over Cartesian names, coordinates and their rates.
+
+    Attributes
+    ----------
+    lagrangian
+        Kinetic terms less the potentials that hold rates.
+    dissipation
+        The dissipation function.
+    rates
+        Symbol of each Cartesian name or coordinate → symbol of its rate.
+    """
+
+    lagrangian: sp.Expr
+    dissipation: sp.Expr
+    rates: dict[sp.Symbol, sp.Symbol]
+
+
+def terms_over_names(derivation: Uncertified) -> TermsOverNames:
+    """Read the terms of a scene that hold rates as the scene writes them."""
+    reader = _Reader(derivation)
+    scene = derivation.reduced.scene
+    potentials = [reader.converted(p.expression) for p in scene.potentials]
+    moving = [u for u in potentials if not u.free_symbols.isdisjoint(reader.rates.values())]
+    kinetic = [reader.converted(k.expression) for k in scene.kinetic]
+    dissipation = [reader.converted(d.expression) for d in scene.dissipation]
+    return TermsOverNames(
+        sp.Add(*kinetic, *(-u for u in moving)), sp.Add(*dissipation), reader.rates
+    )
+
+
 def velocity_slopes(derivation: Uncertified, equation: Equation) -> dict[sp.Symbol, sp.Expr]:
     """∂ψ/∂ṡ of an equation of velocities, by Cartesian name or coordinate."""
     reader = _Reader(derivation)

@@ -1,0 +1,182 @@
+"""d'Alembert's principle: applied forces, the coefficients of each δq, and the comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.constraint_wording import is_generalized_potential
+from lagrange_cli.emit.steps.by_lagrange import equation, lagrange_law, multiplier_terms
+from lagrange_cli.emit.steps.sections import (
+    Block,
+    Formula,
+    Law,
+    Section,
+    Title,
+    Words,
+    formulas,
+    section,
+)
+from lagrange_cli.emit.steps.writer import StepsWriter, sum_of
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Coordinate
+    from lagrange_cli.mechanics.step_values import BodySteps, VirtualWork
+
+
+def applied_forces(writer: StepsWriter) -> Section | None:
+    """The applied force on each particle, of potentials, dissipation and forces."""
+    blocks: list[Block] = []
+    for body in writer.steps.bodies:
+        rows = [
+            writer.row(writer.force(part.name), part.force)
+            for part in body.components
+            if part.force != 0
+        ]
+        if rows:
+            blocks += [writer.title(body.name)] if len(writer.steps.bodies) > 1 else []
+            blocks.append(formulas(rows))
+    told = "" if blocks else "No applied force acts on a particle."
+    return section("Applied forces", writer.told(told), *blocks)
+
+
+def principle(writer: StepsWriter) -> Section | None:
+    """The coefficient of each δq, which vanishes."""
+    coordinates = writer.equations.coordinates
+    if not coordinates:
+        return None
+    letters = writer.letters
+    displaced = letters.virtual(letters.vector("r"))
+    work = f"{_effective_force(writer)}{letters.dot_product}{displaced}"
+    return section(
+        "d'Alembert's principle",
+        Words("Constraint forces do no work in virtual displacements that the constraints allow:"),
+        Law(f"{letters.total('i', work)} = 0"),
+        Words(_independent(writer)),
+        *_further_terms(writer),
+        *(
+            block
+            for number, (c, parts) in enumerate(
+                zip(coordinates, writer.steps.balances, strict=True)
+            )
+            for block in _coefficient(writer, number, c, parts)
+        ),
+    )
+
+
+def _independent(writer: StepsWriter) -> str:
+    name = writer.letters.inline(writer.letters.virtual(writer.letters.symbol("q_j")))
+    if writer.equations.pushing:
+        return (
+            f"The {name} are restricted by the constraints that are kept: with a multiplier for"
+            f" each of these, every coefficient vanishes."
+        )
+    return f"The {name} are independent, so the coefficient of each vanishes."
+
+
+def _further_terms(writer: StepsWriter) -> Iterator[Block]:
+    """The principle with terms beside the sum over particles, where there are any."""
+    letters, names = writer.letters, writer.steps.in_coordinates
+    terms = list(multiplier_terms(writer))
+    if names:
+        listed = ", ".join(map(letters.words, names))
+        clause = "is written in coordinates and acts on no particle: its"
+        if len(names) > 1:
+            clause = "are written in coordinates and act on no particle: their"
+        further = letters.symbol(f"{writer.inertia_letter}_j")
+        yield Words(f"{listed} {clause} inertia less force is {letters.inline(further)}.")
+    if names or terms:
+        place = letters.partial(letters.vector("r"), letters.symbol("q_j"))
+        effective = _effective_force(writer)
+        total = letters.total("i", f"{effective}{letters.dot_product}{place}")
+        total += f" - {further}" if names else ""
+        yield Law(f"{sum_of([total, *terms])} = 0")
+
+
+def _effective_force(writer: StepsWriter) -> str:
+    """``(F_i - m_i r̈_i)``."""
+    letters = writer.letters
+    inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))
+    return letters.group(f"{letters.vector(writer.force_letter)} - {inertia}")
+
+
+def _coefficient(
+    writer: StepsWriter, number: int, coordinate: Coordinate, parts: VirtualWork
+) -> Iterator[Block]:
+    letters = writer.letters
+    place = writer.coordinate(coordinate)
+    yield Title(f"For {letters.inline(letters.virtual(place))}:")
+    slope = letters.partial(letters.vector("r"), place)
+    inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))
+    rows: list[Formula] = []
+    if parts.inertia != 0 or parts.work != 0:
+        moved = letters.total("i", f"{inertia}{letters.dot_product}{slope}")
+        force = letters.vector(writer.force_letter)
+        worked = letters.total("i", f"{force}{letters.dot_product}{slope}")
+        rows += [writer.row(moved, parts.inertia), writer.row(worked, parts.work)]
+    if parts.coordinates != 0:
+        label = letters.symbol(f"{writer.inertia_letter}_{coordinate.name}")
+        rows.append(writer.row(label, parts.coordinates))
+    yield formulas(rows)
+    yield from equation(writer, writer.steps.coordinates[number], writer.equations.shown[number])
+
+
+def comparison(writer: StepsWriter) -> Section | None:
+    """Say that Lagrange's equations are the same, as was found by numbers."""
+    if not writer.steps.balances:
+        return None
+    steps, labels = writer.steps, writer.labels
+    noun = "state" if steps.states == 1 else "states"
+    size = "nothing"
+    if steps.difference:
+        difference = writer.letters.inline(writer.letters.number(steps.difference))
+        size = f"{difference} at most, relative to their terms"
+    potential = "U" if is_generalized_potential(writer.equations) else "V"
+    return section(
+        "The same by Lagrange's equations",
+        formulas(
+            [
+                writer.row(labels["T"], writer.equations.kinetic),
+                writer.row(labels[potential], writer.equations.potential),
+            ]
+        ),
+        Law(lagrange_law(writer)),
+        Words(
+            f"Evaluated from {writer.letters.inline(labels['L'])} at {steps.states} random {noun}"
+            f" in {writer.equations.certificate.digits} digits, these differ from the coefficients"
+            f" above by {size}: both ways give the same equations."
+        ),
+    )
+
+
+def newton_equations(writer: StepsWriter) -> Section | None:
+    """m r̈ = F + f of each particle, where constraint forces f are derived."""
+    if writer.equations.constraint_forces is None:
+        return None
+    letters = writer.letters
+    inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))
+    blocks: list[Block] = []
+    for body in writer.steps.bodies:
+        rows = list(_newton(writer, body))
+        if rows:
+            blocks += [writer.title(body.name)] if len(writer.steps.bodies) > 1 else []
+            blocks.append(formulas(rows))
+    if not blocks:
+        return None
+    return section(
+        "Newton's equations",
+        Law(f"{inertia} = {letters.vector(writer.force_letter)} + {letters.vector('f')}"),
+        Words("The constraint forces that make up the difference are listed below."),
+        *blocks,
+    )
+
+
+def _newton(writer: StepsWriter, body: BodySteps) -> Iterator[Formula]:
+    for part in body.components:
+        told = part.acceleration == 0 or part.acceleration.is_Symbol
+        if body.mass is not None and not told:
+            acceleration = writer.cartesian(part.name, 2)
+            label = writer.letters.times(writer.factor(body.mass), acceleration)
+            yield writer.row(label, body.mass * part.acceleration)
+        if part.force != 0:
+            yield writer.row(writer.force(part.name), part.force)

@@ -1,0 +1,126 @@
+"""Lagrange's equations of the coordinates, part by part, with constraints that keep multipliers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.constraint_wording import multipliers_line, was_divided
+from lagrange_cli.emit.steps.sections import (
+    Block,
+    Formula,
+    Law,
+    Section,
+    Title,
+    Words,
+    formulas,
+    section,
+)
+from lagrange_cli.emit.steps.writer import StepsWriter, sum_of
+from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.notation.build import display, display_row
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Closure, Coordinate, ShownEquation
+    from lagrange_cli.mechanics.step_values import CoordinateSteps
+
+
+def constraints(writer: StepsWriter) -> Section | None:
+    """Closure equations with the derivatives by which their multipliers push."""
+    equations = writer.equations
+    rows: list[Formula] = []
+    for closure in equations.pushing:
+        left = writer.constraint(closure)
+        rows.append(writer.row(left, closure.expression))
+        for j, slope in entries(closure.gradient).items():
+            rows.append(writer.row(_slope(writer, closure, equations.coordinates[j]), slope))
+    if not rows:
+        return None
+    told = []
+    if equations.closures:
+        names = writer.listed([writer.constraint(c) for c in equations.closures])
+        verb = "vanishes" if len(equations.closures) == 1 else "vanish"
+        told.append(f"Beside the equations of motion {names} {verb}.")
+    if equations.contacts:
+        gaps = writer.listed([writer.constraint(c.closure) for c in equations.contacts])
+        noun = "the gap of a contact" if len(equations.contacts) == 1 else "gaps of contacts"
+        told.append(f"{gaps} {'is' if len(equations.contacts) == 1 else 'are'} {noun}.")
+    line = multipliers_line(equations)
+    return section(
+        "Constraints with multipliers",
+        writer.told(*told),
+        formulas(rows),
+        writer.told(f"{line}." if line else ""),
+    )
+
+
+def _slope(writer: StepsWriter, closure: Closure, coordinate: Coordinate) -> str:
+    order = 1 if closure.kind == "velocity" else 0
+    return writer.letters.partial(writer.constraint(closure), writer.coordinate(coordinate, order))
+
+
+def lagrange_equations(writer: StepsWriter) -> Section | None:
+    """∂L/∂v, its rate, ∂L/∂q of each coordinate, then the equation before and after division."""
+    coordinates = writer.equations.coordinates
+    if not coordinates:
+        return None
+    blocks = [
+        block
+        for c, steps, shown in zip(
+            coordinates, writer.steps.coordinates, writer.equations.shown, strict=True
+        )
+        for block in _coordinate(writer, c, steps, shown)
+    ]
+    return section("Lagrange's equations", Law(lagrange_law(writer)), *blocks)
+
+
+def lagrange_law(writer: StepsWriter) -> str:
+    """d/dt ∂L/∂v − ∂L/∂q + ∂D/∂v = Q + Σ λ ∂φ/∂q, as far as there are such parts."""
+    letters, labels = writer.letters, writer.labels
+    place, speed = letters.symbol("q_j"), letters.symbol("q_j", 1)
+    left = f"{letters.rate(letters.partial(labels['L'], speed))}"
+    left += f" - {letters.partial(labels['L'], place)}"
+    if writer.equations.dissipation != 0:
+        left += f" + {letters.partial(labels['D'], speed)}"
+    force = letters.symbol("Q_j") if writer.equations.forces else ""
+    return f"{left} = {sum_of([force, *multiplier_terms(writer)])}"
+
+
+def multiplier_terms(writer: StepsWriter) -> Iterator[str]:
+    """Generalized forces of closures and contacts, of each kind there is."""
+    letters, taken = writer.letters, {closure.kind for closure in writer.equations.pushing}
+    left, push = writer.constraint_letter, letters.symbol("lambda_k")
+    for kind, order in (("position", 0), ("velocity", 1)):
+        if kind in taken:
+            slope = letters.partial(letters.symbol(f"{left}_k"), letters.symbol("q_j", order))
+            yield letters.total("k", letters.times(push, slope))
+
+
+def _coordinate(
+    writer: StepsWriter, coordinate: Coordinate, steps: CoordinateSteps, shown: ShownEquation
+) -> Iterator[Block]:
+    letters, labels = writer.letters, writer.labels
+    place, speed = writer.coordinate(coordinate), writer.coordinate(coordinate, 1)
+    momentum = letters.partial(labels["L"], speed)
+    yield Title(f"For {letters.inline(place)}:")
+    rows = [
+        writer.row(momentum, steps.momentum),
+        writer.row(letters.rate(momentum), steps.momentum_rate),
+        writer.row(letters.partial(labels["L"], place), steps.slope),
+    ]
+    if steps.drag != 0:
+        rows.append(writer.row(letters.partial(labels["D"], speed), steps.drag))
+    yield formulas(rows)
+    yield from equation(writer, steps, shown)
+
+
+def equation(writer: StepsWriter, steps: CoordinateSteps, shown: ShownEquation) -> Iterator[Block]:
+    """An equation of motion before a factor is divided out, and after."""
+    yield Words("so that")
+    if was_divided(shown):
+        whole = replace(shown, terms=steps.terms)
+        yield formulas([Formula("", (display_row(whole, writer.words),))])
+        factor = writer.letters.formula(display(shown.divided_by, writer.words))
+        yield Words(f"and, divided by {writer.letters.inline(factor)},")
+    yield formulas([Formula("", (display_row(shown, writer.words),))], result=True)

@@ -1,0 +1,162 @@
+"""T, V and L, and forces that no potential has, by virtual work."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.emit.constraint_wording import is_generalized_potential
+from lagrange_cli.emit.steps.sections import (
+    Block,
+    Formula,
+    Law,
+    Section,
+    Title,
+    Words,
+    formulas,
+    section,
+)
+from lagrange_cli.emit.steps.writer import StepsWriter, is_own_coordinate, rate_symbol, sum_of
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+    from lagrange_cli.mechanics.step_values import BodySteps, ForceSteps, TermSteps
+
+
+def kinetic_energy(writer: StepsWriter) -> Section | None:
+    """v² of every particle, then T."""
+    steps = writer.steps
+    squares = [row for body in steps.bodies if (row := _square(writer, body))]
+    rows = [*squares, *(_term(writer, term) for term in steps.kinetic)]
+    written = [*map(_half_square, steps.bodies), *(term.written for term in steps.kinetic)]
+    return section(
+        "Kinetic energy",
+        formulas(rows),
+        formulas(
+            [writer.row(writer.labels["T"], sympy.Add(*written), writer.equations.kinetic)],
+            result=True,
+        ),
+    )
+
+
+def _half_square(body: BodySteps) -> Expr:
+    """½ m ṙ² over the rates of Cartesian names."""
+    if body.mass is None:
+        return sympy.Integer(0)
+    rates = [
+        part.velocity if is_own_coordinate(part) else rate_symbol(part.name)
+        for part in body.components
+        if part.velocity != 0
+    ]
+    square = sympy.Add(*(rate**2 for rate in rates))
+    return sympy.Mul(sympy.Rational(1, 2), body.mass, square, evaluate=False)
+
+
+def _square(writer: StepsWriter, body: BodySteps) -> Formula | None:
+    if body.square is None or body.square == 0:
+        return None
+    rates = [writer.cartesian(part.name, 1) for part in body.components if part.velocity != 0]
+    label = sum_of(map(writer.letters.square, rates))
+    row = writer.row(label, body.square)
+    plain = all(part.velocity.is_Symbol or part.velocity == 0 for part in body.components)
+    return None if plain else row
+
+
+def _term(writer: StepsWriter, term: TermSteps) -> Formula:
+    return writer.row(writer.letters.named(term.name), term.written, term.resolved)
+
+
+def potential_energy(writer: StepsWriter) -> Section | None:
+    """Each potential over the names that the scene has for it and over the coordinates, then V."""
+    velocity_dependent = is_generalized_potential(writer.equations)
+    heading = "Generalized potential" if velocity_dependent else "Potential energy"
+    label = writer.labels["U" if velocity_dependent else "V"]
+    terms, potential = writer.steps.potentials, writer.equations.potential
+    if len(terms) == 1:
+        whole = writer.row(label, terms[0].written, potential)
+        return section(heading, formulas([whole], result=True))
+    return section(
+        heading,
+        formulas(_term(writer, term) for term in terms),
+        formulas([writer.row(label, potential)], result=True),
+    )
+
+
+def lagrangian(writer: StepsWriter) -> Section | None:
+    """L = T − V."""
+    labels = writer.labels
+    potential = labels["U" if is_generalized_potential(writer.equations) else "V"]
+    row = writer.sum_row(labels["L"], writer.equations.lagrangian)
+    row = replace(row, middle=f"{labels['T']} - {potential}")
+    return section("Lagrangian", formulas([row], result=True))
+
+
+def generalized_forces(writer: StepsWriter) -> Section | None:
+    """Virtual work of each force, and the dissipation function."""
+    if not writer.steps.forces:
+        return None
+    letters = writer.letters
+    generalized = letters.symbol("Q_j")
+    work = letters.times(generalized, letters.virtual(letters.symbol("q_j")))
+    force = letters.vector(writer.force_letter)
+    product = f"{force}{letters.dot_product}"
+    of_place = letters.partial(letters.vector("r"), letters.symbol("q_j"))
+    return section(
+        "Generalized forces",
+        Words("The virtual work of the forces defines them:"),
+        Law(
+            f"{letters.virtual_work} = {letters.total('i', product)}"
+            f"{letters.virtual(letters.vector('r'))} = {letters.total('j', work)}"
+        ),
+        Law(f"{generalized} = {letters.total('i', product + of_place)}"),
+        *(block for force in writer.steps.forces for block in _force(writer, force)),
+        *_several(writer),
+    )
+
+
+def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Block]:
+    letters = writer.letters
+    name, on = letters.words(force.name), letters.words(force.on)
+    yield Title(f"The force {name} on {on}:")
+    parts = {p.name: dict(p.partials) for b in writer.steps.bodies for p in b.components}
+    names = {c.q: c for c in writer.equations.coordinates}
+    rows = []
+    on_body = any(body.name == force.on for body in writer.steps.bodies)
+    if on_body:
+        rows += [writer.row(writer.force(n), e) for n, e in force.components]
+    for q, value in force.generalized:
+        row = writer.row(letters.symbol(f"Q_{names[q].name}"), value)
+        if on_body:
+            products = [
+                letters.times(
+                    writer.force(n), letters.partial(writer.cartesian(n), writer.variable(q))
+                )
+                for n, _ in force.components
+                if q in parts[n]
+            ]
+            row = replace(row, middle=sum_of(products))
+        rows.append(row)
+    if rows:
+        yield formulas(rows)
+    if not force.generalized:
+        yield Words("It does no virtual work.")
+
+
+def _several(writer: StepsWriter) -> Iterator[Block]:
+    """Sums of generalized forces where several act on a coordinate."""
+    shares: dict[Symbol, list[Expr]] = {}
+    for force in writer.steps.forces:
+        for q, value in force.generalized:
+            shares.setdefault(q, []).append(value)
+    rows = [
+        writer.row(writer.letters.symbol(f"Q_{c.name}"), sympy.Add(*shares[c.q]))
+        for c in writer.equations.coordinates
+        if len(shares.get(c.q, ())) > 1
+    ]
+    if rows:
+        yield Title("Together:")
+        yield formulas(rows)

@@ -1,0 +1,151 @@
+"""Labels and general formulas of steps in the letters of a format: ``∂x/∂θ``, ``δr``, ``Σ``."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from lagrange_cli.errors import escape_controls
+from lagrange_cli.notation.one_line import OneLinePrinter
+from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.tree import DisplayNode
+from lagrange_cli.notation.unicode import UnicodePrinter
+
+
+class Letters(ABC):
+    """Letters of one format.
+
+    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW.
+    """
+
+    dot_product: str
+    virtual_work: str
+
+    @abstractmethod
+    def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
+        """A name of the scene, or one like it, with its dots."""
+
+    @abstractmethod
+    def vector(self, letter: str, order: int = 0) -> str:
+        """A vector of particle i."""
+
+    @abstractmethod
+    def partial(self, of: str, by: str) -> str:
+        """A partial derivative."""
+
+    @abstractmethod
+    def rate(self, of: str) -> str:
+        """A total time derivative."""
+
+    @abstractmethod
+    def virtual(self, of: str) -> str:
+        """A virtual displacement."""
+
+    @abstractmethod
+    def square(self, of: str) -> str:
+        """The square of a symbol."""
+
+    @abstractmethod
+    def total(self, index: str, body: str) -> str:
+        """A sum over an index."""
+
+    @abstractmethod
+    def times(self, first: str, second: str) -> str:
+        """A product."""
+
+    @abstractmethod
+    def named(self, name: str) -> str:
+        """A term of the scene, by its name, as a label."""
+
+    @abstractmethod
+    def formula(self, node: DisplayNode) -> str:
+        """An expression on one line."""
+
+    @abstractmethod
+    def number(self, value: float) -> str:
+        """A small number, in one digit."""
+
+    @abstractmethod
+    def inline(self, formula: str) -> str:
+        """A formula within a sentence."""
+
+    @abstractmethod
+    def words(self, text: str) -> str:
+        """Text of a scene within a sentence."""
+
+    def group(self, body: str) -> str:
+        """A sum that is a factor."""
+        return f"({body})"
+
+
+class UnicodeLetters(Letters):
+    """Letters of a terminal."""
+
+    dot_product = " · "
+    virtual_work = "δW"
+
+    def __init__(self) -> None:
+        self._printer: OneLinePrinter = UnicodePrinter()
+
+    def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
+        return self._printer.symbol(name, order)
+
+    def vector(self, letter: str, order: int = 0) -> str:
+        return self.symbol(f"{letter}_i", order)
+
+    def partial(self, of: str, by: str) -> str:
+        return f"∂{of}/∂{by}"
+
+    def rate(self, of: str) -> str:
+        return f"d/dt {of}"
+
+    def virtual(self, of: str) -> str:
+        return f"δ{of}"
+
+    def square(self, of: str) -> str:
+        return f"{of}²"
+
+    def total(self, index: str, body: str) -> str:
+        return f"Σ_{index} {body}"
+
+    def times(self, first: str, second: str) -> str:
+        return f"{first} {second}"
+
+    def named(self, name: str) -> str:
+        return escape_controls(name)
+
+    def formula(self, node: DisplayNode) -> str:
+        return self._printer.inline(node)
+
+    def number(self, value: float) -> str:
+        return f"{value:.0e}" if value else "0"
+
+    def inline(self, formula: str) -> str:
+        return formula
+
+    def words(self, text: str) -> str:
+        return escape_controls(text)
+
+
+class AsciiLetters(UnicodeLetters):
+    """Letters of seven bits, those of the scene language."""
+
+    dot_product = " . "
+    virtual_work = "delta(W)"
+
+    def __init__(self) -> None:
+        self._printer = ScenePrinter()
+
+    def partial(self, of: str, by: str) -> str:
+        return f"d({of})/d({by})"
+
+    def virtual(self, of: str) -> str:
+        return f"delta({of})"
+
+    def square(self, of: str) -> str:
+        return f"{of}^2"
+
+    def total(self, index: str, body: str) -> str:
+        return f"sum_{index} {body}"
+
+    def times(self, first: str, second: str) -> str:
+        return f"{first}*{second}"

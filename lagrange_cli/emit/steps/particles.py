@@ -1,0 +1,125 @@
+"""Positions of the particles, and what follows of them: velocities, accelerations, δr."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.emit.steps.sections import Block, Formula, Law, Section, Words, formulas, section
+from lagrange_cli.emit.steps.writer import StepsWriter, displacement, is_own_coordinate
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.step_values import BodySteps, ComponentSteps
+
+
+def positions(writer: StepsWriter) -> Section | None:
+    """r(q, t) of every particle."""
+    parts = [part for body in writer.steps.bodies for part in body.components]
+    own = dict.fromkeys(writer.cartesian(part.name) for part in parts if is_own_coordinate(part))
+    told = ""
+    if own:
+        verb = "is a coordinate itself" if len(own) == 1 else "are coordinates themselves"
+        told = f"{writer.listed(list(own))} {verb}."
+    return section(
+        "Positions",
+        writer.told(told),
+        *_by_body(writer, lambda part: [writer.row(writer.cartesian(part.name), part.position)]),
+    )
+
+
+def velocities(writer: StepsWriter) -> Section | None:
+    """The chain rule: partial derivatives of each component, then their sum."""
+
+    def rows(part: ComponentSteps) -> Iterable[Formula]:
+        if part.velocity != 0:
+            place = writer.cartesian(part.name)
+            for symbol, slope in part.partials:
+                yield writer.row(writer.letters.partial(place, writer.variable(symbol)), slope)
+            yield writer.row(writer.cartesian(part.name, 1), part.velocity)
+
+    blocks = list(_by_body(writer, rows))
+    if not blocks:
+        return None
+    letters = writer.letters
+    chain = letters.times(
+        letters.partial(letters.vector("r"), letters.symbol("q_k")), letters.symbol("q_k", 1)
+    )
+    law = f"{letters.vector('r', 1)} = {letters.total('k', chain)}"
+    if _is_rheonomic(writer):
+        law += f" + {letters.partial(letters.vector('r'), letters.symbol('t'))}"
+    return section(
+        "Velocities",
+        Words("By the chain rule"),
+        Law(law),
+        Words("Partial derivatives that are not written vanish."),
+        *blocks,
+    )
+
+
+def accelerations(writer: StepsWriter) -> Section | None:
+    """r̈ of every particle."""
+    return section(
+        "Accelerations",
+        Words("The velocities are differentiated by time once more."),
+        *_by_body(
+            writer,
+            lambda part: (
+                [writer.row(writer.cartesian(part.name, 2), part.acceleration)]
+                if part.velocity != 0
+                else []
+            ),
+        ),
+    )
+
+
+def displacements(writer: StepsWriter) -> Section | None:
+    """Virtual displacements δr = Σ ∂r/∂q δq, at fixed time."""
+    letters = writer.letters
+    moved = {c.q: displacement(c) for c in writer.equations.coordinates}
+
+    def rows(part: ComponentSteps) -> Iterable[Formula]:
+        terms = [slope * moved[s] for s, slope in part.partials if s in moved]
+        if terms:
+            yield writer.row(letters.virtual(writer.cartesian(part.name)), sympy.Add(*terms))
+
+    chain = letters.times(
+        letters.partial(letters.vector("r"), letters.symbol("q_j")),
+        letters.virtual(letters.symbol("q_j")),
+    )
+    blocks = list(_by_body(writer, rows))
+    if not blocks:
+        return None
+    return section(
+        "Virtual displacements",
+        Words("Coordinates are displaced at a fixed time:"),
+        Law(f"{letters.virtual(letters.vector('r'))} = {letters.total('j', chain)}"),
+        *blocks,
+    )
+
+
+def _is_rheonomic(writer: StepsWriter) -> bool:
+    t = writer.equations.t
+    parts = (part for body in writer.steps.bodies for part in body.components)
+    return any(s == t for part in parts for s, _ in part.partials)
+
+
+def _by_body(
+    writer: StepsWriter, rows: Callable[[ComponentSteps], Iterable[Formula]]
+) -> Iterator[Block]:
+    """The rows of all components of each body, below its name where there are several."""
+    for body in writer.steps.bodies:
+        written = tuple(_of_body(body, rows))
+        if written:
+            if len(writer.steps.bodies) > 1:
+                yield writer.title(body.name)
+            yield formulas(written)
+
+
+def _of_body(
+    body: BodySteps, rows: Callable[[ComponentSteps], Iterable[Formula]]
+) -> Iterator[Formula]:
+    for part in body.components:
+        if not is_own_coordinate(part):
+            yield from rows(part)

@@ -1,0 +1,169 @@
+"""What all sections of a board are written with: equations, their steps, symbols, letters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.emit.constraint_wording import free_letter, quantity_labels
+from lagrange_cli.emit.steps.letters import Letters
+from lagrange_cli.emit.steps.sections import Formula, Title, Words
+from lagrange_cli.notation.build import Vocabulary, display, vocabulary
+from lagrange_cli.notation.ordering import symbol_of
+from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+    from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
+    from lagrange_cli.mechanics.step_values import ComponentSteps, DerivationSteps
+
+#: Terms of a sum that is written out although its parts stand above it.
+_MOST_TERMS = 12
+
+
+@dataclass(frozen=True)
+class StepsWriter:
+    """Writes labels and rows of the steps of some equations.
+
+    Attributes
+    ----------
+    equations, steps
+        The equations, and the steps that lead to them.
+    letters
+        Letters of the format.
+    """
+
+    equations: Equations
+    steps: DerivationSteps
+    letters: Letters
+
+    @cached_property
+    def labels(self) -> dict[str, str]:
+        """Labels of T, V, L and so on that differ from all names of the scene."""
+        names = quantity_labels(self.equations)
+        return {short: self.letters.symbol(name) for short, name in names.items()}
+
+    @cached_property
+    def words(self) -> Vocabulary:
+        """Display names of all symbols: those of the equations, Cartesian names, displacements."""
+        usual = vocabulary(self.equations)
+        atoms = dict(usual.atoms)
+        written = [term.written for term in (*self.steps.kinetic, *self.steps.potentials)]
+        for symbol in {s for e in written for s in e.free_symbols} - atoms.keys():
+            order = [c.name for c in self.equations.cartesian_names]
+            rank = order.index(symbol.name) if symbol.name in order else len(order)
+            atoms[symbol] = symbol_of(symbol.name, Dependence.COORDINATE, rank)
+        for rank, name in enumerate(c.name for c in self.equations.cartesian_names):
+            atoms[rate_symbol(name)] = symbol_of(name, Dependence.VELOCITY, rank, order=1)
+        for rank, c in enumerate(self.equations.coordinates):
+            text = self.letters.virtual(self.coordinate(c))
+            atoms[displacement(c)] = symbol_of(text, Dependence.ACCELERATION, rank, latex=text)
+        return Vocabulary(atoms, usual.literals)
+
+    # -- labels ---------------------------------------------------------------------
+
+    def coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
+        return self.letters.symbol(coordinate.name, order, coordinate.latex)
+
+    def variable(self, symbol: Symbol) -> str:
+        """A coordinate or t, as what is differentiated by."""
+        for c in self.equations.coordinates:
+            if symbol == c.q:
+                return self.coordinate(c)
+        return self.letters.symbol("t")
+
+    def cartesian(self, name: str, order: int = 0) -> str:
+        """A Cartesian name, which may be that of a coordinate."""
+        for c in self.equations.coordinates:
+            if c.name == name:
+                return self.coordinate(c, order)
+        return self.letters.symbol(name, order)
+
+    @cached_property
+    def constraint_letter(self) -> str:
+        """The letter of left sides of constraints, φ where the scene has no other use for it."""
+        return free_letter(self.equations, ("phi", "psi", "f", "g", "h", "w"))
+
+    def constraint(self, closure: Closure) -> str:
+        """The left side of a closure or gap: ``φ_rolling``."""
+        return self.letters.symbol(f"{self.constraint_letter}_{closure.name}")
+
+    @cached_property
+    def force_letter(self) -> str:
+        """The letter of applied forces, F where the scene has no other use for it."""
+        return free_letter(self.equations, ("F", "K", "P"))
+
+    @cached_property
+    def inertia_letter(self) -> str:
+        """The letter of inertia less force of terms that act on no particle."""
+        return free_letter(self.equations, ("N", "S", "W"))
+
+    def force(self, name: str) -> str:
+        """The force along a Cartesian name: ``F_x``."""
+        return self.letters.symbol(f"{self.force_letter}_{name}")
+
+    def factor(self, expression: Expr) -> str:
+        """An expression as a factor of a label."""
+        node = display(expression, self.words)
+        written = self.letters.formula(node)
+        return self.letters.group(written) if isinstance(node, DisplaySum) else written
+
+    def listed(self, formulas: Sequence[str]) -> str:
+        """Formulas within a sentence: ``x, y and z``."""
+        inline = [self.letters.inline(f) for f in formulas]
+        if len(inline) < 2:
+            return "".join(inline)
+        return f"{', '.join(inline[:-1])} and {inline[-1]}"
+
+    # -- rows -----------------------------------------------------------------------
+
+    def row(self, label: str, *chain: Expr) -> Formula:
+        """``label = first = second``; an expression that reads as the one before is left out."""
+        shown: list[DisplayNode] = []
+        for expression in chain:
+            node = display(expression, self.words)
+            if not shown or shown[-1] != node:
+                shown.append(node)
+        return Formula(label, tuple(shown))
+
+    def sum_row(self, label: str, whole: Expr) -> Formula:
+        """``label = whole``, or the label alone where the sum is long."""
+        node = display(whole, self.words)
+        short = not isinstance(node, DisplaySum) or len(as_terms(node)) <= _MOST_TERMS
+        return Formula(label, (node,) if short else ())
+
+    # -- paragraphs -----------------------------------------------------------------
+
+    def told(self, *sentences: str) -> Words | None:
+        """A paragraph of the sentences that are not empty."""
+        kept = [s for s in sentences if s]
+        return Words(" ".join(kept)) if kept else None
+
+    def title(self, name: str) -> Title:
+        """What the formulas below are about: a name of the scene."""
+        return Title(f"{self.letters.words(name)}:")
+
+
+def displacement(coordinate: Coordinate) -> Symbol:
+    """The symbol of δq."""
+    return sympy.Symbol(f"delta({coordinate.name})", real=True)
+
+
+def rate_symbol(name: str) -> Symbol:
+    """The symbol of the rate of a Cartesian name that is no coordinate."""
+    return sympy.Symbol(f"dot({name})", real=True)
+
+
+def is_own_coordinate(part: ComponentSteps) -> bool:
+    """Say whether a Cartesian name is a coordinate itself."""
+    return bool(part.position.is_Symbol and part.position.name == part.name)
+
+
+def sum_of(terms: Iterable[str]) -> str:
+    """Terms of a general formula with plus signs; 0 if there are none."""
+    return " + ".join(t for t in terms if t) or "0"

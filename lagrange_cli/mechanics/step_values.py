@@ -1,0 +1,185 @@
+"""Steps of a derivation as frozen values: the lines that a lecturer writes between r(q, t) and the
+equations of motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+#: A way from positions to equations of motion.
+Way: TypeAlias = Literal["lagrange", "dalembert"]
+
+
+@dataclass(frozen=True)
+class ComponentSteps:
+    """A Cartesian name along the motion.
+
+    Attributes
+    ----------
+    name
+        The name.
+    position
+        Its value over q and t.
+    partials
+        q or t → ∂position/∂q or ∂position/∂t; zero ones absent.
+    velocity, acceleration
+        Its rates over q, v, t, and over q, v, a, t.
+    force
+        The applied force along it; zero if a component before has it.
+    """
+
+    name: str
+    position: Expr
+    partials: tuple[tuple[Symbol, Expr], ...]
+    velocity: Expr
+    acceleration: Expr
+    force: Expr
+
+
+@dataclass(frozen=True)
+class BodySteps:
+    """A particle, or a point that a force pulls at.
+
+    Attributes
+    ----------
+    name, mass
+        Its name and mass; None for a point.
+    components
+        Its x, y and z.
+    square
+        v² over q, v, t; None for a point, or if it has no short form.
+    """
+
+    name: str
+    mass: Expr | None
+    components: tuple[ComponentSteps, ComponentSteps, ComponentSteps]
+    square: Expr | None
+
+
+@dataclass(frozen=True)
+class TermSteps:
+    """A kinetic term or a potential of the scene.
+
+    Attributes
+    ----------
+    name
+        Its name.
+    written, resolved
+        The term over Cartesian names, and over q, v, t.
+    """
+
+    name: str
+    written: Expr
+    resolved: Expr
+
+
+@dataclass(frozen=True)
+class ForceSteps:
+    """The virtual work of a force.
+
+    Attributes
+    ----------
+    name, on
+        Its name, and what it acts on.
+    components
+        Cartesian name, or the coordinate it acts on → component; zero ones absent.
+    generalized
+        q → Q = Σ F·∂r/∂q; zero ones absent.
+    """
+
+    name: str
+    on: str
+    components: tuple[tuple[str, Expr], ...]
+    generalized: tuple[tuple[Symbol, Expr], ...]
+
+
+@dataclass(frozen=True)
+class CoordinateSteps:
+    """Lagrange's equation of one coordinate, part by part.
+
+    Attributes
+    ----------
+    momentum, momentum_rate
+        ∂L/∂v over q, v, t; its total time derivative over q, v, a, t.
+    slope
+        ∂L/∂q.
+    drag
+        ∂D/∂v of the dissipation function.
+    terms
+        Terms of the equation before a factor is divided out, in the order of the shown one: pairs
+        of coefficient and factor.
+    """
+
+    momentum: Expr
+    momentum_rate: Expr
+    slope: Expr
+    drag: Expr
+    terms: tuple[tuple[Expr, Expr], ...]
+
+    @property
+    def residual(self) -> Expr:
+        """The sum of the terms: zero along a motion."""
+        import sympy
+
+        return sympy.Add(*(coefficient * factor for coefficient, factor in self.terms))
+
+
+@dataclass(frozen=True)
+class VirtualWork:
+    """The coefficient of one −δq in Σ (F − m r̈)·δr, part by part.
+
+    Attributes
+    ----------
+    inertia, work
+        Σ m r̈·∂r/∂q and Σ F·∂r/∂q.
+    coordinates
+        Inertia less forces of terms that are written in coordinates and act on no particle.
+    """
+
+    inertia: Expr
+    work: Expr
+    coordinates: Expr
+
+
+@dataclass(frozen=True)
+class DerivationSteps:
+    """The steps of a derivation, each compared with the derivation in high precision.
+
+    Attributes
+    ----------
+    way
+        The way they lead: by Lagrange's equations or by d'Alembert's principle.
+    bodies
+        Positions and their rates.
+    kinetic, potentials
+        Terms of the scene beside the particles' ½ m v².
+    forces
+        The virtual work of each force.
+    coordinates
+        Parts of Lagrange's equations, one of each coordinate.
+    balances
+        Parts of d'Alembert's principle, one of each coordinate.
+    in_coordinates
+        Names of terms that are written in coordinates and act on no particle.
+    states
+        Number of random states at which they were compared.
+    mismatch
+        Largest relative mismatch of a line.
+    difference
+        Largest relative difference of d'Alembert's coefficients from Lagrange's.
+    """
+
+    way: Way
+    bodies: tuple[BodySteps, ...]
+    kinetic: tuple[TermSteps, ...]
+    potentials: tuple[TermSteps, ...]
+    forces: tuple[ForceSteps, ...]
+    coordinates: tuple[CoordinateSteps, ...]
+    balances: tuple[VirtualWork, ...]
+    in_coordinates: tuple[str, ...]
+    states: int = 0
+    mismatch: float = 0.0
+    difference: float = 0.0

@@ -1,0 +1,283 @@
+"""Certificate of steps: every line compared with the derivation at random states.
+
+Lines are SymPy expressions that symbolic derivatives and collection have made. What they are
+compared with comes from automatic differentiation of positions, of the Lagrangian that is shown,
+and of the scene's terms over Cartesian names, which share nothing with these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.certify.certificate import Evidence, not_real
+from lagrange_cli.mechanics.certify.constraints import ClosureCheck
+from lagrange_cli.mechanics.certify.routes import Observation, Tapes
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.numerics.autodiff import (
+    DomainError,
+    Tape,
+    TapeRun,
+    TaylorSeries,
+    evaluate,
+)
+from lagrange_cli.mechanics.numerics.rank import SymbolValues
+from lagrange_cli.mechanics.numerics.sampling import to_double, working_digits
+from lagrange_cli.mechanics.reactions.applied_forces import terms_over_names
+from lagrange_cli.mechanics.step_values import DerivationSteps
+
+#: A line, and its value by another route.
+_Pair: TypeAlias = "tuple[sp.Expr, mpf]"
+
+_ZERO = mpf(0)
+_ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
+_NONE = sp.Integer(0)
+
+#: Digits of a second look, at which rounding is nothing, and what is zero there.
+_CLOSE_DIGITS = 1300
+_NOTHING = mpf(10) ** -700
+
+
+def certify_steps(
+    derivation: Uncertified, evidence: Evidence, equations: Equations, steps: DerivationSteps
+) -> DerivationSteps:
+    """Compare all lines at the states of the derivation's certificate.
+
+    Returns
+    -------
+    DerivationSteps
+        The steps with the number of states and the largest mismatches.
+
+    Raises
+    ------
+    InternalError
+        A line disagrees with the derivation.
+    InputError
+        A line has no value at any of the states.
+    """
+    digits = evidence.certificate.digits
+    tolerance = mpf(10) ** (5 - digits)
+    with mpmath.workdps(working_digits(digits)):
+        check = _StepsCheck(derivation, equations, steps)
+        worst, apart, states = _ZERO, _ZERO, 0
+        for state in evidence.states:
+            try:
+                mismatch, difference = check.compared(state)
+                if max(mismatch, difference) > tolerance:
+                    with mpmath.workdps(_CLOSE_DIGITS):
+                        mismatch, difference = check.compared(state, least=_NOTHING)
+            except (DomainError, ZeroDivisionError, OverflowError):
+                continue  # a line that is singular here
+            if max(mismatch, difference) > tolerance:
+                raise InternalError(Problem("a step of the derivation disagrees with it"))
+            worst, apart, states = max(worst, mismatch), max(apart, difference), states + 1
+    if not states:
+        raise not_real(derivation.reduced.scene)
+    return replace(steps, states=states, mismatch=to_double(worst), difference=to_double(apart))
+
+
+class _StepsCheck:
+    """Routes of one derivation by which its steps are checked."""
+
+    def __init__(
+        self, derivation: Uncertified, equations: Equations, steps: DerivationSteps
+    ) -> None:
+        self.equations, self.steps = equations, steps
+        self.tapes = tapes = Tapes(derivation)
+        self.closures = ClosureCheck(derivation, tapes)
+        self.number = {s.name: k for k, s in enumerate(tapes.symbols)}
+        named = terms_over_names(derivation)
+        self.rates = named.rates
+        self.forces = derivation.forces
+        moving = [*named.rates, *named.rates.values(), tapes.t, *tapes.parameters]
+        self.named = Tape([named.lagrangian, named.dissipation], moving)
+
+    def compared(self, point: SymbolValues, least: mpf = _ZERO) -> tuple[mpf, mpf]:
+        """Largest relative mismatch of lines, and of d'Alembert's from Lagrange's equations.
+
+        Differences up to ``least`` are none.
+        """
+        tapes = self.tapes
+        seen = tapes.observe(point)
+        run = tapes.positions.run([seen.series[s] for s in tapes.still], 2)
+        outputs = run.outputs
+        applied = self._applied(seen, outputs)
+        lines = [
+            *self._bodies(run, outputs, applied),
+            *self._terms(point, outputs),
+            *self._forces(point, run),
+            *self._equations(point, seen),
+            *self._balances(seen, run, outputs, applied),
+        ]
+        mismatch = _mismatch(point, lines, least)
+        mismatch = max(mismatch, _mismatch(*self._newton(point), least))
+        return mismatch, _mismatch(point, list(self._ways(seen)), least)
+
+    # -- kinematics and applied forces ----------------------------------------------
+
+    def _bodies(
+        self, run: TapeRun, outputs: Sequence[TaylorSeries], applied: dict[str, mpf]
+    ) -> Iterator[_Pair]:
+        pending = dict(applied)
+        variables = [self.tapes.t, *self.tapes.q]
+        for body in self.steps.bodies:
+            speeds = []
+            for part in body.components:
+                k = self.number[part.name]
+                position, velocity, acceleration = outputs[k]
+                yield part.position, position
+                yield part.velocity, velocity
+                yield part.acceleration, acceleration
+                yield part.force, pending.pop(part.name, _ZERO)
+                slopes, partials = run.gradient({k: _ONE}), dict(part.partials)
+                for s, slope in zip(variables, slopes, strict=False):
+                    yield partials.get(s, _NONE), slope[0]
+                speeds.append(velocity)
+            if body.square is not None:
+                yield body.square, sum((v * v for v in speeds), _ZERO)
+
+    def _applied(self, seen: Observation, outputs: Sequence[TaylorSeries]) -> dict[str, mpf]:
+        """Name of a Cartesian name or coordinate → the applied force along it."""
+        tapes = self.tapes
+        applied = {
+            s.name: -slope for s, slope in tapes.potential_slopes(seen.series, outputs).items()
+        }
+        places = dict(zip(tapes.symbols, outputs, strict=True))
+        series = [places.get(s, seen.series.get(s, _ONE)) for s in self.rates]
+        rates: list[TaylorSeries] = [(x[1], x[2], _ZERO) for x in series]
+        others = [seen.series[s] for s in (tapes.t, *tapes.parameters)]
+        named = self.named.run([*series, *rates, *others], 1)
+        lagrangian, dissipation = named.gradient({0: _ONE}), named.gradient({1: _ONE})
+        count = len(self.rates)
+        for i, s in enumerate(self.rates):
+            inertia = lagrangian[count + i][1] - lagrangian[i][0]
+            applied[s.name] = applied.get(s.name, _ZERO) - inertia - dissipation[count + i][0]
+        for force in self.forces:
+            names = self._targets(force.on, len(force.components))
+            values = evaluate(list(force.components), seen.point)
+            for name, value in zip(names, values, strict=True):
+                applied[name] = applied.get(name, _ZERO) + value
+        return applied
+
+    def _targets(self, on: str, components: int) -> list[str]:
+        if components == 1:
+            return [on]
+        (body,) = (b for b in self.steps.bodies if b.name == on)
+        return [part.name for part in body.components]
+
+    # -- energies and forces ------------------------------------------------------------
+
+    def _terms(self, point: SymbolValues, outputs: Sequence[TaylorSeries]) -> Iterator[_Pair]:
+        places = {s: x[0] for s, x in zip(self.tapes.symbols, outputs, strict=True)}
+        terms = [*self.steps.kinetic, *self.steps.potentials]
+        values = evaluate([term.written for term in terms], {**point, **places})
+        for term, value in zip(terms, values, strict=True):
+            yield term.resolved, value
+
+    def _forces(self, point: SymbolValues, run: TapeRun) -> Iterator[_Pair]:
+        q = self.tapes.q
+        for force, steps in zip(self.forces, self.steps.forces, strict=True):
+            names = self._targets(force.on, len(force.components))
+            values = dict(zip(names, evaluate(list(force.components), point), strict=True))
+            for name, component in steps.components:
+                yield component, values[name]
+            work = [values.get(s.name, _ZERO) for s in q]
+            if len(force.components) == 3:
+                seeds = {self.number[name]: (x, _ZERO, _ZERO) for name, x in values.items()}
+                work = [x[0] for x in run.gradient(seeds)[1 : 1 + len(q)]]
+            generalized = dict(steps.generalized)
+            for s, done in zip(q, work, strict=True):
+                yield generalized.get(s, _NONE), done
+
+    # -- equations ------------------------------------------------------------------------
+
+    def _equations(self, point: SymbolValues, seen: Observation) -> Iterator[_Pair]:
+        tapes = self.tapes
+        mass, forcing = tapes.derived_parts(point)
+        pushes = self.closures.forces(point)
+        drag = [_ZERO] * tapes.n
+        if tapes.dissipates:
+            run = tapes.dissipation.run([seen.series[s] for s in tapes.moving], 0)
+            drag = [x[0] for x in run.gradient({0: _ONE})[1 + tapes.n : 1 + 2 * tapes.n]]
+        momenta, slopes = tapes.momenta(seen), tapes.slopes(seen)
+        for j, steps in enumerate(self.steps.coordinates):
+            yield steps.momentum, momenta[j][0]
+            yield steps.momentum_rate, momenta[j][1]
+            yield steps.slope, slopes[j][0]
+            yield steps.drag, drag[j]
+            shown = self.equations.shown[j]
+            derived = [x * point[tapes.a[k]] for k, x in mass[j].items()]
+            lacking = sum(derived, -forcing[j] - sum(pushes[j], _ZERO))
+            lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j] - sum(pushes[j], _ZERO)
+            for residual in (steps.residual, shown.residual * shown.divided_by):
+                yield residual, lacking
+                yield residual, lagrange
+
+    def _balances(
+        self,
+        seen: Observation,
+        run: TapeRun,
+        outputs: Sequence[TaylorSeries],
+        applied: dict[str, mpf],
+    ) -> Iterator[_Pair]:
+        if not self.steps.balances:
+            return
+        tapes = self.tapes
+        inertia: dict[int, TaylorSeries] = {}
+        for mass, k in zip(tapes.mass_values(seen.series), tapes.components, strict=True):
+            done = inertia.get(k, (_ZERO,))[0] + mass * outputs[k][2]
+            inertia[k] = (done, _ZERO, _ZERO)
+        along = {self.number[n]: (f, _ZERO, _ZERO) for n, f in applied.items() if n in self.number}
+        moved, worked = run.gradient(inertia), run.gradient(along)
+        for j, (q, steps) in enumerate(zip(tapes.q, self.steps.balances, strict=True)):
+            yield steps.inertia, moved[1 + j][0]
+            yield steps.work, worked[1 + j][0]
+            alone = _ZERO if q.name in self.number else applied.get(q.name, _ZERO)
+            yield steps.coordinates, -alone
+
+    def _ways(self, seen: Observation) -> Iterator[_Pair]:
+        """d'Alembert's coefficients beside Lagrange's, evaluated from L."""
+        momenta, slopes = self.tapes.momenta(seen), self.tapes.slopes(seen)
+        for j, steps in enumerate(self.steps.balances):
+            coefficient = steps.inertia - steps.work + steps.coordinates
+            yield coefficient, momenta[j][1] - slopes[j][0] - seen.forces[j]
+
+    def _newton(self, point: SymbolValues) -> tuple[SymbolValues, list[_Pair]]:
+        """m r̈ = F + f of each particle along a motion, where constraint forces are derived."""
+        reactions, tapes = self.equations.constraint_forces, self.tapes
+        if reactions is None:
+            return point, []
+        solution = self.closures.solved(point, *tapes.derived_parts(point)) if tapes.n else []
+        if solution is None:
+            return point, []  # singular here
+        multipliers = [c.multiplier for c in self.closures.closures]
+        moving = {**point, **dict(zip([*tapes.a, *multipliers], solution, strict=True))}
+        components = {b.name: b.components for b in reactions.bodies}
+        pairs: list[_Pair] = []
+        for body in self.steps.bodies:
+            forces = components.get(body.name, (_NONE, _NONE, _NONE))
+            for part, force in zip(body.components, forces, strict=True):
+                inertia = (body.mass or _NONE) * part.acceleration
+                (value,) = evaluate([inertia], moving)
+                pairs.append((part.force + force, value))
+        return moving, pairs
+
+
+def _mismatch(point: SymbolValues, lines: Sequence[_Pair], least: mpf) -> mpf:
+    """Largest difference of a line from its value, relative to the sizes of its terms."""
+    terms = [sp.Add.make_args(line) for line, _ in lines]
+    values = iter(evaluate([term for parts in terms for term in parts], point))
+    worst = _ZERO
+    for parts, (_, value) in zip(terms, lines, strict=True):
+        sizes = [next(values) for _ in parts]
+        difference = abs(sum(sizes, _ZERO) - value)
+        if difference > least:
+            worst = max(worst, difference / max(abs(value), sum(map(abs, sizes))))
+    return worst

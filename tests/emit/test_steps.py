@@ -1,0 +1,266 @@
+"""Steps in all formats: documents that compile, letters with one meaning, escaped text."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from lagrange_cli.cli.main import run
+from lagrange_cli.emit.json_report import derivation_report
+from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.emit.text import derivation_text
+from lagrange_cli.errors import InputError, Mark
+from lagrange_cli.mechanics import derive, interpret
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.step_values import Way
+from lagrange_cli.scene import parse_expression, read_file, read_text
+from tests.emit.test_latex import compiled, overfull
+from tests.mechanics.steps.test_steps import FULL
+from tests.systems.shipped import APART, SCENES
+
+#: Scenes that are tried in every run, with the others in long ones.
+SLICE = (
+    "bead_on_rotating_hoop",
+    "charged_particle",
+    "furuta_pendulum",
+    "particle_leaving_sphere",
+    "rolling_disk",
+    "wheel_down_incline",
+)
+
+#: Scenes whose steps nobody would read.
+TOO_LONG = {"bicycle", "fput", "hanging_net", "net_of_rods_and_springs", "pleiades"}
+
+
+@cache
+def stepped(name: str, way: Way) -> Equations:
+    return derive(read_file(str({**SCENES, **APART}[name])), steps=way, forces=way == "dalembert")
+
+
+def latex(equations: Equations, style: str = "document") -> str:
+    (text,) = EMITTERS["latex"].emit(equations, {"style": style}).values()
+    return text
+
+
+def markdown(equations: Equations) -> str:
+    (text,) = EMITTERS["markdown"].emit(equations, {}).values()
+    return text
+
+
+def printed(equations: Equations) -> list[str]:
+    """The steps in every format."""
+    text, ascii = derivation_text(equations), derivation_text(equations, ascii=True)
+    assert ascii.isascii()
+    assert max(map(len, ascii.splitlines())) < 260
+    assert derivation_report(equations)["steps"]["bodies"] is not None
+    return [text, ascii, latex(equations), latex(equations, "snippet"), markdown(equations)]
+
+
+def is_certified(equations: Equations) -> bool:
+    steps = equations.steps
+    return steps is not None and steps.states == 8 and max(steps.mismatch, steps.difference) < 1e-25
+
+
+@pytest.mark.parametrize("way", ["lagrange", "dalembert"])
+@pytest.mark.parametrize("name", SLICE)
+def test_steps_of_scenes_are_certified_and_printed(name: str, way: Way) -> None:
+    equations = stepped(name, way)
+    assert is_certified(equations)
+    assert all("Cyclic coordinates, momenta and energy" in text for text in printed(equations))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted({*SCENES, *APART} - set(SLICE)))
+def test_steps_of_all_other_scenes_are_certified_and_printed(name: str) -> None:
+    for way in ("lagrange", "dalembert"):
+        if name in TOO_LONG:
+            with pytest.raises(InputError, match="too long to be read"):
+                stepped(name, way)
+        else:
+            equations = stepped(name, way)
+            assert is_certified(equations)
+            assert all(printed(equations))
+
+
+@pytest.mark.latex
+@pytest.mark.parametrize(
+    ("name", "way"),
+    [
+        ("double_pendulum", "lagrange"),
+        ("furuta_pendulum", "dalembert"),
+        ("rolling_disk", "dalembert"),
+        ("coupled_pendulums", "lagrange"),
+    ],
+)
+def test_documents_stay_on_the_page(name: str, way: Way, tmp_path: Path) -> None:
+    log = compiled(tmp_path, latex(stepped(name, way)))
+    assert [points for points in overfull(log) if points > 5] == []
+
+
+@pytest.mark.latex
+def test_a_snippet_compiles_with_amsmath(tmp_path: Path) -> None:
+    equations = derive(read_text(FULL), steps="dalembert", forces=True)
+    snippet = latex(equations, "snippet")
+    document = (
+        "\\documentclass[11pt,a4paper]{article}\\usepackage{amsmath}"
+        "\\usepackage[margin=25mm]{geometry}\\allowdisplaybreaks\\begin{document}\n"
+        f"{snippet}\\end{{document}}\n"
+    )
+    assert "\\section" not in snippet
+    log = compiled(tmp_path, document)
+    assert [points for points in overfull(log) if points > 5] == []
+
+
+@pytest.mark.slow
+@pytest.mark.latex
+@pytest.mark.parametrize("name", sorted({*SCENES, *APART} - TOO_LONG))
+def test_documents_of_all_scenes_stay_on_the_page(name: str, tmp_path: Path) -> None:
+    for way in ("lagrange", "dalembert"):
+        log = compiled(tmp_path, latex(stepped(name, way)))
+        assert [points for points in overfull(log) if points > 5] == [], way
+
+
+# -- the lecture: each statement has its line ---------------------------------------
+
+
+def section(text: str, heading: str) -> str:
+    found = re.search(rf"^{re.escape(heading)}\n(.*?)(?:\n\n|\Z)", text, re.MULTILINE | re.DOTALL)
+    assert found is not None, heading
+    return found[1]
+
+
+def lines(capsys: pytest.CaptureFixture[str], words: list[str], heading: str) -> list[str]:
+    assert run(["derive", *words, "-q"]) == 0
+    return [line.strip() for line in section(capsys.readouterr().out, heading).splitlines()]
+
+
+def test_velocity_by_the_chain_rule(capsys: pytest.CaptureFixture[str]) -> None:
+    """v = Σ ∂r/∂q_k q̇_k + ∂r/∂t of a bead on a wire that turns."""
+    written = lines(capsys, [str(SCENES["bead_on_rotating_wire"]), "--steps"], "Velocities")
+    assert written[1] == "ṙ_i = Σ_k ∂r_i/∂q_k q̇_k + ∂r_i/∂t"
+    assert written[3:6] == [
+        "∂x/∂r = cos(ω t)",
+        "∂x/∂t = -ω r sin(ω t)",
+        "ẋ = cos(ω t) ṙ - ω r sin(ω t)",
+    ]
+
+
+def test_generalized_forces_by_virtual_work(capsys: pytest.CaptureFixture[str]) -> None:
+    """The torque of a horizontal force on a pendulum."""
+    scene = [str(SCENES["pendulum_with_force"]), "--steps"]
+    written = lines(capsys, scene, "Generalized forces")
+    assert written[1:3] == ["δW = Σ_i F_i · δr_i = Σ_j Q_j δq_j", "Q_j = Σ_i F_i · ∂r_i/∂q_j"]
+    assert written[-1].startswith("Q_θ = F_x ∂x/∂θ = ")
+
+
+def test_equilibrium_of_a_lever_by_virtual_work(capsys: pytest.CaptureFixture[str]) -> None:
+    """The work of weight and effort, without the force of the fulcrum."""
+    scene = [str(SCENES["lever"]), "--by", "dalembert"]
+    written = lines(capsys, scene, "d'Alembert's principle")
+    assert written[1] == "Σ_i (K_i - m_i r̈_i) · δr_i = 0"
+    assert "Σ_i K_i · ∂r_i/∂θ = (m a g - b F) cos θ" in written
+
+
+def test_the_same_as_lagrange_and_newton(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = [str(SCENES["bead_on_parabola"]), "--by", "dalembert", "--forces"]
+    written = " ".join(lines(capsys, scene, "The same by Lagrange's equations"))
+    found = re.search(r"differ from the coefficients above by (\S+) at most", written)
+    assert found is not None
+    assert 0 < float(found[1]) < 1e-25
+    newton = lines(capsys, scene, "Newton's equations")
+    assert newton[0] == "m_i r̈_i = F_i + f_i"
+    assert newton[2:] == ["m z̈ = m (2 a x ẍ + 2 a ẋ²)", "F_z = -m g"]
+
+
+# -- letters and text of a scene -----------------------------------------------------
+
+
+def test_a_letter_keeps_the_meaning_that_the_scene_gives_it() -> None:
+    scene = """
+name: letters
+parameters: {F: 2, N: 3, phi: 1, m: 1, g: 9.81, T: 4}
+plane: xz
+particles: {bob: {mass: m, position: [x, y, z]}}
+constraints: {rod: x^2 + z^2 = F^2}
+potentials: {weight: m*g*z, bend: N*phi*x^2}
+kinetic: {turning: T*dot(s)^2/2}
+coordinates: [x, z, s]
+initial: {x: 0, z: -2, s: 0}
+"""
+    text = derivation_text(derive(read_text(scene), steps="dalembert"))
+    assert "Σ_i (K_i - m_i r̈_i) · δr_i = 0" in text
+    assert "K_z = -m g" in text
+    assert "∂ψ_rod/∂x = 2 x" in text
+    assert "S_s = T s̈" in text
+    assert "T_kin = " in text
+
+
+def test_text_of_a_scene_is_no_markup() -> None:
+    scene = """
+name: hostile
+title: "<script>alert(1)</script> [a](javascript:b) $x$ `c` *d* | e"
+description: "# heading\\n\\n- item $$ \\\\write18{touch owned} &amp; ![i](j)"
+parameters: {m: 1, F: 2}
+particles: {bob: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+forces: {"push": {on: bob, force: [F, 0, 0]}}
+"""
+    text = markdown(derive(read_text(scene), steps="lagrange"))
+    head = text.split("## ")[0]
+    assert r"\<script\>alert(1)\</script\> \[a\](javascript:b) \$x\$ \`c\` \*d\* \| e" in head
+    assert r"\# heading - item \$\$ \\write18\{touch owned\} \&amp; \!\[i\](j)" in head
+    assert not re.search(r"(?<!\\)[<`$]", head.replace("$x$.", ""))
+
+
+def test_numbers_of_the_report_read_back() -> None:
+    """Expressions of JSON are in the scene language: read, they are those of the steps."""
+    equations = stepped("double_pendulum", "lagrange")
+    steps = equations.steps
+    assert steps is not None
+    report = derivation_report(equations)["steps"]
+    for shown, parts in zip(report["coordinates"], steps.coordinates, strict=True):
+        for key, expression in (
+            ("momentum", parts.momentum),
+            ("lagrangian_slope", parts.slope),
+        ):
+            read = interpret(equations, parse_expression(shown[key], Mark("report", 1, 1)))
+            assert (read - expression).expand() == 0
+
+
+# -- options ---------------------------------------------------------------------------
+
+
+def test_formats_without_steps_refuse_them(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = str(SCENES["bead_on_parabola"])
+    assert run(["emit", scene, "--to", "python", "--steps"]) == 2
+    message = capsys.readouterr().err
+    assert "format 'python' has no steps; --steps is for latex and markdown" in message
+
+
+def test_a_way_implies_the_steps(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = str(SCENES["bead_on_parabola"])
+    outputs = []
+    for options in (["--steps"], ["--by", "lagrange"], ["--steps", "--by", "dalembert"], []):
+        assert run(["derive", scene, *options, "-q"]) == 0
+        outputs.append(capsys.readouterr().out)
+    assert outputs[0] == outputs[1]
+    assert len(set(outputs)) == 3
+
+
+def test_a_large_scene_is_refused_at_its_place(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["derive", str(SCENES["fput"]), "--steps"]) == 2
+    message = capsys.readouterr().err
+    assert "fput.yaml:1:1: the steps of this derivation are too long to be read" in message
+    assert "-p n=2" in message
+    assert run(["derive", str(SCENES["fput"]), "--steps", "-p", "n=4", "-q"]) == 0
+
+
+def test_explicit_form_beside_the_steps(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = str(SCENES["bead_on_parabola"])
+    assert run(["derive", scene, "--steps", "--form", "explicit", "-q"]) == 0
+    text = capsys.readouterr().out
+    assert "Equations of motion, solved for the accelerations" in text
+    assert "ẍ = " in text

@@ -1,0 +1,97 @@
+"""Steps of scenes, character by character as they were read and approved.
+
+Updated as the other goldens are.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from lagrange_cli.cli.main import run
+
+HERE = Path(__file__).resolve().parent
+STEPS = HERE / "steps"
+SYSTEMS = HERE.parents[1] / "systems"
+PAGES = HERE.parents[1] / "docs" / "steps"
+
+#: Name of a folder → scene and options.
+GOLDENS = {
+    "bead_on_parabola": ("lecture/bead_on_parabola.yaml",),
+    "bead_on_parabola_by_dalembert": ("lecture/bead_on_parabola.yaml", "--by", "dalembert"),
+    "masses_through_hole": ("lecture/masses_through_hole.yaml",),
+    "pendulum_with_force": ("lecture/pendulum_with_force.yaml", "--forces"),
+    "pendulum_with_force_by_dalembert": (
+        "lecture/pendulum_with_force.yaml",
+        "--by",
+        "dalembert",
+        "--forces",
+        "--ascii",
+    ),
+    "bead_on_rotating_hoop": ("beads/bead_on_rotating_hoop.yaml",),
+    "double_pendulum": ("pendulums/double_pendulum.yaml",),
+    "wheel_down_incline": ("rolling/wheel_down_incline.yaml", "--forces"),
+    "rolling_disk_by_dalembert": ("rolling/rolling_disk.yaml", "--by", "dalembert"),
+}
+
+#: Format → file.
+FILES = {"text": "steps.txt", "latex": "steps.tex", "json": "steps.json"}
+
+
+@pytest.mark.parametrize("name", GOLDENS)
+@pytest.mark.parametrize("format_", ["text", "latex"])
+def test_steps_are_those_that_were_approved(
+    name: str, format_: str, updates: bool, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    compared(name, format_, updates, capsysbinary)
+
+
+def test_steps_as_json(updates: bool, capsysbinary: pytest.CaptureFixture[bytes]) -> None:
+    compared("masses_through_hole", "json", updates, capsysbinary)
+
+
+def test_pages_are_what_the_command_writes(updates: bool, tmp_path: Path) -> None:
+    """The table of docs/steps lists the pages and the scenes that they are written from."""
+    table = (PAGES / "README.md").read_text(encoding="utf-8")
+    listed = re.findall(r"\]\((\w+\.md)\) \| \[`\w+`\]\(\.\./\.\./systems/([\w/]+\.yaml)\)", table)
+    assert {name for name, _ in listed} | {"README.md"} == {path.name for path in PAGES.iterdir()}
+    folder = PAGES if updates else tmp_path
+    for name, scene in listed:
+        words = [
+            "emit",
+            str(SYSTEMS / scene),
+            "--to",
+            "markdown",
+            "--steps",
+            "-o",
+            str(folder),
+            "-q",
+        ]
+        assert run([*words, "-o", str(folder)]) == 0
+        assert (folder / name).read_bytes() == (PAGES / name).read_bytes()
+
+
+def compared(
+    name: str, format_: str, updates: bool, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    """Print the steps and compare them with the file, or write it."""
+    scene, *options = GOLDENS[name]
+    words = ["derive", str(SYSTEMS / scene), "--steps", "--format", format_, *options, "-q"]
+    assert run(words) == 0
+    printed = capsysbinary.readouterr()
+    assert printed.err == b""
+    text = printed.out.decode()
+    if format_ == "json":
+        text = json.dumps(json.loads(text)["steps"], indent=1) + "\n"
+    path = STEPS / name / FILES[format_]
+    if updates:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    assert text == path.read_text(encoding="utf-8")
+
+
+def test_every_folder_of_steps_has_its_scene() -> None:
+    assert {path.name for path in STEPS.iterdir()} == set(GOLDENS)
