@@ -45,6 +45,9 @@ class LatexLetters(Letters):
     def square(self, of: str) -> str:
         return f"{of}^{{2}}"
 
+    def below(self, letter: str, index: str) -> str:
+        return f"{letter}_{{{index}}}"
+
     def total(self, index: str, body: str) -> str:
         return rf"\sum_{{{index}}} {body}"
 

@@ -21,6 +21,7 @@ _TO_LAGRANGE = (
     energies.potential_energy,
     energies.lagrangian,
     energies.generalized_forces,
+    energies.dissipation,
     by_lagrange.constraints,
     by_lagrange.lagrange_equations,
 )

@@ -115,7 +115,7 @@ def _coefficient(
         worked = letters.total("i", f"{force}{letters.dot_product}{slope}")
         rows += [writer.row(moved, parts.inertia), writer.row(worked, parts.work)]
     if parts.coordinates != 0:
-        label = letters.symbol(f"{writer.inertia_letter}_{coordinate.name}")
+        label = letters.below(writer.inertia_letter, place)
         rows.append(writer.row(label, parts.coordinates))
     yield formulas(rows)
     yield from equation(writer, writer.steps.coordinates[number], writer.equations.shown[number])

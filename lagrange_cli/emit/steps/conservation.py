@@ -44,7 +44,7 @@ def _momenta(writer: StepsWriter) -> Iterator[Block]:
         name = letters.inline(writer.coordinate(c))
         yield Words(f"{name} is cyclic, {slope}, and its momentum is conserved,")
         momentum = letters.partial(writer.labels["L"], writer.coordinate(c, 1))
-        label = letters.symbol(conserved[c.name].name)
+        label = letters.below("p", writer.coordinate(c))
         row = writer.row(label, conserved[c.name].expression)
         yield formulas([replace(row, middle=momentum)], result=True)
 

@@ -95,41 +95,58 @@ def lagrangian(writer: StepsWriter) -> Section | None:
     return section("Lagrangian", formulas([row], result=True))
 
 
+def dissipation(writer: StepsWriter) -> Section | None:
+    """The dissipation function D, where there is one."""
+    if writer.equations.dissipation == 0:
+        return None
+    row = writer.row(writer.labels["D"], writer.equations.dissipation)
+    return section("Dissipation function", formulas([row], result=True))
+
+
 def generalized_forces(writer: StepsWriter) -> Section | None:
-    """Virtual work of each force, and the dissipation function."""
+    """Virtual work of each force."""
     if not writer.steps.forces:
         return None
-    letters = writer.letters
-    generalized = letters.symbol("Q_j")
-    work = letters.times(generalized, letters.virtual(letters.symbol("q_j")))
-    force = letters.vector(writer.force_letter)
-    product = f"{force}{letters.dot_product}"
-    of_place = letters.partial(letters.vector("r"), letters.symbol("q_j"))
     return section(
         "Generalized forces",
         Words("The virtual work of the forces defines them:"),
-        Law(
-            f"{letters.virtual_work} = {letters.total('i', product)}"
-            f"{letters.virtual(letters.vector('r'))} = {letters.total('j', work)}"
-        ),
-        Law(f"{generalized} = {letters.total('i', product + of_place)}"),
+        *_virtual_work(writer),
         *(block for force in writer.steps.forces for block in _force(writer, force)),
         *_several(writer),
     )
 
 
+def _virtual_work(writer: StepsWriter) -> Iterator[Block]:
+    """δW = Σ F·δr = Σ Q δq, as far as there are forces on particles."""
+    letters = writer.letters
+    displaced, place = letters.virtual(letters.symbol("q_j")), letters.symbol("q_j")
+    work = letters.total("j", letters.times(letters.symbol("Q_j"), displaced))
+    product = f"{letters.vector(writer.force_letter)}{letters.dot_product}"
+    if not any(_acts_on_body(writer, force) for force in writer.steps.forces):
+        yield Law(f"{letters.virtual_work} = {work}")
+        return
+    by_place = letters.total("i", product + letters.virtual(letters.vector("r")))
+    yield Law(f"{letters.virtual_work} = {by_place} = {work}")
+    by_slope = letters.total("i", product + letters.partial(letters.vector("r"), place))
+    yield Law(f"{letters.symbol('Q_j')} = {by_slope}")
+
+
+def _acts_on_body(writer: StepsWriter, force: ForceSteps) -> bool:
+    return any(body.name == force.on for body in writer.steps.bodies)
+
+
 def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Block]:
     letters = writer.letters
-    name, on = letters.words(force.name), letters.words(force.on)
-    yield Title(f"The force {name} on {on}:")
+    on_body = _acts_on_body(writer, force)
+    on = letters.words(force.on) if on_body else letters.inline(writer.cartesian(force.on))
+    yield Title(f"The force {letters.words(force.name)} on {on}:")
     parts = {p.name: dict(p.partials) for b in writer.steps.bodies for p in b.components}
     names = {c.q: c for c in writer.equations.coordinates}
     rows = []
-    on_body = any(body.name == force.on for body in writer.steps.bodies)
     if on_body:
         rows += [writer.row(writer.force(n), e) for n, e in force.components]
     for q, value in force.generalized:
-        row = writer.row(letters.symbol(f"Q_{names[q].name}"), value)
+        row = writer.row(letters.below("Q", writer.coordinate(names[q])), value)
         if on_body:
             products = [
                 letters.times(
@@ -153,7 +170,7 @@ def _several(writer: StepsWriter) -> Iterator[Block]:
         for q, value in force.generalized:
             shares.setdefault(q, []).append(value)
     rows = [
-        writer.row(writer.letters.symbol(f"Q_{c.name}"), sympy.Add(*shares[c.q]))
+        writer.row(writer.letters.below("Q", writer.coordinate(c)), sympy.Add(*shares[c.q]))
         for c in writer.equations.coordinates
         if len(shares.get(c.q, ())) > 1
     ]

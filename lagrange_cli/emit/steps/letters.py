@@ -45,6 +45,10 @@ class Letters(ABC):
         """The square of a symbol."""
 
     @abstractmethod
+    def below(self, letter: str, index: str) -> str:
+        """A letter with a symbol as its index."""
+
+    @abstractmethod
     def total(self, index: str, body: str) -> str:
         """A sum over an index."""
 
@@ -103,6 +107,9 @@ class UnicodeLetters(Letters):
 
     def square(self, of: str) -> str:
         return f"{of}²"
+
+    def below(self, letter: str, index: str) -> str:
+        return f"{letter}_{index}"
 
     def total(self, index: str, body: str) -> str:
         return f"Σ_{index} {body}"

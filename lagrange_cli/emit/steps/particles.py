@@ -60,18 +60,16 @@ def velocities(writer: StepsWriter) -> Section | None:
 
 def accelerations(writer: StepsWriter) -> Section | None:
     """r̈ of every particle."""
-    return section(
-        "Accelerations",
-        Words("The velocities are differentiated by time once more."),
-        *_by_body(
-            writer,
-            lambda part: (
-                [writer.row(writer.cartesian(part.name, 2), part.acceleration)]
-                if part.velocity != 0
-                else []
-            ),
-        ),
-    )
+
+    def rows(part: ComponentSteps) -> Iterable[Formula]:
+        if part.velocity != 0:
+            yield writer.row(writer.cartesian(part.name, 2), part.acceleration)
+
+    blocks = list(_by_body(writer, rows))
+    if not blocks:
+        return None
+    told = Words("The velocities are differentiated by time once more.")
+    return section("Accelerations", told, *blocks)
 
 
 def displacements(writer: StepsWriter) -> Section | None:

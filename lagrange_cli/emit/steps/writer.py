@@ -105,7 +105,7 @@ class StepsWriter:
 
     def force(self, name: str) -> str:
         """The force along a Cartesian name: ``F_x``."""
-        return self.letters.symbol(f"{self.force_letter}_{name}")
+        return self.letters.below(self.force_letter, self.cartesian(name))
 
     def factor(self, expression: Expr) -> str:
         """An expression as a factor of a label."""
