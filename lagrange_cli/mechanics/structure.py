@@ -141,6 +141,7 @@ def _unused(scene: Scene) -> tuple[str, ...]:
         scene.simulate.samples,
     ]
     used = {n.name for e in expressions if e is not None for n in names_in(e.node)}
+    used.update(name for _, name in scene.starts)
     return tuple(p.name for p in scene.parameters if p.name not in used)
 
 

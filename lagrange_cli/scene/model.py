@@ -278,6 +278,8 @@ class Scene:
         Declared coordinates and the place of their section, None if it is absent.
     eliminated
         Names of coordinates that constraints are to determine after all.
+    starts
+        Coordinates, each with the parameter for its start in constants of integration.
     potentials, kinetic, dissipation, outputs
         Named terms of the sections of these names.
     forces
@@ -305,6 +307,7 @@ class Scene:
     coordinates: tuple[DeclaredCoordinate, ...] | None = None
     coordinates_mark: Mark | None = None
     eliminated: tuple[str, ...] = ()
+    starts: tuple[tuple[str, str], ...] = ()
     definitions: tuple[Definition, ...] = ()
     inputs: tuple[DeclaredInput, ...] = ()
     potentials: tuple[Term, ...] = ()

@@ -143,12 +143,12 @@ def _moving(model: Model) -> Array:
             "lagrange derive shows how the constraints use them up",
         )
     missing = [p.name for p in model.parameters if p.value is None and p.used]
-    if missing:
+    if missing and not model.suggested:
         raise _refused(
             f"no value for {_and(missing)}", " ".join(f"-p {name}=1" for name in missing)
         )
     if model.initial is None:
-        raise _refused("the scene gives no initial state", _initial_options(model))
+        raise _refused("the scene does not give the whole initial state", _initial_options(model))
     state = np.array(model.initial, dtype=float)
     if not np.isfinite(state).all():
         raise _refused("the initial state is not finite", "look at the section initial")

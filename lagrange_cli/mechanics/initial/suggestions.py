@@ -121,10 +121,19 @@ def _text(x: mpf, digits: int) -> str:
 
 
 def possible_start(reduced: Reduced) -> dict[str, str]:
-    """Values of all coordinates from which a motion can start; empty where none are found."""
-    if any(p.name not in reduced.values.exact for p in reduced.scene.parameters):
+    """Values of all coordinates from which a motion can start; empty where none are found.
+
+    Where only starts are missing that constants of integration need, these and the coordinates.
+    """
+    scene = reduced.scene
+    lacking = {p.name for p in scene.parameters if p.name not in reduced.values.exact}
+    if lacking - {parameter for _, parameter in scene.starts}:
         return {}
-    return _suggested_configuration(reduced, {}) or {}
+    if not lacking:
+        return _suggested_configuration(reduced, {}) or {}
+    given = {e.name: e.value.text for e in scene.initial if e.order == 0}
+    names = [*(c.name for c in reduced.coordinates), *(name for name, _ in scene.starts)]
+    return {name: given.get(name, "0") for name in names}
 
 
 def other_start_hint(reduced: Reduced) -> str:

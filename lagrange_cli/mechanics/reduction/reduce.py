@@ -15,7 +15,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InconsistentError, SingularError
+from lagrange_cli.errors import InconsistentError, Mark, SingularError
 from lagrange_cli.mechanics.algebra.factor import tidy
 from lagrange_cli.mechanics.diagnosis.errors import remaining_coordinates, require_enough
 from lagrange_cli.mechanics.diagnosis.inconsistency import (
@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.diagnosis.inconsistency import (
 )
 from lagrange_cli.mechanics.elimination.branches import AmbiguousFactorError, NoRealSolutionError
 from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, eliminate
+from lagrange_cli.mechanics.equations import tagged
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, working_digits
 from lagrange_cli.mechanics.reduction.coordinates import (
     Chart,
@@ -50,6 +51,7 @@ from lagrange_cli.mechanics.reduction.local_identities import (
 from lagrange_cli.mechanics.reduction.rate_redundancy import RedundantRate, redundant_rates
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.reduction.velocity_constraints import (
+    StartNeededError,
     VelocityConstraint,
     independent_constraints,
     integrate_constraints,
@@ -57,8 +59,9 @@ from lagrange_cli.mechanics.reduction.velocity_constraints import (
 from lagrange_cli.mechanics.symbols.masses import particle_mass
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues, evaluated
+from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.language.expression import Equation
-from lagrange_cli.scene.model import Scene
+from lagrange_cli.scene.model import DeclaredParameter, Scene
 
 #: Decimal digits of the numbers that tests of identity and rank work with.
 _DIGITS = 30
@@ -79,6 +82,30 @@ def reduce(scene: Scene) -> Reduced:
         Located and explained: too few or too many coordinates, constraints that
         contradict each other, a branch that nothing chooses, a mass that is not positive.
     """
+    try:
+        return _reduced_scene(scene)
+    except StartNeededError as needed:
+        return reduce(_with_starts(scene, needed.names))
+
+
+def _with_starts(scene: Scene, coordinates: Sequence[str]) -> Scene:
+    """The scene with a parameter for the start of each of some coordinates."""
+    parameters, starts = list(scene.parameters), dict(scene.starts)
+    declared = {c.name: c for c in scene.coordinates or ()}
+    table = name_table(scene)
+    place = scene.coordinates_mark or Mark(scene.file, 1, 1)
+    for q in coordinates:
+        name = tagged(q, "_0")
+        while name in table:
+            name = tagged(name, "_")
+        starts[q] = name
+        unit = declared[q].unit if q in declared else None
+        told = f"{q} at the start"
+        parameters.append(DeclaredParameter(name, place, unit=unit, description=told))
+    return replace(scene, parameters=tuple(parameters), starts=tuple(starts.items()))
+
+
+def _reduced_scene(scene: Scene) -> Reduced:
     with mpmath.workdps(working_digits(_DIGITS)):
         basis = _basis(scene)
         integrated = _integrated(basis)

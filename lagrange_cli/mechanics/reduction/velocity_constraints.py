@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InconsistentError, InputError, MissingStartError, Problem
+from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.equations import Coordinate
@@ -35,7 +35,6 @@ from lagrange_cli.mechanics.reduction.integrability import (
 )
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out
-from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet
 from lagrange_cli.scene.language.expression import Equation
 
 
@@ -96,6 +95,20 @@ class VelocityConstraint:
         )
 
 
+class StartNeededError(Exception):
+    """Constants of integration need starts of coordinates that nothing gives.
+
+    Attributes
+    ----------
+    names
+        Names of the coordinates.
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        super().__init__(*names)
+        self.names = tuple(names)
+
+
 def integrate_constraints(
     names: Names,
     levels: Sequence[VelocityConstraint],
@@ -115,7 +128,9 @@ def integrate_constraints(
     Raises
     ------
     InputError
-        A level is not linear in velocities, or ``initial`` does not give the constant.
+        A level is not linear in velocities.
+    StartNeededError
+        Neither ``initial`` nor a parameter of the scene gives the constant.
     """
     integrals: dict[int, StatedEquation] = {}
     remarks = []
@@ -124,22 +139,11 @@ def integrate_constraints(
         whole = None if whole is None else _real_branch(whole, reference)
         if whole is None or whole == 0:
             continue
-        constant = _constant(names, level, whole, [c.q for c in coordinates], points[0])
-        shown = str(whole).replace("**", "^")
-        if constant is None:
-            constant = sp.Integer(0)
-            remarks.append(
-                f"constraint '{level.constraint}' is the rate of {shown} = constant;"
-                " the constant is taken as 0, since 'initial' gives nothing"
-            )
-        else:
-            remarks.append(
-                f"constraint '{level.constraint}' is the rate of {shown} = constant,"
-                " which 'initial' gives: it counts to K"
-            )
-        integrals[number] = StatedEquation(
-            level.constraint, level.equation, whole, constant, integral=True
-        )
+        start = _start(names, [c.q for c in coordinates if c.q in whole.free_symbols])
+        sides = _sides(whole, start)
+        written = " = ".join(str(side).replace("**", "^") for side in sides)
+        remarks.append(f"constraint '{level.constraint}' is the rate of {written}: it counts to K")
+        integrals[number] = StatedEquation(level.constraint, level.equation, *sides, integral=True)
     return integrals, remarks
 
 
@@ -169,46 +173,46 @@ def _value(expr: sp.Expr, reference: SymbolValues) -> mpf:
     return evaluate([expr], {s: reference[s] for s in expr.free_symbols})[0]
 
 
-def _constant(
-    names: Names,
-    level: VelocityConstraint,
-    whole: sp.Expr,
-    q: Sequence[sp.Symbol],
-    point: SymbolValues,
-) -> sp.Expr | None:
-    """The integral at the initial state, over parameters; None if there is none.
+def _start(names: Names, q: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
+    """Start of the coordinates and of t: over parameters of the scene, or those of its starts.
 
-    Values of the point are suggested where some are missing.
+    Raises
+    ------
+    StartNeededError
+        Some of them have none.
     """
     scene = names.scene
-    if not scene.initial:
-        return None
-    start = scene.simulate.start
+    begin = scene.simulate.start
     initial: dict[sp.Symbol, sp.Expr] = {
-        names.t: names.convert(start) if start is not None else sp.Integer(0)
+        names.t: names.convert(begin) if begin is not None else sp.Integer(0)
     }
     for entry in scene.initial:
         symbol = names.lookup(entry.name)
         if entry.order == 0 and symbol is not None and symbol.is_Symbol:
             initial[symbol] = names.convert(entry.value)
-    missing = [s for s in q if s in whole.free_symbols and s not in initial]
-    if missing:
-        listed = ", ".join(f"'{s}'" for s in missing)
-        shown = str(whole).replace("**", "^")
-        raise MissingStartError(
-            Problem(
-                f"constraint '{level.constraint}' is the rate of {shown} = constant,"
-                f" and 'initial' does not give {listed}",
-                level.equation.mark(),
-                hint=initial_snippet(scene, {s.name: _short(point[s]) for s in missing}, (0, 1)),
-                rule="initial-missing",
-            )
-        )
-    return whole.xreplace(initial)
+    missing, starts = [s for s in q if s not in initial], dict(scene.starts)
+    unnamed = [s.name for s in missing if s.name not in starts]
+    if unnamed:
+        raise StartNeededError(unnamed)
+    return initial | {s: names.parameters[starts[s.name]] for s in missing}
 
 
-def _short(x: mpf) -> str:
-    return f"{float(x):.2g}"
+def _sides(whole: sp.Expr, start: Mapping[sp.Symbol, sp.Expr]) -> tuple[sp.Expr, sp.Expr]:
+    """The integral and its value at the start, as the sides of an equation.
+
+    Where it is linear, coordinate by coordinate: ``a*(phi - phi_0) = (R + a)*(theta - theta_0)``.
+    """
+    moving = [s for s in sorted(whole.free_symbols, key=str) if s in start]
+    slopes = {s: derivative(whole, s) for s in moving}
+    if any(not slope.free_symbols.isdisjoint(moving) for slope in slopes.values()):
+        return whole, whole.xreplace(start)
+    left, right = [], []
+    for s, slope in slopes.items():
+        if slope.could_extract_minus_sign():
+            right.append(-slope * (s - start[s]))
+        else:
+            left.append(slope * (s - start[s]))
+    return sp.Add(*left), sp.Add(*right)
 
 
 @dataclass(frozen=True)

@@ -65,10 +65,6 @@ REFUSED = {
         ROLLED + "constraints: {rolling: s = R*sin(psi)}\n",
         "ambiguous",
     ),
-    "rolling without its angle": (
-        ROLLED + "constraints: {rolling: dot(s) = R*dot(psi)}\ninitial: {s: 1}\n",
-        "initial",
-    ),
     "no inertia of its own": (ROD, "dependent"),
     "no inertia, started": (ROD + "initial: {x: 1, y: 2, q1: 0.3, dot(q1): 1}\n", "dependent"),
     "no inertia, turned": (ROD + "forces: {t: {on: q1, force: 1}}\n", "dependent"),

@@ -31,7 +31,9 @@ def test_the_angle_of_a_wheel_is_eliminated(rolling: str) -> None:
     assert sp.simplify(equations.mass_matrix[0][0] - inertia) == 0
     assert sp.simplify(equations.forcing[0] - p["m"] * p["g"] * sp.sin(p["al"])) == 0
     (angle,) = [c for c in equations.cartesian_names if c.name == "psi"]
-    assert sp.simplify(angle.position - equations.coordinates[0].q / p["R"]) == 0
+    assert sp.simplify(angle.velocity - equations.coordinates[0].v / p["R"]) == 0
+    turned = equations.coordinates[0].q - p.get("s_0", 0)
+    assert sp.simplify(angle.position - p.get("psi_0", 0) - turned / p["R"]) == 0
 
 
 def test_forces_and_multipliers_are_those_of_a_declared_angle() -> None:

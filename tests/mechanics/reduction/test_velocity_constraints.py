@@ -12,6 +12,9 @@ import sympy as sp
 from mpmath import mpf
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
+from lagrange_cli import loads
+from lagrange_cli.emit.text import derivation_text
+from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics.reduction.integrability import (
     PfaffianForm,
     integrable_rank,
@@ -188,11 +191,46 @@ def test_rolling_with_both_coordinates_declared() -> None:
 
 
 def test_the_constant_comes_from_the_initial_state() -> None:
-    problem = refusal(CYLINDER.replace("initial: {x: 1, phi: 0.3}", "initial: {phi: 0.3}") % "phi")
-    assert problem.rule == "initial-missing"
-    assert "'x'" in problem.message
-    e = derived((CYLINDER % "phi").replace("initial: {x: 1, phi: 0.3}\n", ""))
-    assert any("taken as 0" in remark for remark in e.remarks)
+    for start, x_0, phi_0 in (
+        ("initial: {x: 1, phi: 0.3}\n", 1, sp.Rational(3, 10)),
+        ("initial: {phi: 0.3}\n", None, sp.Rational(3, 10)),
+        ("", None, None),
+    ):
+        e = derived((CYLINDER % "phi").replace("initial: {x: 1, phi: 0.3}\n", start))
+        symbols = {p.name: p.symbol for p in e.parameters}
+        assert ("x_0" in symbols) == (x_0 is None)
+        assert ("phi_0" in symbols) == (phi_0 is None)
+        (x,) = [c.position for c in e.cartesian_names if c.name == "x"]
+        turned = e.coordinates[0].q - symbols.get("phi_0", phi_0)
+        assert sp.expand(x - symbols.get("x_0", x_0) - symbols["R"] * turned) == 0
+        assert not e.warnings
+        assert (e.initial is None) == (start.count(":") < 3)
+
+
+def test_integrals_are_written_from_the_start() -> None:
+    scene = (
+        "parameters: {a: 1, R: 2, phi_0: 3}\nparticles: {c: {mass: phi_0, position: [u, 0, 0]}}\n"
+        "coordinates: [u, theta, phi]\nkinetic: {spin: dot(phi)^2 + dot(theta)^2}\n"
+        "constraints: {rolling: a*dot(phi) = (R + a)*dot(theta)}\n"
+    )
+    e = derived(scene)
+    assert e.remarks == (
+        "constraint 'rolling' is the rate of a*(phi - phi_0_) = (R + a)*(theta - theta_0):"
+        " it counts to K",
+    )
+    assert "  rolling   a (φ - phi_0_) - (a + R) (θ - θ_0) = 0\n" in derivation_text(e)
+    nonlinear = derived(scene.replace("(R + a)*dot(theta)", "theta*dot(theta)"))
+    assert nonlinear.remarks[0].startswith(
+        "constraint 'rolling' is the rate of a*phi - theta^2/2 = "
+    )
+
+
+def test_a_run_asks_for_the_start_of_the_constant() -> None:
+    scene = (CYLINDER % "x, phi").replace("initial: {x: 1, phi: 0.3}", "initial: {phi: 0.3}")
+    system = loads("name: s\n" + scene).derive()
+    with pytest.raises(InputError, match="does not give the whole initial state") as refused:
+        system.simulate(until=1.0)
+    assert refused.value.problems[0].hint == "-i x=0 -i phi=0.3"
 
 
 def test_a_circle_by_its_rate() -> None:
