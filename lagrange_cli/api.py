@@ -204,11 +204,11 @@ class Derivation:
 
         return derivation_report(self.equations, form)
 
-    def text(self, *, form: str = "lagrange", ascii: bool = False) -> str:
-        """Return what ``lagrange derive`` prints."""
+    def text(self, *, form: str = "lagrange", ascii: bool = False, width: int = 80) -> str:
+        """Return what ``lagrange derive`` prints in a window of ``width`` columns."""
         from lagrange_cli.emit.text import derivation_text
 
-        return derivation_text(self.equations, ascii=ascii, form=form)
+        return derivation_text(self.equations, ascii=ascii, form=form, width=width)
 
     def emit(self, to: str, **options: OptionValue) -> dict[str, str]:
         """Return file name → text in a format of ``lagrange emit --list``.

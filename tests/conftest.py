@@ -46,6 +46,9 @@ def caches(tmp_path_factory) -> Iterator[Iterator[Path]]:
     shared = tmp_path_factory.getbasetemp().parent / "caches" if workers else base / "shared"
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("LAGRANGE_CACHE", raising=False)
+        # What is printed has the width and the colours that are usual in pipes.
+        for name in ("COLUMNS", "FORCE_COLOR", "CLICOLOR_FORCE"):
+            patch.delenv(name, raising=False)
         patch.setenv("XDG_CACHE_HOME", str(shared))
         # Making matplotlib's list of fonts takes seconds: once is enough.
         patch.setenv("MPLCONFIGDIR", os.environ.get("MPLCONFIGDIR") or str(shared / "matplotlib"))

@@ -56,7 +56,8 @@ def run_console(words: list[str], folder: Path) -> list[str]:
     done = subprocess.run(
         ["bash", "-c", script],
         cwd=folder,
-        env=os.environ | {"PATH": path, "PYTHONIOENCODING": "utf-8", "COLUMNS": "80"},
+        env={name: value for name, value in os.environ.items() if name != "COLUMNS"}
+        | {"PATH": path, "PYTHONIOENCODING": "utf-8"},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         stdin=subprocess.DEVNULL,

@@ -12,7 +12,8 @@ from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.derive import FORMATS
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, deliver, stdout_encoding
+from lagrange_cli.cli.terminal.output import Command, deliver, page_encoding
+from lagrange_cli.notation.page import USUAL_WIDTH, Page
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def derive(
     guard(source, parameters, {"-o": output})
     format_ = "json" if as_json else format_
     # Files are in UTF-8; terminals may show less.
-    encoding = "utf-8" if output is not None else stdout_encoding()
+    encoding = "utf-8" if output is not None else page_encoding()
 
     formulation: Formulation = "multiplier" if form == "multiplier" else "auto"
     way = options.way_of(steps, by)
@@ -87,9 +88,12 @@ def derive(
     def work() -> Answer:
         derivation = derivation_of_scene(session, request, digits)
         announce("writing the derivation")
-        return answer_of(derivation, FORMATS[format_](derivation, form, ascii_only, encoding))
+        written = FORMATS[format_](derivation, form, ascii_only, encoding)
+        return answer_of(derivation, written.to_json() if isinstance(written, Page) else written)
 
     question = format_, form, formulation, forces, way, digits, ascii_only, encoding
     asked = (*question, list(parameters.items()))
     result = remembered(session, "derive", source, asked, work)
-    deliver(result, format_, output)
+    # A page is kept as it was before its lines were broken: windows differ in width.
+    content = result if isinstance(result, str) else Page.from_json(result)
+    deliver(content, format_, output, width=USUAL_WIDTH)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.cli.terminal.appearance import is_terminal, wants_colour
 from lagrange_cli.cli.terminal.display import shown_stage
 from lagrange_cli.cli.terminal.progress import ProgressBar
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
@@ -28,14 +29,10 @@ INTERRUPTED = 128 + signal.SIGINT
 def _show(problem: Problem, colour: str) -> None:
     """Write a problem to stderr; its first line is coloured on a terminal."""
     first, *further = render(problem).splitlines()
-    click.echo(click.style(first, fg=colour), err=True)
+    is_coloured = wants_colour(sys.stderr)
+    click.echo(click.style(first, fg=colour), err=True, color=is_coloured)
     for line in further:
         click.echo(line, err=True)
-
-
-def _on_terminal() -> bool:
-    """Say whether stderr is a terminal."""
-    return sys.stderr is not None and sys.stderr.isatty()
 
 
 def report_error(problem: Problem) -> None:
@@ -123,7 +120,7 @@ class Session:
     @contextmanager
     def stages(self) -> Iterator[None]:
         """Note the stages of the work done here; show them on a terminal."""
-        shown = _on_terminal() and self.verbosity >= 0
+        shown = is_terminal(sys.stderr) and self.verbosity >= 0
         with shown_stage(sys.stderr) if shown else nullcontext() as show:
 
             def note(stage: str) -> None:
@@ -140,7 +137,7 @@ class Session:
 
         It is hidden unless stderr is a terminal, and with ``-q``; with ``-v`` lines take its place.
         """
-        shown = _on_terminal() and self.verbosity >= 0
+        shown = is_terminal(sys.stderr) and self.verbosity >= 0
         line = self.detail if self.verbosity > 0 and not shown else None
         with click.progressbar(
             length=1000,

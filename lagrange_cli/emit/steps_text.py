@@ -1,14 +1,16 @@
-"""Sections of a board as lines of text, in Unicode or plain ASCII."""
+"""Sections of a board as rows of text, in Unicode or plain ASCII."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from unicodedata import combining
 
 from lagrange_cli.emit.steps.letters import AsciiLetters, Letters, UnicodeLetters
 from lagrange_cli.emit.steps.sections import Block, Formula, Formulas, Law, Section
-from lagrange_cli.emit.text_lines import TEXT_WIDTH, hung, listed
-from lagrange_cli.notation.layout import joined, suffixed
-from lagrange_cli.notation.one_line import OneLinePrinter, columns
+from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
+from lagrange_cli.notation.one_line import OneLinePrinter
+from lagrange_cli.notation.page import Row, formula, words
 
 #: Columns before paragraphs, and before laws and labels.
 _WORDS_INDENT, _FORMULA_INDENT = 2, 4
@@ -21,45 +23,51 @@ def text_letters(*, ascii: bool) -> Letters:
     return AsciiLetters() if ascii else UnicodeLetters()
 
 
-def section_blocks(sections: Iterable[Section], printer: OneLinePrinter) -> Iterator[list[str]]:
-    """The lines of each section, its heading first."""
+def section_rows(sections: Iterable[Section], printer: OneLinePrinter) -> Iterator[list[Row]]:
+    """The rows of each section, its heading first."""
     for section in sections:
-        body = [line for block in section.blocks for line in _block(block, printer)]
-        yield [section.heading, *body]
+        body = [row for block in section.blocks for row in _rows(block, printer)]
+        yield [Row(section.heading, role="heading"), *body]
 
 
-def _block(block: Block, printer: OneLinePrinter) -> list[str]:
+def _rows(block: Block, printer: OneLinePrinter) -> list[Row]:
     if isinstance(block, Formulas):
         return _aligned(block.rows, printer)
-    if isinstance(block, Law):
-        return [" " * _FORMULA_INDENT + block.text]
-    return listed(" " * _WORDS_INDENT, block.text.split())
+    indent = _FORMULA_INDENT if isinstance(block, Law) else _WORDS_INDENT
+    return [Row("", " " * indent, words(block.text))]
 
 
-def _aligned(rows: Iterable[Formula], printer: OneLinePrinter) -> list[str]:
+def _aligned(rows: Iterable[Formula], printer: OneLinePrinter) -> list[Row]:
     """Rows with their first signs of equality below each other."""
     rows = list(rows)
     widths = [columns(row.label) for row in rows if row.label]
     aligned = max((w for w in widths if w <= _LONGEST_LABEL), default=0)
-    lines: list[str] = []
+    shown = []
     for row in rows:
         indent = _FORMULA_INDENT + (max(0, aligned - columns(row.label)) if row.label else 0)
-        lines += _row(row, " " * indent, printer)
-    return lines
+        shown.append(_row(row, " " * indent, printer))
+    return shown
 
 
-def _row(row: Formula, indent: str, printer: OneLinePrinter) -> list[str]:
+def _row(row: Formula, indent: str, printer: OneLinePrinter) -> Row:
+    """A label and what it equals one after the other; lines go on at signs of equality first."""
     bodies = [printer.pieces(node) for node in row.chain]
     if not row.label:
-        return hung(indent, suffixed(bodies[0], " = 0", 4))
-    opening = f"{indent}{row.label}"
-    lines = [opening + (f" = {row.middle}" if row.middle else "")]
-    for body in bodies:
-        whole = f" = {joined(body)}"
-        if columns(lines[-1] + whole) <= TEXT_WIDTH:
-            lines[-1] += whole
-        elif lines == [opening]:
-            lines = hung(f"{opening} = ", body)
-        else:
-            lines += hung(f"{' ' * columns(opening)} = ", body)
-    return lines
+        return formula("", indent, suffixed(bodies[0], " = 0", 4), "")
+    pieces = [piece for body in bodies for piece in _equal(body)]
+    if row.middle:
+        pieces = [*_equal([Piece(row.middle, columns(row.middle))]), *pieces]
+    # Signs of equality stand below each other, one column after the label's last letter.
+    label = indent + row.label
+    place = max(k for k, c in enumerate(label) if not combining(c))
+    first = pieces[0]
+    width = first.width + columns(label[place:])
+    pieces[0] = replace(first, text=f"{label[place:]} = {first.text}", width=width, separator="")
+    return formula("", label[:place], pieces, "")
+
+
+def _equal(body: list[Piece]) -> list[Piece]:
+    """What follows a sign of equality, before which a line may end."""
+    first, *others = deeper(body, 2)
+    head = replace(first, separator=" = ", lead="= ", depth=0, width=first.width + 3)
+    return [head, *others]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,6 @@ from lagrange_cli.emit.constraint_wording import (
     was_divided,
 )
 from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows, reaction_rows
-from lagrange_cli.emit.text_lines import TEXT_WIDTH, hung, listed, padded
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
@@ -35,8 +35,9 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     forcing_with_reactions,
 )
 from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
-from lagrange_cli.notation.layout import Piece, joined, suffixed
-from lagrange_cli.notation.one_line import OneLinePrinter, columns
+from lagrange_cli.notation.layout import Piece, columns, deeper, joined, suffixed
+from lagrange_cli.notation.one_line import OneLinePrinter
+from lagrange_cli.notation.page import USUAL_WIDTH, Block, Page, Row, formula, page, words
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.unicode import UnicodePrinter
 
@@ -48,10 +49,18 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.findings import Conserved
     from lagrange_cli.mechanics.step_values import DerivationSteps
 
-_STILL = "  none: nothing can move"
+_STILL = Row("", "  ", words("none: nothing can move"))
 
 
-def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "lagrange") -> str:
+def derivation_text(
+    equations: Equations, *, ascii: bool = False, form: str = "lagrange", width: int = USUAL_WIDTH
+) -> str:
+    """Write the derivation in lines of ``width`` columns where formulas allow; see
+    :func:`derivation_page`."""
+    return derivation_page(equations, ascii=ascii, form=form).text(width)
+
+
+def derivation_page(equations: Equations, *, ascii: bool = False, form: str = "lagrange") -> Page:
     """Write the derivation: degrees of freedom, energies, equations, what is conserved.
 
     Parameters
@@ -64,25 +73,22 @@ def derivation_text(equations: Equations, *, ascii: bool = False, form: str = "l
         ``lagrange`` for Lagrange's equations; ``explicit`` for accelerations and
         multipliers where few are coupled, and M q̈ = f where more are.
 
-    Returns
-    -------
-    str
-        Lines of at most 100 columns where formulas allow, with a final newline.
-
     Raises
     ------
     InternalError
         An expression has no exact form in print.
     """
-    page = _Page(equations, vocabulary(equations), ScenePrinter() if ascii else UnicodePrinter())
-    blocks = page.whole(form) if equations.steps is None else page.with_steps(form, equations.steps)
-    text = "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
-    return text.encode("ascii", "backslashreplace").decode("ascii") if ascii else text
+    writer = _Writer(
+        equations, vocabulary(equations), ScenePrinter() if ascii else UnicodePrinter()
+    )
+    steps = equations.steps
+    sections = writer.whole(form) if steps is None else writer.with_steps(form, steps)
+    return page(sections, ascii=ascii)
 
 
 @dataclass(frozen=True)
-class _Page:
-    """Writes the parts of the text, each a list of lines.
+class _Writer:
+    """Writes the sections of the text.
 
     Attributes
     ----------
@@ -98,7 +104,7 @@ class _Page:
     words: Vocabulary
     printer: OneLinePrinter
 
-    def whole(self, form: str) -> list[list[str]]:
+    def whole(self, form: str) -> list[Iterable[Row | Block]]:
         """The derivation in short."""
         return [
             self.heading(),
@@ -113,162 +119,153 @@ class _Page:
             self.conserved(),
             self.energy(),
             self.outputs(),
-            [certificate_line(self.equations.certificate)],
+            [_sentence(certificate_line(self.equations.certificate))],
         ]
 
-    def with_steps(self, form: str, steps: DerivationSteps) -> list[list[str]]:
+    def with_steps(self, form: str, steps: DerivationSteps) -> list[Iterable[Row | Block]]:
         """The derivation line by line."""
         from lagrange_cli.emit.steps.board import certified_line, conclusions, working
-        from lagrange_cli.emit.steps_text import section_blocks, text_letters
+        from lagrange_cli.emit.steps_text import section_rows, text_letters
 
         letters = text_letters(ascii=isinstance(self.printer, ScenePrinter))
-        digits = self.equations.certificate.digits
+        certificate = self.equations.certificate
         return [
             self.heading(),
             self.parameters(),
             self.account(positions=False),
             self.inputs(),
-            *section_blocks(working(self.equations, steps, letters), self.printer),
+            *section_rows(working(self.equations, steps, letters), self.printer),
             self.accelerations() if form == "explicit" else [],
             self.contacts(),
             self.constraint_forces(),
-            *section_blocks(conclusions(self.equations, steps, letters), self.printer),
+            *section_rows(conclusions(self.equations, steps, letters), self.printer),
             self.outputs(),
-            [certificate_line(self.equations.certificate), certified_line(steps, digits)],
+            [
+                _sentence(certificate_line(certificate)),
+                _sentence(certified_line(steps, certificate.digits)),
+            ],
         ]
 
-    def heading(self) -> list[str]:
-        title = self.equations.title
-        return [escape_controls(self.equations.name + (f": {title}" if title else ""))]
+    def heading(self) -> list[Row]:
+        name, title = self.equations.name, self.equations.title
+        if not title:
+            return [Row(escape_controls(name), role="heading")]
+        return [Row(escape_controls(name), ": ", words(escape_controls(title)), "heading")]
 
     # -- degrees of freedom -------------------------------------------------------
 
-    def parameters(self) -> list[str]:
+    def parameters(self) -> list[Row]:
         """Parameters with value, unit and meaning, in columns."""
         literals = dict(self.equations.literals)
         rows = []
         for p in self.equations.parameters:
             value = "" if p.value is None else literals.get(Fraction(repr(p.value)), repr(p.value))
             told = f"{value.removesuffix('.0')} {escape_controls(p.unit or '')}".strip()
-            shown = f"  {self.printer.symbol(p.name)}{' = ' if told else ''}{told}"
-            rows.append((shown, escape_controls(p.description or "")))
-        width = max((columns(shown) for shown, _ in rows), default=0)
-        lines = [f"{padded(shown, width)}   {meaning}".rstrip() for shown, meaning in rows]
-        return ["Parameters", *lines] if lines else []
+            rows.append((self.printer.symbol(p.name), f" = {told}" if told else ""))
+        leads = _leads([name + told for name, told in rows])
+        meanings = [words(escape_controls(p.description or "")) for p in self.equations.parameters]
+        lines = [
+            Row(f"  {name}", told + lead, meaning, "name")
+            for (name, told), lead, meaning in zip(rows, leads, meanings, strict=True)
+        ]
+        return [_heading("Parameters"), *lines] if lines else []
 
-    def account(self, *, positions: bool = True) -> list[str]:
+    def account(self, *, positions: bool = True) -> list[Row | Block]:
         """Count the degrees of freedom; name constraints and coordinates, with ``positions``."""
-        counts = ", ".join(counting(self.equations))
-        lines = [*listed("Degrees of freedom   ", counts.split()), *self.constraints()]
-        lines += self.coordinates(telling_definitions(self.equations) if positions else ())
+        counts = counting(self.equations)
+        items = [*(f"{count}," for count in counts[:-1]), *counts[-1:]]
         chosen = choice_line(self.equations)
-        lines += listed("Formulation   ", chosen.split()) if chosen else []
-        return [*lines, *self.singular()]
+        return [
+            Row("Degrees of freedom", "   ", words(items), "heading"),
+            *self.constraints(),
+            self.coordinates(telling_definitions(self.equations) if positions else ()),
+            *([Row("Formulation", "   ", words(chosen), "heading")] if chosen else []),
+            *self.singular(),
+        ]
 
-    def singular(self) -> list[str]:
+    def singular(self) -> Iterator[Row]:
         """List the places at which the coordinates are singular."""
-        lines = []
         for place in self.equations.singular:
             names = ", ".join(self.printer.symbol(name) for name in place.coordinates)
-            opening = f"Singular      {names} where "
-            lines += hung(opening, suffixed(self.pieces(place.where), " = 0", 4))
-        return lines
+            zero = suffixed(self.pieces(place.where), " = 0", 4)
+            yield formula("Singular", f"      {names} where ", zero, "heading")
 
-    def constraints(self) -> list[str]:
+    def constraints(self) -> Iterator[Row]:
         account = self.equations.account
         rows = []
         for line in account.lines:
-            remark = remark_on(line)
             items = [f"{e}," for e in line.equations[:-1]] + list(line.equations[-1:])
-            rows.append((line.name, items + _remark_items(remark)))
+            equations = [p for item in items for p in _equation_pieces(escape_controls(item))]
+            equations[0] = replace(equations[0], separator="")
+            remark = _remark_pieces(escape_controls(remark_on(line)))
+            rows.append((line.name, (*equations, *remark)))
         if account.implied:
-            rows.append(("(implied)", [implied_line(account)]))
-        names = max((len(name) for name, _ in rows), default=0)
-        return [
-            line
-            for name, items in rows
-            for line in listed(f"  {name:<{names}}   ", [escape_controls(i) for i in items])
-        ]
+            rows.append(("(implied)", words(implied_line(account))))
+        width = max((len(name) for name, _ in rows), default=0)
+        for name, pieces in rows:
+            yield Row(f"  {name}", " " * (width - len(name) + 3), pieces, "name")
 
-    def coordinates(self, positions: Sequence[CartesianName]) -> list[str]:
-        names = ", ".join(self.printer.symbol(c.name) for c in self.equations.coordinates)
-        head = f"Coordinates   {names or 'none'}"
+    def coordinates(self, positions: Sequence[CartesianName]) -> Block:
+        names = [self.printer.symbol(c.name) for c in self.equations.coordinates] or ["none"]
+        items = [f"{name}," for name in names[:-1]] + names[-1:]
         if self.equations.account.chosen_automatically:
-            head += "   (chosen automatically)"
+            items += ["", "", "(chosen", "automatically)"]
+        head = Row("Coordinates", "   ", words(items), "heading")
         formulas = {self.printer.symbol(c.name): self.pieces(c.position) for c in positions}
-        beside = "   ".join(f"{name} = {joined(body)}" for name, body in formulas.items())
-        if beside and columns(head) + 8 + columns(beside) <= TEXT_WIDTH:
-            return [f"{head}        {beside}"]
-        opening, *items = head.split("   ", 1)
-        return [*listed(f"{opening}   ", items[0].split(" ")), *self.packed(formulas)]
-
-    def packed(self, formulas: Mapping[str, Sequence[Piece]]) -> list[str]:
-        """Short formulas side by side, long ones on lines of their own."""
-        lines: list[str] = []
-        room = 0
-        for name, body in formulas.items():
-            shown = f"{name} = {joined(body)}"
-            if columns(shown) + 3 <= room:
-                lines[-1] += f"   {shown}"
-                room -= columns(shown) + 3
-            else:
-                lines += hung(f"  {name} = ", body)
-                room = TEXT_WIDTH - columns(lines[-1])
-        return lines
+        rows = (formula(f"  {name}", " = ", body, "") for name, body in formulas.items())
+        return Block((head, *rows), "packed")
 
     # -- energies, forces, equations ------------------------------------------------
 
-    def energies(self) -> list[str]:
+    def energies(self) -> list[Row]:
         labels = quantity_labels(self.equations)
         potential = "U" if is_generalized_potential(self.equations) else "V"
-        lines = self.formula(labels["T"], self.equations.kinetic)
-        lines += self.formula(labels[potential], self.equations.potential)
+        rows = [self.formula(labels["T"], self.equations.kinetic)]
+        rows.append(self.formula(labels[potential], self.equations.potential))
         if self.equations.dissipation != 0:
-            lines += self.formula(labels["D"], self.equations.dissipation)
-        return lines
+            rows.append(self.formula(labels["D"], self.equations.dissipation))
+        return rows
 
-    def forces(self) -> list[str]:
+    def forces(self) -> list[Row | Block]:
         rows = [
-            (f"Q_{self.printer.symbol(c.name)}", q, f"{force.name} on {force.on}")
+            self.formula(f"  Q_{self.printer.symbol(c.name)}", q, f"{force.name} on {force.on}")
             for force in self.equations.forces
             for c, q in zip(self.equations.coordinates, force.generalized, strict=True)
             if q != 0
         ]
-        return self.with_reasons("Generalized forces", rows)
+        return _with_asides("Generalized forces", rows)
 
-    def motion(self) -> list[str]:
+    def motion(self) -> list[Row]:
         rows = []
         for shown in self.equations.shown:
-            ending = " = 0"
-            if was_divided(shown):
-                ending += f"   (divided by {joined(self.pieces(shown.divided_by))})"
             left = self.printer.pieces(display_row(shown, self.words))
-            rows.append((shown.coordinate, suffixed(left, ending, columns(ending))))
-        names = [self.printer.symbol(name) for name, _ in rows]
-        width = max(map(columns, names), default=0)
+            divided = f"(divided by {joined(self.pieces(shown.divided_by))})"
+            aside = divided if was_divided(shown) else ""
+            rows.append((shown.coordinate, suffixed(left, " = 0", 4), aside))
+        names = [self.printer.symbol(name) for name, _, _ in rows]
+        leads = _leads(names)
         lines = [
-            line
-            for name, (_, pieces) in zip(names, rows, strict=True)
-            for line in hung(f"  {padded(name, width)}   ", pieces)
+            formula(f"  {name}", lead, pieces, aside=aside)
+            for name, lead, (_, pieces, aside) in zip(names, leads, rows, strict=True)
         ]
-        return ["Equations of motion", *(lines or [_STILL])]
+        return [_heading("Equations of motion"), *(lines or [_STILL])]
 
-    def accelerations(self) -> list[str]:
+    def accelerations(self) -> list[Row]:
         explicit = explicit_form(self.equations)
         if not self.equations.coordinates:
-            return ["Equations of motion", _STILL]
+            return [_heading("Equations of motion"), _STILL]
         told = explicit_line(self.equations, explicit)
-        lines = listed("Equations of motion, ", (told[0].lower() + told[1:]).split())
+        rows = [Row("Equations of motion", ", ", words(told[0].lower() + told[1:]), "heading")]
         solved = zip(self.equations.coordinates, explicit.accelerations, strict=True)
         for c, value in solved:
             if value is not None:
-                lines += self.formula(f"  {self.printer.symbol(c.name, 2)}", value)
+                rows.append(self.formula(f"  {self.printer.symbol(c.name, 2)}", value))
         for closure, value in zip(self.equations.closures, explicit.multipliers, strict=True):
             if value is not None:
-                lines += self.formula(f"  {joined(self.pieces(closure.multiplier))}", value)
-        return lines + self.coupled(explicit)
+                rows.append(self.formula(f"  {joined(self.pieces(closure.multiplier))}", value))
+        return rows + self.coupled(explicit)
 
-    def coupled(self, explicit: ExplicitForm) -> list[str]:
+    def coupled(self, explicit: ExplicitForm) -> list[Row]:
         """M and f of the accelerations that are not solved for, and what closures say of them."""
         coordinates, open_rows = self.equations.coordinates, explicit.coupled
         if not open_rows:
@@ -277,56 +274,45 @@ class _Page:
         unknowns = ", ".join(self.printer.symbol(coordinates[i].name, 2) for i in open_rows)
         labels = quantity_labels(self.equations)
         mass, forcing = labels["M"], labels["f"]
-        lines = listed(f"  {mass} (", f"{unknowns}) = {forcing} with".split(" "))
+        rows = [Row("", f"  {mass} (", words(f"{unknowns}) = {forcing} with".split(" ")))]
         for i in open_rows:
             for j in open_rows:
                 entry = self.equations.mass_matrix[i][j]
                 if j >= i and entry != 0:
-                    lines += self.formula(f"  {mass}[{names[i]}, {names[j]}]", entry)
+                    rows.append(self.formula(f"  {mass}[{names[i]}, {names[j]}]", entry))
         right = forcing_with_reactions(self.equations)
-        for i in open_rows:
-            lines += self.formula(f"  {forcing}[{names[i]}]", right[i])
+        rows += [self.formula(f"  {forcing}[{names[i]}]", right[i]) for i in open_rows]
         for closure, value in zip(self.equations.closures, explicit.multipliers, strict=True):
             if value is None:
                 row = display_row(differentiated(self.equations, closure), self.words)
                 left = suffixed(self.printer.pieces(row), " = 0", 4)
-                lines += hung(f"  {escape_controls(closure.name)}   ", left)
-        return lines
+                rows.append(formula(f"  {escape_controls(closure.name)}", "   ", left))
+        return rows
 
-    def closures(self) -> list[str]:
+    def closures(self) -> list[Row]:
         """The equations beside those of motion, and what their multipliers mean."""
         if not self.equations.closures:
             return []
-        rows = [(escape_controls(c.name), c.expression) for c in self.equations.closures]
-        width = max(columns(name) for name, _ in rows)
-        lines = ["Closure equations"]
-        for name, expression in rows:
-            left = suffixed(self.pieces(expression), " = 0", 4)
-            lines += hung(f"  {padded(name, width)}   ", left)
-        return [*lines, *listed("  ", multipliers_line(self.equations).split(" "))]
-
-    def contacts(self) -> list[str]:
-        """Gaps and restitutions of one-sided constraints, and what their multipliers mean."""
+        names = [escape_controls(c.name) for c in self.equations.closures]
         rows = [
-            (escape_controls(c.name), c.closure.expression, c.restitution)
-            for c in self.equations.contacts
+            formula(f"  {name}", lead, suffixed(self.pieces(c.expression), " = 0", 4))
+            for name, lead, c in zip(names, _leads(names), self.equations.closures, strict=True)
         ]
-        width = max((columns(name) for name, _, _ in rows), default=0)
-        lines = ["Contacts"] if rows else []
-        for name, gap, restitution in rows:
-            open_gap = f" {self.printer.at_least} 0"
-            left = suffixed(self.pieces(gap), open_gap, columns(open_gap))
-            lines += hung(f"  {padded(name, width)}   ", left)
-            elasticity = f"   restitution {joined(self.pieces(restitution))}"
-            if columns(lines[-1] + elasticity) <= TEXT_WIDTH:
-                lines[-1] += elasticity
-            else:
-                lines += self.formula(" " * (width + 5) + "restitution", restitution)
-        for line in contacts_lines(self.equations):
-            lines += listed("  ", line.split(" "))
-        return lines
+        note = Row("", "  ", words(multipliers_line(self.equations)))
+        return [_heading("Closure equations"), *rows, note]
 
-    def constraint_forces(self) -> list[str]:
+    def contacts(self) -> list[Row]:
+        """Gaps and restitutions of one-sided constraints, and what their multipliers mean."""
+        names = [escape_controls(c.name) for c in self.equations.contacts]
+        rows = [_heading("Contacts")] if names else []
+        for name, lead, contact in zip(names, _leads(names), self.equations.contacts, strict=True):
+            open_gap = f" {self.printer.at_least} 0"
+            left = suffixed(self.pieces(contact.closure.expression), open_gap, columns(open_gap))
+            elasticity = f"restitution {joined(self.pieces(contact.restitution))}"
+            rows.append(formula(f"  {name}", lead, left, aside=elasticity))
+        return rows + [Row("", "  ", words(line)) for line in contacts_lines(self.equations)]
+
+    def constraint_forces(self) -> list[Row]:
         """Forces on the particles, and what each constraint exerts, where asked for."""
         forces = self.equations.constraint_forces
         if forces is None:
@@ -336,54 +322,60 @@ class _Page:
             known = [] if multiplier is None else [(self._multiplier(name), multiplier)]
             groups.append((name, known + [(f"force on {on}", e) for on, e in sizes]))
         names = [escape_controls(name) for name, _ in groups]
-        width = max(map(columns, names), default=0)
-        lines = [f"Constraint forces   {FORCES_LINE}"]
-        for name, (_, rows) in zip(names, groups, strict=True):
+        lines = [Row("Constraint forces", "   ", words(FORCES_LINE), "heading")]
+        for name, lead, (_, rows) in zip(names, _leads(names), groups, strict=True):
             for index, (label, expression) in enumerate(rows):
-                opening = padded("" if index else name, width)
-                lines += self.formula(f"  {opening}   {escape_controls(label)}", expression)
-        lines += [] if groups else ["  none"]
-        notes = [listed("  ", escape_controls(n).split(" ")) for n in force_notes(forces)]
-        return [*lines, *(line for note in notes for line in note)]
+                begin = (" " * columns(name) if index else name) + lead
+                shown = self.pieces(expression)
+                opening = f"{escape_controls(label)} = "
+                lines.append(
+                    formula(f"  {begin.rstrip()}", begin[len(begin.rstrip()) :] + opening, shown)
+                )
+        lines += [] if groups else [Row("", "  ", words("none"))]
+        return lines + [Row("", "  ", words(escape_controls(n))) for n in force_notes(forces)]
 
     def _multiplier(self, constraint: str) -> str:
         return self.printer.symbol(multiplier_label(self.equations, constraint))
 
     # -- what is conserved ------------------------------------------------------------
 
-    def conserved(self) -> list[str]:
-        rows = [
-            (
-                self.quantity(c),
-                None if energy_is_sum(self.equations, c) else c.expression,
-                self.reason(c),
-            )
-            for c in self.equations.conserved
-        ]
+    def conserved(self) -> list[Row | Block]:
         if not self.equations.coordinates:
             return []
-        lines = self.with_reasons(f"Conserved {SEARCHED}", rows)
-        lines = lines or [f"Conserved   none {SEARCHED}"]
+        rows = [self.conserved_row(c) for c in self.equations.conserved]
+        lines: list[Row | Block] = [Row("Conserved", " ", words(SEARCHED), "heading")]
+        if rows:
+            lines.append(Block(tuple(rows), "asides"))
+        else:
+            lines = [Row("Conserved", "   ", words(f"none {SEARCHED}"), "heading")]
         names = [
             "E" if n == "energy" else self.printer.symbol(n) for n in undecided(self.equations)
         ]
-        return lines + ([f"  not decided: {', '.join(names)}"] if names else [])
+        note = words(f"not decided: {', '.join(names)}")
+        return [*lines, Row("", "  ", note)] if names else lines
 
-    def energy(self) -> list[str]:
+    def energy(self) -> list[Row]:
         """The rate of the energy where that is not conserved."""
         balance = self.equations.balance
         if balance is None:
             return []
         labels = quantity_labels(self.equations)
         label = labels["E" if balance.kind == "energy" else "h"]
-        lines = [f"Energy{between_impacts(self.equations)}"]
+        rows = [Row("Energy", between_impacts(self.equations), role="heading")]
         if energy_is_sum(self.equations, balance):
-            lines.append(f"  {label} = {labels['T']} + {labels['V']}")
+            rows.append(Row(f"  {label}", f" = {labels['T']} + {labels['V']}", role="name"))
         else:
-            lines += self.formula(f"  {label}", self.equations.energy)
+            rows.append(self.formula(f"  {label}", self.equations.energy))
         if balance.is_dissipation:
-            return [*lines, f"  d{label}/dt = -2 {labels['D']}"]
-        return lines + self.formula(f"  d{label}/dt", balance.rate)
+            return [*rows, Row(f"  d{label}/dt", f" = -2 {labels['D']}", role="name")]
+        return [*rows, self.formula(f"  d{label}/dt", balance.rate)]
+
+    def conserved_row(self, quantity: Conserved) -> Row:
+        name, equals, total = self.quantity(quantity).partition(" = ")
+        if equals:
+            reason = escape_controls(self.reason(quantity))
+            return Row(f"  {name}", equals + total, role="name", aside=reason)
+        return self.formula(f"  {name}", quantity.expression, self.reason(quantity))
 
     def quantity(self, quantity: Conserved) -> str:
         labels = quantity_labels(self.equations)
@@ -399,60 +391,63 @@ class _Page:
         symbol = self.printer.symbol(quantity.coordinate)
         return quantity.reason.replace(quantity.coordinate, symbol, 1)
 
-    def inputs(self) -> list[str]:
-        lines = [line for source in self.equations.inputs for line in self.input_lines(source)]
-        return ["Inputs", *lines] if lines else []
+    def inputs(self) -> list[Row]:
+        rows = [self.input_row(source) for source in self.equations.inputs]
+        return [_heading("Inputs"), *rows] if rows else []
 
-    def input_lines(self, source: Input) -> list[str]:
+    def input_row(self, source: Input) -> Row:
         """Write an input: its expression, or in words where its values are recorded."""
         label = f"  {self.printer.symbol(source.name)}"
         if source.recording is None:
             return self.formula(label, source.expression)
-        return listed(f"{label}: ", escape_controls(source.recording.described).split())
+        return Row(label, ": ", words(escape_controls(source.recording.described)), "name")
 
-    def outputs(self) -> list[str]:
-        return self.named("Outputs", self.equations.outputs)
+    def outputs(self) -> list[Row]:
+        rows = [self.formula(f"  {self.printer.symbol(n)}", e) for n, e in self.equations.outputs]
+        return [_heading("Outputs"), *rows] if rows else []
 
-    def named(self, heading: str, rows: Sequence[tuple[str, Expr]]) -> list[str]:
-        names = [(self.printer.symbol(name), e) for name, e in rows]
-        lines = [line for name, e in names for line in self.formula(f"  {name}", e)]
-        return [heading, *lines] if lines else []
-
-    # -- lines --------------------------------------------------------------------------
+    # -- rows ---------------------------------------------------------------------------
 
     def pieces(self, expression: Expr) -> list[Piece]:
         return self.printer.pieces(display(expression, self.words))
 
-    def formula(self, label: str, expression: Expr) -> list[str]:
-        """``label = expression``, broken where it is too long."""
-        return hung(f"{label} = ", self.pieces(expression))
-
-    def with_reasons(self, heading: str, rows: Iterable[tuple[str, Expr | None, str]]) -> list[str]:
-        """``label = expression     reason`` under a heading; reasons form a column."""
-        blocks = [
-            (
-                [f"  {label}"]
-                if expression is None
-                else hung(f"  {label} = ", self.pieces(expression)),
-                escape_controls(reason),
-            )
-            for label, expression, reason in rows
-        ]
-        if not blocks:
-            return []
-        short = [
-            columns(b[0]) for b, _ in blocks if len(b) == 1 and columns(b[0]) <= TEXT_WIDTH // 2
-        ]
-        column = max(short, default=0)
-        lines = [heading]
-        for block, reason in blocks:
-            *before, last = block
-            lines += [*before, f"{padded(last, column)}     {reason}"]
-        return lines
+    def formula(self, label: str, expression: Expr, aside: str = "") -> Row:
+        """``label = expression``, and what is said of it."""
+        shown = self.pieces(expression)
+        return formula(label, " = ", shown, aside=escape_controls(aside))
 
 
-def _remark_items(remark: str) -> list[str]:
-    """A remark in parentheses, whole where it fits on a line, else word by word."""
+def _heading(text: str) -> Row:
+    return Row(text, role="heading")
+
+
+def _sentence(text: str) -> Row:
+    return Row("", "", words(text))
+
+
+def _with_asides(heading: str, rows: Sequence[Row]) -> list[Row | Block]:
+    return [_heading(heading), Block(tuple(rows), "asides")] if rows else []
+
+
+def _leads(names: Sequence[str]) -> list[str]:
+    """Blanks after names, up to the column after the longest one."""
+    width = max(map(columns, names), default=0)
+    return [" " * (width - columns(name) + 3) for name in names]
+
+
+def _equation_pieces(text: str) -> Iterator[Piece]:
+    """Break an equation as the scene has it before signs, where it does not fit on a line."""
+    depth = 0
+    for index, part in enumerate(re.split(r" (?=[-+=<>]=? )", text)):
+        lead, level = ("  ", 1 + depth) if index else ("", 0)
+        yield Piece(part, columns(part) + 1, " ", lead, level)
+        depth += part.count("(") - part.count(")")
+
+
+def _remark_pieces(remark: str) -> Sequence[Piece]:
+    """A remark in parentheses, broken between words where it does not fit on a line."""
     if not remark:
-        return []
-    return [f"  ({remark})"] if len(remark) <= TEXT_WIDTH // 2 else ["", "", *f"({remark})".split()]
+        return ()
+    first, *others = words(f"({remark})")
+    opening = replace(first, width=first.width + 2, separator="   ", lead="  ")
+    return [opening, *(replace(p, lead="   ") for p in deeper(others))]

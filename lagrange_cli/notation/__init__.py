@@ -11,6 +11,7 @@ __all__ = [
     "layout",
     "one_line",
     "ordering",
+    "page",
     "scene_language",
     "symbols",
     "tree",

@@ -6,6 +6,7 @@ the outermost sum, then sums within parentheses, then products.
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -50,6 +51,11 @@ class Line:
 
     text: str
     level: int
+
+
+def columns(text: str) -> int:
+    """The number of terminal columns of a text without wide characters."""
+    return sum(1 for c in text if not unicodedata.combining(c))
 
 
 def joined(pieces: Sequence[Piece]) -> str:

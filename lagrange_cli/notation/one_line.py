@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-import unicodedata
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 
-from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, deeper, joined, prefixed, suffixed
+from lagrange_cli.notation.layout import (
+    FACTOR_DEPTH,
+    Piece,
+    columns,
+    deeper,
+    joined,
+    prefixed,
+    suffixed,
+)
 from lagrange_cli.notation.tree import (
     DisplayCall,
     DisplayFraction,
@@ -21,11 +28,6 @@ from lagrange_cli.notation.tree import (
     DisplaySymbol,
     factors_of,
 )
-
-
-def columns(text: str) -> int:
-    """The number of terminal columns of a text without wide characters."""
-    return sum(1 for c in text if not unicodedata.combining(c))
 
 
 def solid(text: str) -> list[Piece]:

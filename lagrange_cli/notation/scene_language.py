@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.build import display, vocabulary
-from lagrange_cli.notation.layout import Piece, joined, prefixed
-from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, columns, group
+from lagrange_cli.notation.layout import Piece, columns, joined, prefixed
+from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group
 from lagrange_cli.notation.symbols import DOT_WORDS, multiplier_symbol
 from lagrange_cli.notation.tree import (
     DisplayCall,

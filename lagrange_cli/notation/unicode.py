@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from unicodedata import normalize
 
-from lagrange_cli.notation.layout import Piece, joined, prefixed
-from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, columns, group, solid
+from lagrange_cli.notation.layout import Piece, columns, joined, prefixed
+from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group, solid
 from lagrange_cli.notation.symbols import split_name, text_name
 from lagrange_cli.notation.tree import (
     DisplayCall,

@@ -13,6 +13,7 @@ from lagrange_cli.check import Report, SceneReport
 from lagrange_cli.cli.main import run
 from lagrange_cli.cli.reports.check import FORMATS, check_json, check_text, github, junit
 from lagrange_cli.errors import Mark, Problem, escape_controls
+from lagrange_cli.notation.page import UNBROKEN
 
 MARK = Mark("dir/a.yaml", 3, 7, "  dof: 2", 1)
 FAILED = SceneReport(
@@ -37,8 +38,12 @@ def test_exit_code(scenes, code):
     assert Report(scenes).exit_code == code
 
 
+def as_text(report):
+    return check_text(report).text(UNBROKEN)
+
+
 def test_text_shows_the_place_and_what_was_found():
-    assert check_text(Report((FAILED, PASSED))) == (
+    assert as_text(Report((FAILED, PASSED))) == (
         "fail     dir/a.yaml  (0.25 s)\n"
         "  dir/a.yaml:3:7: expected dof 2, found 1\n"
         "      3 |   dof: 2\n"
@@ -94,7 +99,7 @@ def test_github_annotations_stay_on_one_line_each(path, message, hint):
 @example("a\x07b", "\x1b[31m\n::error::bar", "\u202e\u2028\x9b2J")
 def test_no_report_steers_a_terminal(path, message, hint):
     scene = SceneReport(path, "fail", 0.0, (Problem(message, None, hint, "x"),))
-    for form in (check_text, github):
+    for form in (as_text, github):
         shown = form(Report((scene,)))
         assert escape_controls(shown.replace("\n", "")) == shown.replace("\n", "")
 
@@ -127,4 +132,5 @@ def test_junit_is_xml_whatever_the_text(path, message, hint):
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_of_an_empty_report_is_text(name):
-    assert FORMATS[name](Report(())).endswith("\n")
+    written = FORMATS[name](Report(()))
+    assert (written if isinstance(written, str) else written.text()).endswith("\n")

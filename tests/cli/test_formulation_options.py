@@ -142,6 +142,6 @@ def test_form_is_told_where_it_is_another_one():
     model = derivation.model()
     run = derivation.simulate(until=0.1)
     told = replace(run, remarks=("something else",))
-    assert "\nForm " not in FORMATS["text"](Simulated(model, told))
+    assert "\nForm " not in FORMATS["text"](Simulated(model, told)).text()
     gone_on = replace(told, formulation="multiplier")
-    assert "\nForm      multiplier\n" in FORMATS["text"](Simulated(model, gone_on))
+    assert "\nForm      multiplier\n" in FORMATS["text"](Simulated(model, gone_on)).text()

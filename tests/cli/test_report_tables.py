@@ -9,31 +9,36 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
+from lagrange_cli.cli.reports.tables import TableColumn, labelled, sentence_row, table
+from lagrange_cli.notation.page import UNBROKEN, page
 
 COLUMNS = (TableColumn("name"), TableColumn("value", 6, ">", " "), TableColumn("why"))
 CELLS = st.text("abc ", max_size=8).map(str.strip)
 
 
+def lines(rows, width=UNBROKEN):
+    return page([rows]).text(width).splitlines()
+
+
 def test_table_in_full():
     rows = [["pendulum", "1.5", "it swings"], ["top", "-12345678"], ["x", "3", ""]]
-    assert table(COLUMNS, rows) == [
+    assert lines(table(COLUMNS, rows)) == [
         "  name      value  why",
         "  pendulum    1.5  it swings",
         "  top      -12345678",
         "  x             3",
     ]
-    assert table(COLUMNS, rows[2:], heading=False) == ["  x      3"]
-    assert table(COLUMNS, []) == ["  name  value  why"]
+    assert lines(table(COLUMNS, rows[2:], heading=False)) == ["  x      3"]
+    assert lines(table(COLUMNS, [])) == ["  name  value  why"]
 
 
 @given(st.lists(st.tuples(CELLS, CELLS, CELLS), max_size=6))
 def test_columns_begin_at_one_place(rows):
     """Cells that fit are found where their column stands, whatever the others hold."""
     rows = [(name, value[:6].strip(), why) for name, value, why in rows]
-    heading, *lines = table(COLUMNS, rows)
+    heading, *below = lines(table(COLUMNS, rows))
     third = heading.index("why")
-    for (name, value, why), line in zip(rows, lines, strict=True):
+    for (name, value, why), line in zip(rows, below, strict=True):
         assert not line.endswith(" ")
         assert line[2 : 2 + len(name)] == name
         assert line[: third - 2].strip().endswith(value)
@@ -42,7 +47,22 @@ def test_columns_begin_at_one_place(rows):
 
 def test_labels_wider_than_their_column():
     rows = [("Code", "C"), ("Constraints", "1e-9")]
-    assert labelled(*rows, width=8) == ["Code      C", "Constraints  1e-9"]
+    assert lines(labelled(*rows, width=8)) == ["Code      C", "Constraints  1e-9"]
+
+
+def test_last_cells_and_texts_are_broken_where_a_window_ends():
+    rows = [["top", "3", "it spins longer than it swings"]]
+    assert lines(table(COLUMNS, rows), 30) == [
+        "  name  value  why",
+        "  top       3  it spins longer",
+        "               than it swings",
+    ]
+    assert lines(labelled(("Code", "compiled C, stepped by SciPy"), width=5), 20) == [
+        "Code   compiled C,",
+        "       stepped by",
+        "       SciPy",
+    ]
+    assert lines([sentence_row("top: two runs of one")], 14) == ["top: two runs", "     of one"]
 
 
 def test_json_has_null_for_what_is_no_number():

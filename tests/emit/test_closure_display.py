@@ -94,7 +94,7 @@ def test_minimal_reports_have_no_multipliers():
 
 
 def test_text_of_the_pendulum():
-    lines = derivation_text(closures.pendulum()).splitlines()
+    lines = derivation_text(closures.pendulum(), width=100).splitlines()
     start = lines.index("Equations of motion")
     assert lines[start : start + 8] == [
         "Equations of motion",
@@ -114,7 +114,7 @@ def test_text_of_the_pendulum():
 
 
 def test_text_of_velocity_constraints():
-    text = derivation_text(closures.sleigh())
+    text = derivation_text(closures.sleigh(), width=100)
     assert "3N = 3, K = 0, DOF = 3, 1 nonholonomic constraint\n" in text
     assert "  blade   cos θ ẏ - sin θ ẋ = 0\n" in text
     assert "gradient of the left side by the velocities is the force" in text

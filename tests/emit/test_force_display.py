@@ -45,7 +45,7 @@ def section(text):
 
 
 def test_text_of_a_pendulum():
-    shown = section(derivation_text(found(ANGLE)))
+    shown = section(derivation_text(found(ANGLE), width=100))
     lines = [line.strip() for line in shown.splitlines()[1:]]
     assert lines == [
         "bob     f_x = -m sin(θ) (l θ̇² + g cos θ)",
@@ -58,7 +58,7 @@ def test_text_of_a_pendulum():
 
 
 def test_text_with_a_multiplier_that_is_an_unknown():
-    shown = section(derivation_text(found(CARTESIAN)))
+    shown = section(derivation_text(found(CARTESIAN), width=100))
     assert "f_x = 2 λ_rod x" in shown
     assert "force on bob = 2 λ_rod √(x² + z²)" in shown
     assert "λ_rod =" not in shown
@@ -66,13 +66,13 @@ def test_text_with_a_multiplier_that_is_an_unknown():
 
 
 def test_ascii_is_in_the_scene_language():
-    shown = section(derivation_text(found(ANGLE), ascii=True))
+    shown = section(derivation_text(found(ANGLE), ascii=True, width=100))
     assert shown.isascii()
     assert "lambda_rod = -m*(l*dot(theta)^2 + g*cos(theta))/(2*l)" in shown
 
 
 def test_what_is_passed_on_is_said():
-    shown = section(derivation_text(found(TORSION)))
+    shown = section(derivation_text(found(TORSION), width=100))
     assert "pass on spring, bend, which are written in coordinates and act on no particle" in shown
 
 

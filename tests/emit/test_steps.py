@@ -160,7 +160,7 @@ def test_equilibrium_of_a_lever_by_virtual_work(capsys: pytest.CaptureFixture[st
     """The work of weight and effort, without the force of the fulcrum."""
     scene = [str(SCENES["lever"]), "--by", "dalembert"]
     written = lines(capsys, scene, "d'Alembert's principle")
-    assert written[1] == "Σ_i (K_i - m_i r̈_i) · δr_i = 0"
+    assert "Σ_i (K_i - m_i r̈_i) · δr_i = 0" in written
     assert "Σ_i K_i · ∂r_i/∂θ = (m a g - b F) cos θ" in written
 
 

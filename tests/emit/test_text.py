@@ -8,11 +8,11 @@ import sympy
 
 from lagrange_cli import loads
 from lagrange_cli.emit.latex.document import latex_document
-from lagrange_cli.emit.text import TEXT_WIDTH, derivation_text
+from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.findings import Conserved, ConstraintLine
-from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, break_lines, joined
-from lagrange_cli.notation.one_line import columns
+from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, break_lines, columns, joined
+from lagrange_cli.notation.page import USUAL_WIDTH
 from lagrange_cli.notation.symbols import latex_name, text_name
 from lagrange_cli.scene import read_text
 from tests.emit.emit_scenes import (
@@ -120,7 +120,7 @@ def derived_chain(n):
 def test_long_systems_keep_the_width(n, ascii_only, form):
     text = derivation_text(derived_chain(n), ascii=ascii_only, form=form)
     widths = [columns(line) for line in text.splitlines()]
-    assert max(widths) <= TEXT_WIDTH
+    assert max(widths) <= USUAL_WIDTH
     assert len(widths) > 5 * n
     assert all(line == line.rstrip() for line in text.splitlines())
 
@@ -281,7 +281,7 @@ potentials: {spring: %s*a^2}
 @pytest.mark.parametrize("letter", ["K", "N", "M", "f"])
 def test_no_letter_has_two_meanings(letter):
     equations = loads(LETTERS % (letter, letter)).derive().equations
-    text = derivation_text(equations, form="explicit")
+    text = derivation_text(equations, form="explicit", width=200)
     counts = "Degrees of freedom   3N = 6, 1 further coordinate, K = 4, DOF = 3\n"
     words = "Degrees of freedom   6 Cartesian coordinates, 1 further coordinate, 4 independent"
     assert (counts in text) == (letter in "Mf")

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from lagrange_cli.cli.reports.character_plot import character_plot
 from lagrange_cli.cli.reports.tradeoff import options_of, tradeoff_summary, tradeoff_text
 from lagrange_cli.errors import InputError
+from lagrange_cli.notation.page import UNBROKEN
 from lagrange_cli.simulate import simulate
 from lagrange_cli.studies.tradeoff.plot import draw_trade
 from lagrange_cli.studies.tradeoff.runs import Setting
@@ -51,7 +52,7 @@ def test_recommended_options_run_the_same(oscillator, traded):
 
 
 def test_text_has_every_run_and_what_follows(traded):
-    shown = tradeoff_text(traded)
+    shown = tradeoff_text(traded).text(UNBROKEN)
     rows = [line for line in shown.splitlines() if line.startswith("  DOP853 ")]
     assert len(rows) == sum(p.setting.method == "DOP853" for p in traded.points)
     assert "Recommended\n  1e-03  --method" in shown
@@ -61,14 +62,14 @@ def test_text_has_every_run_and_what_follows(traded):
 
 def test_runs_that_fail_alike_are_one_row(traded):
     points = [made(None, reason="no", setting=Setting("RK4", step=h)) for h in (0.2, 0.1, 0.05)]
-    shown = tradeoff_text(replace(traded, points=tuple(points), automatic=()))
+    shown = tradeoff_text(replace(traded, points=tuple(points), automatic=())).text(UNBROKEN)
     assert "step 0.2       failed, with 2 finer ones, after 300 evaluations: no" in shown
     assert "Recommended  nothing" in shown
     assert "no run to draw" in shown
 
 
 def test_auto_alone_has_no_table(traded):
-    shown = tradeoff_text(replace(traded, points=()))
+    shown = tradeoff_text(replace(traded, points=())).text(UNBROKEN)
     assert "Recommended" not in shown
     assert "--accuracy 1e-06" in shown
 

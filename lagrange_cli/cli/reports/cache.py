@@ -7,8 +7,9 @@ from typing import Any
 
 from lagrange_cli.cache import MAX_CACHE_BYTES, Cache, Removed
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import labelled
+from lagrange_cli.cli.reports.tables import labelled, sentence_row
 from lagrange_cli.errors import escape_controls
+from lagrange_cli.notation.page import Page, Row, page
 
 #: Kind of entry → the endings of its files.
 _KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
@@ -30,23 +31,23 @@ def _summary(cache: Cache, removed: Removed | None) -> dict[str, Any]:
     return report
 
 
-def _text(cache: Cache, removed: Removed | None) -> str:
+def _text(cache: Cache, removed: Removed | None) -> Page:
     """Write the report for a person."""
     if removed is not None:
-        return f"removed {file_count(removed.files)}, {_size(removed.size)}"
+        return page([[Row("", f"removed {file_count(removed.files)}, {_size(removed.size)}")]])
     report = _summary(cache, removed)
-    lines = []
+    rows = []
     if report["reason"] is not None:
-        lines.append(f"Nothing is kept: {report['reason']}")
+        rows.append(sentence_row(escape_controls(f"Nothing is kept: {report['reason']}")))
     if report["folder"] is not None:
         entries, size = report["entries"], report["bytes"]
         kept = [
-            ("Folder", report["folder"]),
+            ("Folder", escape_controls(report["folder"])),
             ("Entries", f"{entries['answers']} answers, {entries['compiled']} compiled"),
             ("Size", f"{_size(size)} of at most {_size(report['largest'])}"),
         ]
-        lines += labelled(*kept, width=7)
-    return "\n".join(map(escape_controls, lines))
+        rows += labelled(*kept, width=7)
+    return page([rows])
 
 
 def _size(count: int) -> str:
@@ -63,7 +64,7 @@ def file_count(count: int) -> str:
 
 
 #: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[Cache, Removed | None], str]] = {
+FORMATS: Mapping[str, Callable[[Cache, Removed | None], str | Page]] = {
     "text": _text,
     "json": lambda cache, removed: json_text(_summary(cache, removed), ascii=True),
 }

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 from lagrange_cli.cli.reports.json_text import json_text
 from lagrange_cli.cli.reports.tables import TableColumn, table
 from lagrange_cli.errors import Problem, escape_controls, render
+from lagrange_cli.notation.page import Page, Role, Row, page
 
 if TYPE_CHECKING:
     from lagrange_cli.check import Report, SceneReport
@@ -17,13 +18,13 @@ if TYPE_CHECKING:
 _SCENE = (TableColumn("", 7, before=""), TableColumn(), TableColumn())
 
 
-def _scene_text(scene: SceneReport) -> str:
+def _scene_rows(scene: SceneReport) -> list[Row]:
     """The lines for one scene: its outcome, and each problem with its place."""
     row = [scene.outcome, escape_controls(scene.path), f"({scene.seconds:.2f} s)"]
-    lines = table(_SCENE, [row], heading=False)
-    for problem in scene.problems:
-        lines.extend("  " + line for line in render(problem).splitlines())
-    return "\n".join(lines)
+    role: Role = "good" if scene.outcome == "pass" else "bad"
+    lines = table(_SCENE, [row], heading=False, role=role)
+    problems = [line for problem in scene.problems for line in render(problem).splitlines()]
+    return lines + [Row("", f"  {line}") for line in problems]
 
 
 def _total(report: Report) -> str:
@@ -33,9 +34,10 @@ def _total(report: Report) -> str:
     return f"{number} {'scene' if number == 1 else 'scenes'}: {counts or 'nothing to check'}\n"
 
 
-def check_text(report: Report) -> str:
+def check_text(report: Report) -> Page:
     """The report for a person."""
-    return "\n".join([*map(_scene_text, report.scenes), _total(report)])
+    rows = [row for scene in report.scenes for row in _scene_rows(scene)]
+    return page([[*rows, Row("", _total(report).rstrip())]])
 
 
 def _escape(value: str, *more: tuple[str, str]) -> str:
@@ -117,7 +119,7 @@ def junit(report: Report) -> str:
 
 
 #: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[Report], str]] = {
+FORMATS: Mapping[str, Callable[[Report], str | Page]] = {
     "text": check_text,
     "github": github,
     "json": check_json,

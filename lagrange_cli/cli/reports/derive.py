@@ -7,17 +7,20 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.cli.reports.json_text import json_text
 from lagrange_cli.cli.terminal.output import can_encode
+from lagrange_cli.notation.page import Page
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation
 
 
-def _text(derivation: Derivation, form: str, ascii_only: bool, encoding: str) -> str:
+def _text(derivation: Derivation, form: str, ascii_only: bool, encoding: str) -> Page:
     """The derivation as text, in ASCII where the encoding has no more."""
-    written = derivation.text(form=form, ascii=ascii_only)
-    if ascii_only or can_encode(written, encoding):
+    from lagrange_cli.emit.text import derivation_page
+
+    written = derivation_page(derivation.equations, form=form, ascii=ascii_only)
+    if ascii_only or can_encode(written.text(), encoding):
         return written
-    return derivation.text(form=form, ascii=True)
+    return derivation_page(derivation.equations, form=form, ascii=True)
 
 
 def _json(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) -> str:
@@ -39,7 +42,7 @@ def _markdown(derivation: Derivation, form: str, _ascii_only: bool, _encoding: s
 
 #: Name of a format → what writes it, in a form of the equations, in plain ASCII or in what an
 #: encoding has.
-FORMATS: Mapping[str, Callable[[Derivation, str, bool, str], str]] = {
+FORMATS: Mapping[str, Callable[[Derivation, str, bool, str], str | Page]] = {
     "text": _text,
     "latex": _latex,
     "markdown": _markdown,

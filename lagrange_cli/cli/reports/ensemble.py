@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import labelled
+from lagrange_cli.cli.reports.tables import labelled, sentence_row
+from lagrange_cli.notation.page import Page, Row, page, words
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.input_file import Members
@@ -90,7 +91,7 @@ def _summary(simulated: SimulatedMembers) -> dict[str, Any]:
     }
 
 
-def _text(simulated: SimulatedMembers) -> str:
+def _text(simulated: SimulatedMembers) -> Page:
     """The result for a person."""
     counts, estimated = simulated.counts(), simulated.estimated()
     finished = sum(counts.values())
@@ -100,31 +101,32 @@ def _text(simulated: SimulatedMembers) -> str:
     if estimated is not None:
         known.append(("Accuracy", f"{estimated:.1e} estimated, the largest of all members"))
     known.append(("Speed", f"{rate:.3g} members a second"))
-    lines = [
-        f"{simulated.plan.model.name}: {finished} of {len(simulated.members)} members",
-        "",
-        *labelled(*known, width=8),
-        *_failures(simulated.failed()),
-    ]
-    return "\n".join(lines)
+    done = f"{simulated.plan.model.name}: {finished} of {len(simulated.members)} members"
+    return page(
+        [
+            [sentence_row(done, "heading")],
+            labelled(*known, width=8),
+            _failures(simulated.failed()),
+        ]
+    )
 
 
-def _failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
-    """List the first failures, a line each, under a blank line; nothing if there are none."""
+def _failures(failed: Sequence[Mapping[str, Any]]) -> list[Row]:
+    """List the first failures, a line each; nothing if there are none."""
     if not failed:
         return []
-    lines = ["", "Failed"]
+    lines = [Row("Failed", role="heading")]
     for member in failed[:_MOST_SHOWN]:
         values = ", ".join(f"{name} = {value}" for name, value in member["values"].items())
-        what = f"{member['status']}, {member['reason']}"
-        lines.append(f"  {member['member']}  {values}: {what}")
+        what = f"{values}: {member['status']}, {member['reason']}"
+        lines.append(Row(f"  {member['member']}", "  ", words(what), "name"))
     if len(failed) > _MOST_SHOWN:
-        lines.append(f"  and {len(failed) - _MOST_SHOWN} more; --json lists them all")
+        lines.append(Row(f"  and {len(failed) - _MOST_SHOWN} more; --json lists them all"))
     return lines
 
 
 #: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[SimulatedMembers], str]] = {
+FORMATS: Mapping[str, Callable[[SimulatedMembers], str | Page]] = {
     "text": _text,
     "json": lambda simulated: json_text(_summary(simulated)),
 }

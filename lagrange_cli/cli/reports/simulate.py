@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
+from lagrange_cli.cli.reports.tables import TableColumn, labelled, sentence_row, table
+from lagrange_cli.notation.page import Page, Row, page
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
@@ -65,7 +66,7 @@ def _number(value: float | None, form: str) -> str:
     return "none" if value is None else format(value, form)
 
 
-def _state(trajectory: Trajectory) -> list[str]:
+def _state(trajectory: Trajectory) -> list[Row]:
     """Write the last state as a table: each name with its value and its rate, if it has one."""
     state = trajectory.state
     rates = {name: state.get(f"dot({name})") for name in state if not name.startswith("dot(")}
@@ -76,14 +77,13 @@ def _state(trajectory: Trajectory) -> list[str]:
     return table(_STATE, rows)
 
 
-def _further(values: Mapping[str, float]) -> list[str]:
-    """Write one value a line, and a blank line, if there are any."""
-    rows = [[name, f"{value:.9g}"] for name, value in values.items()]
-    return [*table(_FURTHER, rows, heading=False), ""] if rows else []
+def _further(values: Mapping[str, float]) -> list[Row]:
+    """Write one value a line."""
+    return table(_FURTHER, [[n, f"{value:.9g}"] for n, value in values.items()], heading=False)
 
 
-def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[str]:
-    """List the first events with the values of some names, and a blank line."""
+def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[Row]:
+    """List the first events with the values of some names."""
     events = trajectory.events
     if not events:
         return []
@@ -95,10 +95,11 @@ def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[str]:
         ]
         for event in events[:_MOST_EVENTS]
     ]
-    lines = ["Events", *table(_EVENTS, rows, heading=False)]
+    lines = [Row("Events", role="heading"), *table(_EVENTS, rows, heading=False)]
     if len(events) > _MOST_EVENTS:
-        lines.append(f"  and {len(events) - _MOST_EVENTS} more until t = {events[-1].t:.9g}")
-    return [*lines, ""]
+        more = f"  and {len(events) - _MOST_EVENTS} more until t = {events[-1].t:.9g}"
+        lines.append(Row(more))
+    return lines
 
 
 def _promise(trajectory: Trajectory) -> str:
@@ -109,7 +110,7 @@ def _promise(trajectory: Trajectory) -> str:
     return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
 
 
-def _text(simulated: Simulated) -> str:
+def _text(simulated: Simulated) -> Page:
     """The result for a person."""
     model, trajectory = simulated.model, simulated.trajectory
     # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
@@ -128,16 +129,15 @@ def _text(simulated: Simulated) -> str:
         ),
         ("Code", trajectory.implementation),
     ]
-    lines = [
-        f"{trajectory.name} at t = {trajectory.t[-1]:.9g}",
-        "",
-        *_state(trajectory),
-        "",
-        *_further(simulated.further()),
-        *_events(trajectory, (*model.coordinates, *model.outputs)),
-        *labelled(*known, width=8),
-    ]
-    return "\n".join(lines)
+    return page(
+        [
+            [sentence_row(f"{trajectory.name} at t = {trajectory.t[-1]:.9g}", "heading")],
+            _state(trajectory),
+            _further(simulated.further()),
+            _events(trajectory, (*model.coordinates, *model.outputs)),
+            labelled(*known, width=8),
+        ]
+    )
 
 
 def _json(simulated: Simulated) -> str:
@@ -147,4 +147,4 @@ def _json(simulated: Simulated) -> str:
 
 
 #: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[Simulated], str]] = {"text": _text, "json": _json}
+FORMATS: Mapping[str, Callable[[Simulated], str | Page]] = {"text": _text, "json": _json}

@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
+from lagrange_cli.cli.reports.tables import TableColumn, labelled, sentence_row, table
+from lagrange_cli.notation.page import Page, Row, page
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.stress.measure import Stress
@@ -84,15 +85,17 @@ def _finite(value: float | None) -> float | None:
 # Text.
 
 
-def _text(stress: Stress) -> str:
+def _text(stress: Stress) -> Page:
     """Write the table and its summary, for a person."""
-    lines = [f"{stress.name}: {sentence(stress.counts)}", ""]
-    if stress.runs:
-        lines += [*table(_RUNS, list(map(_row, stress.runs))), ""]
-    lines += _references(stress.runs)
-    if stress.left_out:
-        lines += labelled(("Left out", f"the scene has no points of {', '.join(stress.left_out)}"))
-    return "\n".join(lines)
+    left_out = f"the scene has no points of {', '.join(stress.left_out)}"
+    return page(
+        [
+            [sentence_row(f"{stress.name}: {sentence(stress.counts)}", "heading")],
+            table(_RUNS, list(map(_row, stress.runs))) if stress.runs else [],
+            _references(stress.runs)
+            + (labelled(("Left out", left_out)) if stress.left_out else []),
+        ]
+    )
 
 
 def sentence(counts: dict[str, int]) -> str:
@@ -120,7 +123,7 @@ def _row(run: StressRun) -> list[str]:
     ]
 
 
-def _references(runs: Sequence[StressRun]) -> list[str]:
+def _references(runs: Sequence[StressRun]) -> list[Row]:
     """List the kinds of references that errors are measured from, and how often."""
     checked = [run.reference for run in runs if run.error is not None]
     kinds = Counter(reference.partition(" until ")[0] for reference in checked)
@@ -137,7 +140,7 @@ def _cut(said: str, most: int) -> str:
 
 
 #: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[Stress], str]] = {
+FORMATS: Mapping[str, Callable[[Stress], str | Page]] = {
     "text": _text,
     "json": lambda stress: json_text(stress_summary(stress)),
 }

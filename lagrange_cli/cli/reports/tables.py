@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from lagrange_cli.notation.page import Role, Row, words
+
 
 @dataclass(frozen=True, slots=True)
 class TableColumn:
@@ -34,9 +36,13 @@ class TableColumn:
 
 
 def table(
-    columns: Sequence[TableColumn], rows: Sequence[Sequence[str]], *, heading: bool = True
-) -> list[str]:
-    """Write rows under each other, without blanks at their ends.
+    columns: Sequence[TableColumn],
+    rows: Sequence[Sequence[str]],
+    *,
+    heading: bool = True,
+    role: Role = "name",
+) -> list[Row]:
+    """Write rows under each other; the last cell of each is broken where it does not fit.
 
     Parameters
     ----------
@@ -46,17 +52,46 @@ def table(
         Texts of cells; a row may end early, and its last cell be wider than the column.
     heading
         True if the first line has the columns' headings.
+    role
+        Role of the first cells.
     """
-    lines = [[column.heading for column in columns], *rows] if heading else rows
+    names = [column.heading for column in columns]
+    lines = [names, *rows] if heading else rows
     widths = [c.fitted(row[k] for row in lines if k < len(row)) for k, c in enumerate(columns)]
-    return [_line(columns, widths, row) for row in lines]
+    written = [_row(columns, widths, row, role) for row in rows]
+    if not heading:
+        return written
+    whole = "".join(_cells(columns, widths, names)).rstrip()
+    return [Row(whole, role="heading"), *written]
 
 
-def _line(columns: Sequence[TableColumn], widths: Sequence[int], row: Sequence[str]) -> str:
+def _cells(columns: Sequence[TableColumn], widths: Sequence[int], row: Sequence[str]) -> list[str]:
     cells = zip(columns, widths, row, strict=False)
-    return "".join(f"{c.before}{cell:{c.align}{width}}" for c, width, cell in cells).rstrip()
+    return [f"{c.before}{cell:{c.align}{width}}" for c, width, cell in cells]
 
 
-def labelled(*rows: tuple[str, str], width: int = 9) -> list[str]:
+def _row(
+    columns: Sequence[TableColumn], widths: Sequence[int], row: Sequence[str], role: Role
+) -> Row:
+    first, *others = _cells(columns, widths, row)
+    name = first.rstrip()
+    if not others:
+        return Row(name, role=role)
+    *middle, last = others
+    lead = first[len(name) :] + "".join(middle)
+    blanks = len(last) - len(last.lstrip())
+    return Row(name, lead + last[:blanks], words(last[blanks:]), role)
+
+
+def labelled(*rows: tuple[str, str], width: int = 9) -> list[Row]:
     """Write ``label  text`` a line, the texts under each other if labels fit the width."""
-    return [f"{label:<{width}}  {text}" for label, text in rows]
+    return [
+        Row(label, " " * (max(width - len(label), 0) + 2), words(text), "heading")
+        for label, text in rows
+    ]
+
+
+def sentence_row(text: str, role: Role = "") -> Row:
+    """Write a sentence, whose first word has a role."""
+    first, blank, rest = text.partition(" ")
+    return Row(first, blank, words(rest), role)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.reports.character_plot import character_plot
 from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
+from lagrange_cli.cli.reports.tables import TableColumn, labelled, sentence_row, table
+from lagrange_cli.notation.page import Page, Row, page
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.reference import Reference
@@ -141,41 +142,37 @@ def _recommended(recommendation: Recommendation, samples: int) -> dict[str, Any]
 # Text.
 
 
-def tradeoff_text(trade: Trade) -> str:
+def tradeoff_text(trade: Trade) -> Page:
     """Write the table, the picture and the recommendations, for a person."""
     known = trade.reference
     checked = (
         "" if known.checked is None else f"; {known.checked} differs by {known.difference:.0e}"
     )
-    return "\n".join(
+    title = (
+        f"{trade.name} until t = {trade.until:.9g}: {len(trade.points)} runs,"
+        f" {trade.samples} samples each, short ones timed up to {trade.repeat} times"
+    )
+    reference = f"{known.method}, error {known.error:.0e}{checked}"
+    left_out = labelled(
+        *(("Left out", reason) for reason in dict.fromkeys(trade.left_out.values()))
+    )
+    last = [*_automatics(trade.automatic), *left_out]
+    return page(
         [
-            f"{trade.name} until t = {trade.until:.9g}: {len(trade.points)} runs,"
-            f" {trade.samples} samples each, short ones timed up to {trade.repeat} times",
-            "",
-            *labelled(
-                ("Reference", f"{known.method}, error {known.error:.0e}{checked}"),
-                ("Code", trade.implementation),
-            ),
-            "",
+            [sentence_row(title, "heading")],
+            labelled(("Reference", reference), ("Code", trade.implementation)),
             *(_compared(trade) if trade.points else ()),
-            *_automatics(trade.automatic),
-            *labelled(*(("Left out", reason) for reason in dict.fromkeys(trade.left_out.values()))),
+            [*(_recommendations(trade) if trade.points else ()), *last],
         ]
     )
 
 
-def _compared(trade: Trade) -> list[str]:
-    """Write the table, the picture and the recommendations of runs of methods."""
-    return [
-        *_table(trade.points),
-        "",
-        *character_plot(trade.points),
-        "",
-        *_recommendations(trade),
-    ]
+def _compared(trade: Trade) -> list[list[Row]]:
+    """Write the table and the picture of runs of methods."""
+    return [_table(trade.points), [Row("", line) for line in character_plot(trade.points)]]
 
 
-def _table(points: Sequence[WorkPrecisionPoint]) -> list[str]:
+def _table(points: Sequence[WorkPrecisionPoint]) -> list[Row]:
     alike = groupby(points, key=lambda p: (p.setting.method, p.outcome, p.reason))
     rows: list[list[str]] = []
     for (_, outcome, _), group in alike:
@@ -210,7 +207,7 @@ def _row(point: WorkPrecisionPoint) -> list[str]:
     ]
 
 
-def _recommendations(trade: Trade) -> list[str]:
+def _recommendations(trade: Trade) -> list[Row]:
     if not trade.recommended:
         return labelled(("Recommended", "nothing: no run is good to 1e-03"))
     rows = [
@@ -222,15 +219,19 @@ def _recommendations(trade: Trade) -> list[str]:
         ]
         for entry in trade.recommended
     ]
-    return ["Recommended", *table(_RECOMMENDED, rows, heading=False)]
+    return [Row("Recommended", role="heading"), *table(_RECOMMENDED, rows, heading=False)]
 
 
-def _automatics(ratios: Sequence[CostRatios]) -> list[str]:
+def _automatics(ratios: Sequence[CostRatios]) -> list[Row]:
     """Compare the costs of ``--accuracy`` with those of as good, and of good enough runs."""
     if not ratios:
         return []
     return [
-        "Automatic, times the least of runs that are as good, and of those that are good enough",
+        sentence_row(
+            "Automatic, times the least of runs that are as good, and of those that are"
+            " good enough",
+            "heading",
+        ),
         *table(_AUTOMATIC, list(map(_automatic_row, ratios))),
     ]
 
@@ -259,7 +260,7 @@ def _times(factor: float | None) -> str:
 
 
 #: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[Trade], str]] = {
+FORMATS: Mapping[str, Callable[[Trade], str | Page]] = {
     "text": tradeoff_text,
     "json": lambda trade: json_text(tradeoff_summary(trade)),
 }

@@ -9,9 +9,11 @@ from typing import Any, TextIO, TypeVar
 
 import click
 
+from lagrange_cli.cli.terminal.appearance import painter, window_width
 from lagrange_cli.cli.terminal.streams import results, results_apart
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, write_file
+from lagrange_cli.notation.page import UNBROKEN, Page
 
 _Report = TypeVar("_Report")
 
@@ -33,6 +35,18 @@ def stdout_encoding() -> str:
     return str(encoding).lower()
 
 
+def page_encoding() -> str:
+    """Return the encoding of what a person reads on standard output.
+
+    ``LC_ALL=C`` asks for ASCII, unless one of Python's own variables says otherwise; Python takes
+    UTF-8 there, for systems on which no locale is set.
+    """
+    is_plain = os.environ.get("LC_ALL") in ("C", "POSIX")
+    if is_plain and not (os.environ.get("PYTHONIOENCODING") or os.environ.get("PYTHONUTF8")):
+        return "ascii"
+    return stdout_encoding()
+
+
 def can_encode(text: str, encoding: str) -> bool:
     """Say whether an encoding has every character of a text."""
     try:
@@ -42,11 +56,16 @@ def can_encode(text: str, encoding: str) -> bool:
     return True
 
 
-def print_text(text: str, format_: str = "text") -> None:
-    """Write a text to standard output, at once and whole.
+def print_text(content: str | Page, format_: str = "text", *, width: int = UNBROKEN) -> None:
+    """Write a text to standard output, at once and whole; a page as its window is.
 
     Characters that the encoding lacks are written as escapes, those of JSON if ``format_`` is
     ``json``. A reader that went away ends the program in silence, as it does for other filters.
+
+    Parameters
+    ----------
+    width
+        Columns of the lines of a page where there is no window.
 
     Raises
     ------
@@ -56,7 +75,11 @@ def print_text(text: str, format_: str = "text") -> None:
     stream = results()
     if stream is None:
         raise InputError(Problem("cannot write standard output: it is closed", rule="output"))
-    printable = _encodable(text, stdout_encoding(), format_)
+    if isinstance(content, Page):
+        text = content.text(window_width(stream, width), painter(stream))
+        printable = _encodable(text, page_encoding(), format_)
+    else:
+        printable = _encodable(content, stdout_encoding(), format_)
     try:
         stream.write(printable if printable.endswith("\n") else printable + "\n")
         stream.flush()
@@ -68,17 +91,17 @@ def print_text(text: str, format_: str = "text") -> None:
         raise cannot_write("standard output", error) from error
 
 
-def deliver(text: str, format_: str, path: str | None) -> None:
+def deliver(content: str | Page, format_: str, path: str | None, *, width: int = UNBROKEN) -> None:
     """Write a text to a file, or print it if ``path`` is None; see :func:`print_text`."""
     if path is None:
-        print_text(text, format_)
+        print_text(content, format_, width=width)
     else:
-        write_file(path, text)
+        write_file(path, content.text(width) if isinstance(content, Page) else content)
 
 
 def print_report(
     report: _Report,
-    formats: Mapping[str, Callable[[_Report], str]],
+    formats: Mapping[str, Callable[[_Report], str | Page]],
     *,
     as_json: bool,
     output: str | None = None,
@@ -91,7 +114,7 @@ def print_report(
         The file or standard output cannot be written.
     """
     if output is not None:
-        write_file(output, formats["json"](report))
+        deliver(formats["json"](report), "json", output)
     format_ = "json" if as_json else "text"
     print_text(formats[format_](report), format_)
 
