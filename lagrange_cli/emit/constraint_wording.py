@@ -53,7 +53,8 @@ def _names(equations: Equations) -> set[str]:
     names |= {c.name for c in equations.coordinates}
     names |= {c.name for c in equations.cartesian_names}
     names |= {name for name, _ in (*equations.abbreviations, *equations.outputs)}
-    names |= {function.name for function in equations.functions}
+    # Those that are given stand in their place, and are not printed.
+    names |= {function.name for function in equations.functions if function.expression is None}
     return names | {source.name for source in equations.inputs}
 
 

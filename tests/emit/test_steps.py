@@ -264,3 +264,19 @@ def test_explicit_form_beside_the_steps(capsys: pytest.CaptureFixture[str]) -> N
     text = capsys.readouterr().out
     assert "Equations of motion, solved for the accelerations" in text
     assert "ẍ = " in text
+
+
+def test_an_unknown_potential_keeps_its_letter() -> None:
+    """V(r) stays in every line, and V does not name the potential energy too."""
+    scene = """
+name: central
+parameters: {m: {positive: true}}
+functions: {V: r}
+particles: {planet: {mass: m, position: [r*cos(theta), r*sin(theta), 0]}}
+coordinates: [r, theta]
+potentials: {central: V(r)}
+initial: {r: 1}
+"""
+    text = derivation_text(derive(read_text(scene), steps="lagrange"))
+    assert "V_pot = V(r)" in text
+    assert "∂L/∂r = m r θ̇² - V′(r)" in text
