@@ -8,6 +8,8 @@ from lagrange_cli.mechanics.equations import tagged
 from lagrange_cli.notation.symbols import multiplier_name
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import CartesianName, Equations, ShownEquation
     from lagrange_cli.mechanics.findings import (
@@ -197,9 +199,20 @@ def energy_is_sum(equations: Equations, quantity: Conserved | EnergyBalance) -> 
     return quantity.kind == "energy" and not is_generalized_potential(equations)
 
 
-def was_divided(shown: ShownEquation) -> bool:
-    """Say whether a common factor other than a sign was divided out."""
-    return shown.divided_by not in (1, -1)
+def energy_letter(quantity: Conserved) -> str:
+    """Give the letter of an energy or Jacobi integral."""
+    return "E" if quantity.kind == "energy" or quantity.is_energy else "h"
+
+
+def divisor_and_factor(shown: ShownEquation) -> tuple[Expr | None, Expr | None]:
+    """Give what an equation was divided by, or what it was multiplied by; neither for a sign.
+
+    To be rid of fractions is to multiply.
+    """
+    if shown.divided_by in (1, -1):
+        return None, None
+    number, _ = shown.divided_by.as_coeff_Mul(rational=True)
+    return (None, 1 / shown.divided_by) if number.q > 1 else (shown.divided_by, None)
 
 
 def certificate_line(certificate: Certificate) -> str:

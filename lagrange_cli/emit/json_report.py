@@ -17,10 +17,11 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     forcing_with_reactions,
 )
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.notation.build import display, display_row
 from lagrange_cli.notation.ordering import sum_of
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.tree import DisplayNode, SignedNode, as_terms
+from lagrange_cli.notation.vocabulary import Vocabulary, vocabulary
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

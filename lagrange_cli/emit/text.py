@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,9 @@ from lagrange_cli.emit.constraint_wording import (
     choice_line,
     contacts_lines,
     counting,
+    divisor_and_factor,
     energy_is_sum,
+    energy_letter,
     explicit_line,
     implied_line,
     is_generalized_potential,
@@ -25,7 +27,6 @@ from lagrange_cli.emit.constraint_wording import (
     remark_on,
     telling_definitions,
     undecided,
-    was_divided,
 )
 from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows, reaction_rows
 from lagrange_cli.errors import escape_controls
@@ -34,12 +35,14 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     explicit_form,
     forcing_with_reactions,
 )
-from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.notation.build import display, display_row, display_sum
 from lagrange_cli.notation.layout import Piece, columns, deeper, joined, suffixed
 from lagrange_cli.notation.one_line import OneLinePrinter
 from lagrange_cli.notation.page import USUAL_WIDTH, Block, Page, Row, formula, page, words
 from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
 from lagrange_cli.notation.unicode import UnicodePrinter
+from lagrange_cli.notation.vocabulary import Vocabulary, unabbreviated, vocabulary
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -78,10 +81,9 @@ def derivation_page(equations: Equations, *, ascii: bool = False, form: str = "l
     InternalError
         An expression has no exact form in print.
     """
-    writer = _Writer(
-        equations, vocabulary(equations), ScenePrinter() if ascii else UnicodePrinter()
-    )
     steps = equations.steps
+    letters = vocabulary(equations, abbreviating=steps is None)
+    writer = _Writer(equations, letters, ScenePrinter() if ascii else UnicodePrinter())
     sections = writer.whole(form) if steps is None else writer.with_steps(form, steps)
     return page(sections, ascii=ascii)
 
@@ -98,15 +100,18 @@ class _Writer:
         Display names of their symbols.
     printer
         Prints display trees on one line.
+    abbreviated
+        Names of the scene's abbreviations that what was written so far holds.
     """
 
     equations: Equations
     words: Vocabulary
     printer: OneLinePrinter
+    abbreviated: set[str] = field(default_factory=set)
 
     def whole(self, form: str) -> list[Iterable[Row | Block]]:
         """The derivation in short."""
-        return [
+        above: list[Iterable[Row | Block]] = [
             self.heading(),
             self.account(),
             self.inputs(),
@@ -115,12 +120,16 @@ class _Writer:
             self.accelerations() if form == "explicit" else self.motion(),
             self.closures(),
             self.contacts(),
+        ]
+        below: list[Iterable[Row | Block]] = [
             self.constraint_forces(),
             self.conserved(),
             self.energy(),
             self.outputs(),
             [_sentence(certificate_line(self.equations.certificate))],
         ]
+        # What is abbreviated is known when all else is written.
+        return [*above, self.abbreviations(), *below]
 
     def with_steps(self, form: str, steps: DerivationSteps) -> list[Iterable[Row | Block]]:
         """The derivation line by line."""
@@ -238,9 +247,13 @@ class _Writer:
     def motion(self) -> list[Row]:
         rows = []
         for shown in self.equations.shown:
-            left = self.printer.pieces(display_row(shown, self.words))
-            divided = f"(divided by {joined(self.pieces(shown.divided_by))})"
-            aside = divided if was_divided(shown) else ""
+            left = self.tree(display_row(shown, self.words))
+            divisor, factor = divisor_and_factor(shown)
+            aside = ""
+            if divisor is not None:
+                aside = f"(divided by {joined(self.pieces(divisor))})"
+            elif factor is not None:
+                aside = f"(multiplied by {joined(self.pieces(factor))})"
             rows.append((shown.coordinate, suffixed(left, " = 0", 4), aside))
         names = [self.printer.symbol(name) for name, _, _ in rows]
         leads = _leads(names)
@@ -337,6 +350,15 @@ class _Writer:
     def _multiplier(self, constraint: str) -> str:
         return self.printer.symbol(multiplier_label(self.equations, constraint))
 
+    def abbreviations(self) -> list[Row]:
+        """What the abbreviations on the page stand for, those of these among them."""
+        rows: list[Row] = []
+        for name, expression in reversed(self.equations.abbreviations):
+            if name in self.abbreviated:
+                writer = replace(self, words=unabbreviated(name, self.words))
+                rows.insert(0, writer.formula(f"  {self.printer.symbol(name)}", expression))
+        return [_heading("Abbreviations"), *rows] if rows else []
+
     # -- what is conserved ------------------------------------------------------------
 
     def conserved(self) -> list[Row | Block]:
@@ -365,7 +387,7 @@ class _Writer:
         if energy_is_sum(self.equations, balance):
             rows.append(Row(f"  {label}", f" = {labels['T']} + {labels['V']}", role="name"))
         else:
-            rows.append(self.formula(f"  {label}", self.equations.energy))
+            rows.append(self.total(f"  {label}", balance.parts or (self.equations.energy,)))
         if balance.is_dissipation:
             return [*rows, Row(f"  d{label}/dt", f" = -2 {labels['D']}", role="name")]
         return [*rows, self.formula(f"  d{label}/dt", balance.rate)]
@@ -375,7 +397,8 @@ class _Writer:
         if equals:
             reason = escape_controls(self.reason(quantity))
             return Row(f"  {name}", equals + total, role="name", aside=reason)
-        return self.formula(f"  {name}", quantity.expression, self.reason(quantity))
+        parts = quantity.parts or (quantity.expression,)
+        return self.total(f"  {name}", parts, self.reason(quantity))
 
     def quantity(self, quantity: Conserved) -> str:
         labels = quantity_labels(self.equations)
@@ -383,7 +406,7 @@ class _Writer:
             return self.printer.symbol(quantity.name)
         if energy_is_sum(self.equations, quantity):
             return f"{labels['E']} = {labels['T']} + {labels['V']}"
-        return labels["E" if quantity.kind == "energy" else "h"]
+        return labels[energy_letter(quantity)]
 
     def reason(self, quantity: Conserved) -> str:
         if quantity.coordinate is None:
@@ -409,7 +432,18 @@ class _Writer:
     # -- rows ---------------------------------------------------------------------------
 
     def pieces(self, expression: Expr) -> list[Piece]:
-        return self.printer.pieces(display(expression, self.words))
+        return self.tree(display(expression, self.words))
+
+    def tree(self, node: DisplayNode) -> list[Piece]:
+        """The pieces of a tree, whose abbreviations are noted."""
+        if self.words.named:
+            self.abbreviated.update(abbreviations_in(node))
+        return self.printer.pieces(node)
+
+    def total(self, label: str, parts: Sequence[Expr], aside: str = "") -> Row:
+        """``label = Σ parts``, the parts in their order."""
+        shown = self.tree(display_sum(parts, self.words))
+        return formula(label, " = ", shown, aside=escape_controls(aside))
 
     def formula(self, label: str, expression: Expr, aside: str = "") -> Row:
         """``label = expression``, and what is said of it."""

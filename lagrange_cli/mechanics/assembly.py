@@ -8,7 +8,7 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.certify.certificate import Evidence, certify_shown
+from lagrange_cli.mechanics.certify.certificate import Evidence, certify_energy, certify_shown
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
@@ -76,6 +76,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     chart = replaced_chart(derivation)
     initial = starting_state(derivation, chart)
     certify_shown(evidence, shown)
+    certify_energy(evidence, derivation, sp.Add(*energy))
     forcing = tuple(sp.Add(*terms) for terms in derivation.forcing)
     return Equations(
         name=scene.name,
@@ -97,7 +98,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         mass_matrix=derivation.mass_matrix,
         forcing=forcing,
         shown=shown,
-        energy=energy,
+        energy=sp.Add(*energy),
         cyclic=cyclic_names(derivation, evidence),
         conserved=conserved,
         balance=None if is_kept else energy_balance(derivation, evidence, energy),
@@ -111,6 +112,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         outputs=tuple(_outputs(reduced)),
         inputs=tuple(_inputs(reduced)),
         literals=decimal_literals(scene.expressions()),
+        sums=derivation.sums,
         warnings=tuple(_warnings(derivation, initial, structure.unused_parameters)),
         remarks=_remarks(derivation, initial),
         closures=derivation.closures,
@@ -258,7 +260,8 @@ def _shown(derivation: Uncertified, evidence: Evidence) -> tuple[ShownEquation, 
 
     pairs = zip(evidence.cyclic, evidence.forced, strict=True)
     conserving = [cyclic and not forced for cyclic, forced in pairs]
-    return shown_equations(derivation, conserving, asked if expected else None)
+    decimals = [value for value, _ in decimal_literals(derivation.reduced.scene.expressions())]
+    return shown_equations(derivation, conserving, asked if expected else None, decimals)
 
 
 def _same(reduced: Reduced, evidence: Evidence, residual: sp.Expr, equation: Equation) -> bool:

@@ -39,9 +39,9 @@ _RAYLEIGH = 2
 
 
 def energy_balance(
-    derivation: Uncertified, evidence: Evidence, energy: sp.Expr
+    derivation: Uncertified, evidence: Evidence, energy: tuple[sp.Expr, ...]
 ) -> EnergyBalance | None:
-    """The rate of the energy, None if that is zero, long, or holds rates of inputs.
+    """The rate of the energy, a sum; None if that is zero, long, or holds rates of inputs.
 
     Raises
     ------
@@ -57,10 +57,10 @@ def energy_balance(
     rate = shortened(rate) if sp.count_ops(rate) <= _MOST_UNSHORTENED else rate
     if rate == 0 or (not is_dissipation and sp.count_ops(rate) > _MOST_OPERATIONS):
         return None
-    if not _is_confirmed(derivation, evidence, energy, rate):
+    if not _is_confirmed(derivation, evidence, sp.Add(*energy), rate):
         return None
     kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
-    return EnergyBalance(kind, rate, is_dissipation)
+    return EnergyBalance(kind, rate, is_dissipation, energy)
 
 
 def _friction(derivation: Uncertified) -> tuple[bool, sp.Expr]:

@@ -373,6 +373,8 @@ class Equations:
         Definitions of the scene that name no Cartesian name.
     literals
         Exact values with decimals as the scene wrote them.
+    sums
+        Sums in brackets, each as its terms in the order of the scene.
     warnings, remarks
         Findings to be reported.
     closures
@@ -435,6 +437,7 @@ class Equations:
     abbreviations: tuple[tuple[str, Expr], ...] = ()
     functions: tuple[DeclaredFunction, ...] = ()
     literals: tuple[tuple[Fraction, str], ...] = ()
+    sums: tuple[tuple[Expr, ...], ...] = ()
     warnings: tuple[Problem, ...] = ()
     remarks: tuple[str, ...] = ()
     closures: tuple[Closure, ...] = ()

@@ -98,6 +98,11 @@ class Conserved:
         Why it is conserved, a short phrase.
     coordinate
         Name of the cyclic coordinate, None for energies.
+    parts
+        The terms of the expression in the order of print: T2, −T0 and V of Jacobi's integral. Empty
+        if it is one expression.
+    is_energy
+        True of Jacobi's integral where it is the energy all the same.
     """
 
     name: str
@@ -105,6 +110,8 @@ class Conserved:
     expression: Expr
     reason: str
     coordinate: str | None = None
+    parts: tuple[Expr, ...] = ()
+    is_energy: bool = False
 
 
 @dataclass(frozen=True)
@@ -119,11 +126,14 @@ class EnergyBalance:
         Its rate over q, v, t, inputs and multipliers.
     is_dissipation
         True if the rate is −2D, with the dissipation function D.
+    parts
+        The terms of the energy in the order of print.
     """
 
     kind: Literal["energy", "jacobi"]
     rate: Expr
     is_dissipation: bool
+    parts: tuple[Expr, ...] = ()
 
 
 @dataclass(frozen=True)

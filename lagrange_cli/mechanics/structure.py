@@ -13,6 +13,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.energies import by_parameters, over_roots, parts_by_degree
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
@@ -287,7 +288,7 @@ def cyclic_names(derivation: Uncertified, evidence: Evidence) -> tuple[str, ...]
 
 
 def conserved_quantities(
-    derivation: Uncertified, evidence: Evidence, energy: sp.Expr
+    derivation: Uncertified, evidence: Evidence, energy: tuple[sp.Expr, ...]
 ) -> tuple[Conserved, ...]:
     """Momenta of unforced cyclic coordinates, then the energy or Jacobi integral.
 
@@ -308,10 +309,27 @@ def conserved_quantities(
     inputs = derivation.reduced.names.inputs.values()
     if evidence.energy_conserved and derivation.lagrangian.free_symbols.isdisjoint(inputs):
         kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
-        candidates.append(Conserved(kind, kind, energy, _reason(derivation)))
+        parts = () if kind == "energy" else energy
+        even = kind == "jacobi" and _is_even(derivation)
+        whole, reason = sp.Add(*energy), _reason(derivation)
+        candidates.append(Conserved(kind, kind, whole, reason, parts=parts, is_energy=even))
     moving = {s for c in derivation.reduced.coordinates for s in (c.q, c.v)}
     moving.add(derivation.reduced.names.t)
     return tuple(c for c in candidates if is_continuous(c.expression, moving))
+
+
+def _is_even(derivation: Uncertified) -> bool:
+    """Tell whether T is even in the velocities and 0 at rest, and V does not hold them.
+
+    Jacobi's integral is then the energy, as in the theory of relativity, though T is no kinetic
+    energy.
+    """
+    velocities = [c.v for c in derivation.reduced.coordinates]
+    kinetic = derivation.kinetic
+    at_rest = kinetic.xreplace(dict.fromkeys(velocities, sp.Integer(0)))
+    is_even = kinetic.xreplace({v: -v for v in velocities}) == kinetic
+    is_positional = derivation.potential.free_symbols.isdisjoint(velocities)
+    return bool(at_rest == 0 and is_even and is_positional)
 
 
 def _reason(derivation: Uncertified) -> str:
@@ -338,16 +356,31 @@ def _momentum(derivation: Uncertified, velocity: sp.Symbol, terms: Sequence[sp.E
     return _collect(sp.Add(*(derivative(t, velocity) for t in terms)), velocities)
 
 
-def total_energy(derivation: Uncertified, evidence: Evidence) -> sp.Expr:
-    """T + V where that is Σ q̇ ∂L/∂q̇ − L, else that sum collected."""
-    coordinates = derivation.reduced.coordinates
-    velocities = [c.v for c in coordinates]
+def total_energy(derivation: Uncertified, evidence: Evidence) -> tuple[sp.Expr, ...]:
+    """The terms of T + V where that is Σ q̇ ∂L/∂q̇ − L, else those of that sum.
+
+    Where T is of degree 2 in velocities they are T2, −T0 and V, as printed in T and V.
+    """
+    velocities = [c.v for c in derivation.reduced.coordinates]
+    at_rest = dict.fromkeys(velocities, sp.Integer(0))
     if evidence.energy_is_sum:
-        at_rest = dict.fromkeys(velocities, sp.Integer(0))
-        return derivation.kinetic + derivation.potential.xreplace(at_rest)
-    lagrangian = derivation.lagrangian
-    parts = [v * derivative(lagrangian, v) for v in velocities]
-    return _collect(sp.Add(*parts, -lagrangian), velocities)
+        return derivation.kinetic, derivation.potential.xreplace(at_rest)
+    kinetic = parts_by_degree(derivation.kinetic, velocities)
+    potential = parts_by_degree(derivation.potential, velocities)
+    if kinetic is not None and potential is not None and potential[0] == 0:
+        second, _, zeroth = kinetic
+        return tuple(e for e in (second, -zeroth, potential[2]) if e != 0)
+    # Σ q̇ ∂T/∂q̇ − T and V, which may hold velocities.
+    constants = frozenset(derivation.reduced.names.parameters.values())
+    parts = []
+    for energy, sign in ((derivation.kinetic, 1), (derivation.potential, -1)):
+        slopes = [v * derivative(energy, v) for v in velocities if v in energy.free_symbols]
+        whole = sign * (sp.Add(*slopes) - energy) if slopes else -sign * energy
+        expanded = expand_terms(whole, _TERM_BUDGET) if slopes else None
+        if expanded is not None:
+            whole = by_parameters(over_roots(collected_terms(expanded)), constants, ())
+        parts.append(whole)
+    return tuple(e for e in parts if e != 0)
 
 
 def _collect(expr: sp.Expr, velocities: Sequence[sp.Symbol]) -> sp.Expr:

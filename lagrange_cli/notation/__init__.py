@@ -16,4 +16,5 @@ __all__ = [
     "symbols",
     "tree",
     "unicode",
+    "vocabulary",
 ]

@@ -7,7 +7,7 @@ kept exactly; what cannot be shown exactly is refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -22,21 +22,22 @@ from lagrange_cli.mechanics.symbols.convert import (
 )
 from lagrange_cli.mechanics.unknown_functions import is_unknown, name_and_order
 from lagrange_cli.notation import ordering
-from lagrange_cli.notation.symbols import multiplier_name
 from lagrange_cli.notation.tree import (
     Dependence,
     DisplayFraction,
     DisplayNode,
     DisplayNumber,
+    DisplayPower,
     DisplaySum,
     DisplaySymbol,
     SignedNode,
     as_terms,
     factors_of,
 )
+from lagrange_cli.notation.vocabulary import NamedFactor, Vocabulary
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Equations, ShownEquation
+    from lagrange_cli.mechanics.equations import ShownEquation
 
 #: SymPy's functions by their names in the scene language.
 FUNCTION_NAMES: dict[object, str] = {cls: name for name, cls in SYMPY_FUNCTIONS.items()}
@@ -60,46 +61,6 @@ _MOST_PARTS = 4
 _LONG_INTEGER = 10**6
 
 
-@dataclass(frozen=True)
-class Vocabulary:
-    """Names of the symbols of some equations, and their order.
-
-    Attributes
-    ----------
-    atoms
-        Symbol → its node, which knows its rank.
-    literals
-        Exact value → decimal as the scene wrote it.
-    functions
-        Function of the scene → what it prints as in LaTeX, None for its name.
-    """
-
-    atoms: Mapping[sympy.Symbol, DisplaySymbol]
-    literals: Mapping[Fraction, str]
-    functions: Mapping[str, str | None] = field(default_factory=dict)
-
-
-def vocabulary(equations: Equations) -> Vocabulary:
-    """Parameters, multipliers, time, inputs and coordinates, in order of declaration."""
-    atoms = {
-        p.symbol: ordering.symbol_of(p.name, Dependence.PARAMETER, rank, latex=p.latex)
-        for rank, p in enumerate(equations.parameters)
-    }
-    for rank, closure in enumerate(equations.pushing, len(equations.parameters)):
-        # With the underscores that tell the symbol from other names of the scene.
-        name = multiplier_name(closure.multiplier.name.removeprefix("lambda_"))
-        atoms[closure.multiplier] = ordering.symbol_of(name, Dependence.PARAMETER, rank)
-    atoms[equations.t] = ordering.symbol_of("t", Dependence.TIME, 0)
-    for rank, source in enumerate(equations.inputs, 1):
-        atoms[source.symbol] = ordering.symbol_of(source.name, Dependence.TIME, rank)
-    for rank, c in enumerate(equations.coordinates):
-        for order, symbol in enumerate((c.q, c.v, c.a)):
-            level = Dependence(Dependence.COORDINATE + order)
-            atoms[symbol] = ordering.symbol_of(c.name, level, rank, order=order, latex=c.latex)
-    functions = {f.name: f.latex for f in equations.functions}
-    return Vocabulary(atoms, dict(equations.literals), functions)
-
-
 def display(expression: sympy.Expr, words: Vocabulary) -> DisplayNode:
     """Return the display tree of an expression.
 
@@ -112,7 +73,7 @@ def display(expression: sympy.Expr, words: Vocabulary) -> DisplayNode:
     return ordering.signed(_term(expression, words))
 
 
-def _display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> DisplayNode:
+def display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> DisplayNode:
     """The sum of expressions, kept in the order given."""
     return ordering.sum_of([_term(e, words) for e in expressions], ordered=True)
 
@@ -122,23 +83,50 @@ def display_row(shown: ShownEquation, words: Vocabulary) -> DisplayNode:
 
     Each coefficient and its factor print as one product. Terms without a
     factor (factor 1), which may be sums, are in the order of a sum; those with
-    multipliers follow them.
+    multipliers follow them. A positive acceleration leads where there is one.
     """
     alone = [k for k, (_, factor) in enumerate(shown.terms) if factor == 1]
     last = alone[-1] if alone else len(shown.terms)
     products = [(k, term) for k, term in enumerate(shown.terms) if term[1] != 1]
-    before = [_product(term, words) for k, term in products if k < last]
-    ungrouped = as_terms(ordering.sum_of([_term(shown.terms[k][0], words) for k in alone]))
+    own = [k for k, (_, term) in enumerate(products) if str(term[1]) == f"ddot({shown.coordinate})"]
+    before = _led([_product(term, words) for k, term in products if k < last], own)
+    still = [_term(shown.terms[k][0], words) for k in alone]
+    ungrouped = as_terms(ordering.sum_of(still, leading=not before))
     after = [_product(term, words) for k, term in products if k > last]
     return ordering.sum_of([*before, *ungrouped, *after], ordered=True)
+
+
+def _led(terms: list[SignedNode], own: Sequence[int]) -> list[SignedNode]:
+    """The terms, of which a positive acceleration comes first, if it can be the ``own``.
+
+    Unchanged if the first is positive.
+    """
+    rising = [
+        k
+        for k, term in enumerate(terms)
+        if not term.negative and term.node.traits.level == Dependence.ACCELERATION
+    ]
+    if not rising or not terms[0].negative:
+        return terms
+    leader = next((k for k in own if k in rising), rising[0])
+    return [terms[leader], *terms[:leader], *terms[leader + 1 :]]
 
 
 def _term(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
     """Sign and unsigned tree of an expression."""
     if isinstance(expression, sympy.Add):
-        node = ordering.sum_of([_term(a, words) for a in expression.args])
-        return _outward(node)
+        return _sum(expression, words)
     return _product((expression,), words)
+
+
+def _sum(expression: sympy.Add, words: Vocabulary) -> SignedNode:
+    """Sign and tree of a sum: its name, or its terms as the scene orders them, else as books do."""
+    if expression in words.named:
+        return _product((expression,), words)
+    terms, negative = words.sums.get(expression, (None, False))
+    if terms is None:
+        return _outward(ordering.sum_of([_term(a, words) for a in expression.args]))
+    return SignedNode(negative, ordering.sum_of([_term(t, words) for t in terms], ordered=True))
 
 
 def _outward(node: DisplayNode) -> SignedNode:
@@ -169,6 +157,8 @@ class _Factors:
         Factors above and below the line.
     roots_above, roots_below
         Radicands of square roots of parameters, kept apart since √k/√m is shown as √(k/m).
+    letters
+        Powers of letters that names have brought.
     """
 
     negative: bool = False
@@ -177,6 +167,7 @@ class _Factors:
     below: list[DisplayNode] = field(default_factory=list)
     roots_above: list[DisplayNode] = field(default_factory=list)
     roots_below: list[DisplayNode] = field(default_factory=list)
+    letters: dict[DisplaySymbol, Fraction] = field(default_factory=dict)
 
     def multiply(self, term: SignedNode, exponent: Fraction = Fraction(1)) -> None:
         """Multiply by a signed node to a rational power."""
@@ -196,6 +187,26 @@ class _Factors:
             node = ordering.power_of(base, ordering.number_of(size.numerator, size.denominator))
             (self.above if exponent > 0 else self.below).append(node)
 
+    def multiply_named(self, factors: Iterable[NamedFactor], exponent: Fraction) -> None:
+        """Multiply by a power of an expression that has a name; powers of its letters add up."""
+        for term, power in factors:
+            total = power * exponent
+            if not isinstance(term.node, DisplaySymbol) or total.denominator != 1:
+                self.multiply(term, total)
+                continue
+            self.negative ^= term.negative and total.numerator % 2 == 1
+            self.letters[term.node] = self.letters.get(term.node, Fraction(0)) + total
+
+    def _take_letters(self) -> None:
+        """Add up the powers of letters that names have brought, and those beside them."""
+        for letter, total in self.letters.items():
+            for nodes, sign in ((self.above, 1), (self.below, -1)):
+                for node in [n for n in nodes if _letter_power(n)[0] == letter]:
+                    nodes.remove(node)
+                    total += sign * _letter_power(node)[1]
+            if total:
+                self.multiply(SignedNode(False, letter), total)
+
     def _multiply_root(self, radicand: DisplayNode, *, inverse: bool) -> None:
         above, below = (
             (radicand.numerator, radicand.denominator)
@@ -214,6 +225,7 @@ class _Factors:
 
     def term(self, literals: Mapping[Fraction, str]) -> SignedNode:
         """The gathered product as a signed node."""
+        self._take_letters()
         self._close_roots()
         self._place_coefficient(literals)
         node = ordering.fraction_of(
@@ -243,6 +255,13 @@ class _Factors:
             self.above.append(_number(value, literals))
 
 
+def _letter_power(node: DisplayNode) -> tuple[DisplayNode, Fraction]:
+    """A letter and its power; a node and 1 if it is no power of a letter by a number."""
+    if isinstance(node, DisplayPower) and isinstance(node.exponent, DisplayNumber):
+        return node.base, Fraction(node.exponent.numerator, node.exponent.denominator)
+    return node, Fraction(1)
+
+
 def _literal(value: Fraction, literals: Mapping[Fraction, str]) -> str | None:
     """The decimal that the scene wrote for a value, where that reads better."""
     if value.denominator > 4 or (value.denominator == 1 and value.numerator >= _LONG_INTEGER):
@@ -260,7 +279,9 @@ def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> SignedNode:
     pending = list(factors)
     while pending:
         factor = pending.pop()
-        if isinstance(factor, (sympy.Mul, sympy.UnevaluatedExpr)):
+        if factor in words.named:
+            gathered.multiply_named(words.named[factor], Fraction(1))
+        elif isinstance(factor, (sympy.Mul, sympy.UnevaluatedExpr)):
             pending.extend(factor.args)
         elif isinstance(factor, sympy.Rational):
             value = Fraction(int(factor.p), int(factor.q))
@@ -269,7 +290,7 @@ def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> SignedNode:
         elif isinstance(factor, sympy.Pow) and not isinstance(factor, sympy.exp):
             _multiply_power(gathered, factor, words)
         elif isinstance(factor, sympy.Add):
-            gathered.multiply(_term(factor, words))
+            gathered.multiply(_oriented(_term(factor, words), factor, words))
         else:
             gathered.multiply(_single(factor, words))
     return gathered.term(words.literals)
@@ -278,10 +299,29 @@ def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> SignedNode:
 def _multiply_power(gathered: _Factors, expression: sympy.Expr, words: Vocabulary) -> None:
     base, exponent = expression.args
     if isinstance(exponent, sympy.Rational):
-        gathered.multiply(_term(base, words), Fraction(int(exponent.p), int(exponent.q)))
+        power = Fraction(int(exponent.p), int(exponent.q))
+        if base in words.named:
+            gathered.multiply_named(words.named[base], power)
+            return
+        term = _term(base, words)
+        if exponent.is_Integer:
+            term = _oriented(term, base, words)
+        gathered.multiply(term, power)
     else:
         node = ordering.power_of(display(base, words), display(exponent, words))
         gathered.multiply(SignedNode(False, node))
+
+
+def _oriented(term: SignedNode, expression: sympy.Expr, words: Vocabulary) -> SignedNode:
+    """Turn a difference of parameters so that the one declared first has a plus sign."""
+    node = term.node
+    is_turned = (
+        isinstance(node, DisplaySum)
+        and node.traits.level == Dependence.PARAMETER
+        and expression not in words.sums
+        and ordering.pivot_is_negative(node)
+    )
+    return SignedNode(not term.negative, _negated(node)) if is_turned else term
 
 
 # -- symbols, constants and functions -----------------------------------------

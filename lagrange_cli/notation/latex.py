@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, joined, prefixed, suffixed, width
+from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, break_lines, joined, prefixed, width
 from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group
 from lagrange_cli.notation.symbols import latex_name, split_name
 from lagrange_cli.notation.tree import (
@@ -104,15 +104,12 @@ class LatexPrinter(OneLinePrinter):
     def fraction(self, node: DisplayNode) -> list[Piece]:
         """A fraction; factors that move, and long ones, stand beside it."""
         assert isinstance(node, DisplayFraction)
-        below = self.pieces(node.denominator)
-        if width(below) > _WIDEST_PART:
-            inverse = suffixed(self.group(below), "^{-1}", 2)
-            return [*self.factors(factors_of(node.numerator)), *self._beside(inverse)]
+        below = _stacked(self.pieces(node.denominator))
         inside, beside = self._split(node.numerator)
-        above = self.pieces(inside[0]) if len(inside) == 1 else self.factors(inside)
+        above = _stacked(self.pieces(inside[0]) if len(inside) == 1 else self.factors(inside))
         quotient = Piece(
-            rf"\frac{{{joined(above) or '1'}}}{{{joined(below)}}}",
-            max(width(above), width(below)) + 1,
+            rf"\frac{{{above.text or '1'}}}{{{below.text}}}",
+            max(above.width, below.width) + 1,
         )
         return [quotient, *(self._beside(self.factors(beside)) if beside else [])]
 
@@ -161,10 +158,8 @@ class LatexPrinter(OneLinePrinter):
         return body if body[0].text.startswith(r"\left|") else self.group(body)
 
     def root(self, node: DisplayRoot) -> list[Piece]:
-        body = self.pieces(node.radicand)
-        if width(body) > _WIDEST_PART:
-            return suffixed(self.group(body), "^{1/2}", 2)
-        return [Piece(rf"\sqrt{{{joined(body)}}}", width(body) + 2)]
+        body = _stacked(self.pieces(node.radicand))
+        return [Piece(rf"\sqrt{{{body.text}}}", body.width + 2)]
 
     def exponent(self, node: DisplayNode) -> str:
         if isinstance(node, DisplayNumber) and node.literal is None and node.denominator != 1:
@@ -173,6 +168,15 @@ class LatexPrinter(OneLinePrinter):
 
     def exponent_width(self, exponent: str) -> float:
         return 0.8 * len(re.sub(r"\\[A-Za-z]+|[{}^\s]", "", exponent))
+
+
+def _stacked(pieces: list[Piece]) -> Piece:
+    """A part of a fraction or a root in one piece: on several lines where it is too wide."""
+    if width(pieces) <= _WIDEST_PART:
+        return Piece(joined(pieces), width(pieces))
+    lines = break_lines(pieces, _WIDEST_PART, _WIDEST_PART - 2)
+    text = r" \\ & \quad {} ".join(line.text for line in lines)
+    return Piece(rf"\begin{{aligned}} & {text} \end{{aligned}}", _WIDEST_PART)
 
 
 def latex_number(literal: str) -> str:

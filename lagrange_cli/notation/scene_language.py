@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.notation.build import display, vocabulary
+from lagrange_cli.notation.build import display
 from lagrange_cli.notation.layout import Piece, columns, joined, prefixed
 from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group
 from lagrange_cli.notation.symbols import DOT_WORDS, multiplier_symbol
@@ -18,6 +18,7 @@ from lagrange_cli.notation.tree import (
     DisplayRoot,
     DisplaySymbol,
 )
+from lagrange_cli.notation.vocabulary import vocabulary
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -8,7 +8,7 @@ about order. The ``traits`` of each node are for ordering (:class:`OrderTraits`)
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import IntEnum
+from enum import Enum, IntEnum
 from typing import TypeAlias
 
 
@@ -23,6 +23,15 @@ class Dependence(IntEnum):
     ACCELERATION = 5
 
 
+class Role(Enum):
+    """What a symbol stands for, where that decides on its place in a product."""
+
+    COUPLING = "G"
+    MASS = "a mass"
+    GRAVITY = "g"
+    OTHER = "anything else"
+
+
 @dataclass(frozen=True, slots=True)
 class OrderTraits:
     """Traits of a node by which it is ordered.
@@ -33,8 +42,8 @@ class OrderTraits:
         Highest dependence of its symbols.
     degree
         Lowest total degree in coordinates and time among its terms.
-    functional
-        True if a function of these is a factor.
+    functions
+        Number of factors that are functions of these.
     text
         Canonical form in which symbols are their ranks, so that comparing texts compares by
         order of declaration and ties never depend on chance.
@@ -42,7 +51,7 @@ class OrderTraits:
 
     level: Dependence
     degree: float
-    functional: bool
+    functions: float
     text: str
 
 
@@ -85,12 +94,18 @@ class DisplaySymbol:
         LaTeX that the scene gives for it, None if it gives none.
     traits
         Traits for ordering.
+    role
+        What it stands for.
+    abbreviates
+        True if the scene defines it by an expression.
     """
 
     name: str
     order: int
     latex: str | None
     traits: OrderTraits = field(compare=False)
+    role: Role = field(default=Role.OTHER, compare=False)
+    abbreviates: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,3 +222,28 @@ def as_terms(node: DisplayNode) -> tuple[SignedNode, ...]:
 def factors_of(node: DisplayNode) -> tuple[DisplayNode, ...]:
     """The factors of a product, or the node as the only factor."""
     return node.factors if isinstance(node, DisplayProduct) else (node,)
+
+
+def abbreviations_in(node: DisplayNode) -> set[str]:
+    """Names of the abbreviations in a tree."""
+    if isinstance(node, DisplaySymbol):
+        return {node.name} if node.abbreviates else set()
+    return {name for child in _children(node) for name in abbreviations_in(child)}
+
+
+def _children(node: DisplayNode) -> tuple[DisplayNode, ...]:
+    match node:
+        case DisplaySum():
+            return tuple(t.node for t in node.terms)
+        case DisplayProduct():
+            return node.factors
+        case DisplayFraction():
+            return (node.numerator, node.denominator)
+        case DisplayPower():
+            return (node.base, node.exponent)
+        case DisplayRoot():
+            return (node.radicand,)
+        case DisplayCall():
+            return node.arguments
+        case _:
+            return ()

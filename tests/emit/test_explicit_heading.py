@@ -136,11 +136,11 @@ def test_solutions_solve_the_saddle_point_system(name: str) -> None:
 def test_json_has_a_row_for_each_multiplier() -> None:
     rolling = load("systems/rolling/wheel_down_incline.yaml").derive().equations
     report = derivation_report(rolling, "explicit")
-    assert report["equations"][0]["residual"] == "ddot(s) - m*R^2*g*sin(alpha)/(m*R^2 + I)"
+    assert report["equations"][0]["residual"] == "ddot(s) - m*g*R^2*sin(alpha)/(m*R^2 + I)"
     assert report["multiplier_equations"] == [
         {
             "multiplier": "lambda_rolling",
-            "residual": "lambda_rolling + m*I*g*sin(alpha)/(m*R^2 + I)",
+            "residual": "lambda_rolling + m*g*I*sin(alpha)/(m*R^2 + I)",
         }
     ]
     bars = loads("name: s\n" + FOUR_BAR).derive().equations

@@ -48,8 +48,8 @@ def test_text_of_a_pendulum():
     shown = section(derivation_text(found(ANGLE), width=100))
     lines = [line.strip() for line in shown.splitlines()[1:]]
     assert lines == [
-        "bob     f_x = -m sin(θ) (l θ̇² + g cos θ)",
-        "f_z = m cos(θ) (l θ̇² + g cos θ)",
+        "bob     f_x = -m (l θ̇² + g cos θ) sin θ",
+        "f_z = m (l θ̇² + g cos θ) cos θ",
         "|f| = m abs(l θ̇² + g cos θ)",
         "plane   λ_plane = 0",
         "rod     λ_rod = -m (l θ̇² + g cos θ) / (2 l)",

@@ -75,9 +75,9 @@ def overfull(log):
         (
             chain_pendulum(2),
             1,
-            r"m_{2} l_{1} \cos(\theta_{1} - \theta_{2}) \, \ddot{\theta}_{1} "
+            r"m_{2} l_{1} \ddot{\theta}_{1} \cos(\theta_{1} - \theta_{2}) "
             r"+ m_{2} l_{2} \ddot{\theta}_{2} "
-            r"- m_{2} l_{1} \sin(\theta_{1} - \theta_{2}) \, \dot{\theta}_{1}^{2} "
+            r"- m_{2} l_{1} \dot{\theta}_{1}^{2} \sin(\theta_{1} - \theta_{2}) "
             r"+ m_{2} g \sin \theta_{2} = 0",
         ),
     ],

@@ -144,7 +144,7 @@ def test_velocity_by_the_chain_rule(capsys: pytest.CaptureFixture[str]) -> None:
     assert written[3:6] == [
         "∂x/∂r = cos(ω t)",
         "∂x/∂t = -ω r sin(ω t)",
-        "ẋ = cos(ω t) ṙ - ω r sin(ω t)",
+        "ẋ = ṙ cos(ω t) - ω r sin(ω t)",
     ]
 
 
@@ -161,7 +161,7 @@ def test_equilibrium_of_a_lever_by_virtual_work(capsys: pytest.CaptureFixture[st
     scene = [str(SCENES["lever"]), "--by", "dalembert"]
     written = lines(capsys, scene, "d'Alembert's principle")
     assert "Σ_i (K_i - m_i r̈_i) · δr_i = 0" in written
-    assert "Σ_i K_i · ∂r_i/∂θ = (m a g - b F) cos θ" in written
+    assert "Σ_i K_i · ∂r_i/∂θ = (m g a - b F) cos θ" in written
 
 
 def test_the_same_as_lagrange_and_newton(capsys: pytest.CaptureFixture[str]) -> None:

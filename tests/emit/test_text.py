@@ -58,7 +58,7 @@ Degrees of freedom   3N = 3, K = 2, DOF = 1
 Coordinates   x        z = a*x^2
 
 T = 1/2*m*(1 + 4*a^2*x^2)*dot(x)^2
-V = m*a*g*x^2
+V = m*g*a*x^2
 
 Equations of motion
   x   (1 + 4*a^2*x^2)*ddot(x) + 4*a^2*x*dot(x)^2 + 2*a*g*x = 0   (divided by m)

@@ -92,7 +92,7 @@ def test_the_form_of_textbooks():
     residual = derivation.report()["equations"][0]["residual"]
     assert residual == "m*ddot(r) - m*r*dot(phi)^2 + V'(r)"
     curve = loads(CURVE.replace("FUNCTION", "x")).derive().text()
-    assert "(1 + f′(x)²) ẍ + f′(x) f″(x) ẋ² + g f′(x) = 0   (divided by m)" in curve
+    assert "(1 + f′(x)²) ẍ + ẋ² f′(x) f″(x) + g f′(x) = 0   (divided by m)" in curve
 
 
 def test_conserved_quantities_are_proven():

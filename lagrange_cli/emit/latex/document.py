@@ -10,7 +10,9 @@ from lagrange_cli.emit.constraint_wording import (
     SEARCHED,
     between_impacts,
     counting,
+    divisor_and_factor,
     energy_is_sum,
+    energy_letter,
     explicit_line,
     implied_line,
     is_generalized_potential,
@@ -19,7 +21,6 @@ from lagrange_cli.emit.constraint_wording import (
     remark_on,
     telling_definitions,
     undecided,
-    was_divided,
 )
 from lagrange_cli.emit.latex import words as latex_words
 from lagrange_cli.emit.latex.forces import forces_section
@@ -76,7 +77,7 @@ class _Document:
 
     def whole(self, form: str) -> list[list[str]]:
         """The derivation in short."""
-        return [
+        above = [
             self.system(),
             self.freedom(),
             self.inputs(),
@@ -85,10 +86,10 @@ class _Document:
             self.motion(form),
             self.closures(),
             self.contacts(),
-            forces_section(self.setter),
-            self.conserved(),
-            self.energy(),
         ]
+        below = [forces_section(self.setter), self.conserved(), self.energy()]
+        # What is abbreviated is known when all else is written.
+        return [*above, self.abbreviations(), *below]
 
     def with_steps(self, form: str, steps: DerivationSteps) -> list[list[str]]:
         """The derivation line by line."""
@@ -327,17 +328,28 @@ class _Document:
             f" the restitution $e_k$ is {', '.join(told)}.",
         ]
 
+    def abbreviations(self) -> list[str]:
+        rows = self.setter.abbreviations()
+        return ["Here", *self.setter.align(rows, numbered=False)] if rows else []
+
     def _divided(self) -> str:
-        """Say which common factors were divided out of which equations."""
-        told = [
-            f"${self.setter.inline(shown.divided_by)}$ in that for ${self.setter.coordinate(c)}$"
-            for c, shown in zip(self.equations.coordinates, self.equations.shown, strict=True)
-            if was_divided(shown)
-        ]
-        if not told:
-            return ""
-        told[0] = told[0].replace("in that for", "in the equation for")
-        return f"{_noun(len(told), 'Common factor')} divided out: {', '.join(told)}."
+        """Say which common factors were divided out of which equations, or multiplied to them."""
+        divided, multiplied = [], []
+        for c, shown in zip(self.equations.coordinates, self.equations.shown, strict=True):
+            divisor, factor = divisor_and_factor(shown)
+            coordinate = self.setter.coordinate(c)
+            if divisor is not None:
+                divided.append(f"${self.setter.inline(divisor)}$ in that for ${coordinate}$")
+            if factor is not None:
+                multiplied.append(f"that for ${coordinate}$ by ${self.setter.inline(factor)}$")
+        told = []
+        if divided:
+            listed = ", ".join(divided).replace("in that for", "in the equation for", 1)
+            told.append(f"{_noun(len(divided), 'Common factor')} divided out: {listed}.")
+        if multiplied:
+            listed = ", ".join(multiplied).replace("that for", "the equation for", 1)
+            told.append(f"Multiplied to be rid of fractions: {listed}.")
+        return " ".join(told)
 
     # -- conservation, certificate ----------------------------------------------------------
 
@@ -377,7 +389,7 @@ class _Document:
             f"Along a motion ${label}$ changes{between_impacts(self.equations)} at the given rate:",
             *self.setter.align(
                 [
-                    self.setter.definition(whole, self.equations.energy),
+                    self.setter.total(whole, balance.parts or (self.equations.energy,)),
                     self.setter.definition(change, balance.rate),
                 ]
             ),
@@ -398,7 +410,7 @@ class _Document:
 
     def _symbol(self, quantity: Conserved) -> str:
         if quantity.kind != "momentum":
-            return self.labels["E" if quantity.kind == "energy" else "h"]
+            return self.labels[energy_letter(quantity)]
         for coordinate in self.equations.coordinates:
             if coordinate.name == quantity.coordinate:
                 return f"p_{{{self.setter.coordinate(coordinate)}}}"
@@ -408,7 +420,7 @@ class _Document:
         label = self._symbol(quantity)
         if energy_is_sum(self.equations, quantity):
             label += f" = {self.labels['T']} + {self.labels['V']}"
-        return self.setter.definition(label, quantity.expression)
+        return self.setter.total(label, quantity.parts or (quantity.expression,))
 
     def inputs(self) -> list[str]:
         inputs = self.equations.inputs

@@ -46,9 +46,10 @@ def _latex_snippet(equations: Equations, form: str = "lagrange") -> str:
     title = equations.title or equations.name
     if equations.steps is not None:
         return _steps_snippet(setter, equations.steps, latex_text(title))
+    rows = [*setter.motion(form), *setter.closures(), *setter.contacts()]
     lines = [
         f"% {latex_text(title)}: equations of motion (needs amsmath)",
-        *setter.align([*setter.motion(form), *setter.closures(), *setter.contacts()]),
+        *setter.align([*rows, *setter.abbreviations()]),
     ]
     return "\n".join(lines) + "\n"
 
@@ -64,15 +65,16 @@ def _steps_snippet(setter: Typesetter, steps: DerivationSteps, title: str) -> st
 
 
 def equation_latex(equations: Equations, index: int) -> str:
-    """One shown equation of motion on a line, without math delimiters."""
-    setter = Typesetter.of(equations)
+    """One shown equation of motion on a line, without math delimiters or abbreviations."""
+    setter = Typesetter.of(equations, abbreviating=False)
     return joined(setter.row(index))
 
 
 def equations_latex(equations: Equations) -> str:
-    """All equations of motion, then those of closures and contacts, in an ``aligned``
-    environment, without math delimiters."""
+    """All equations of motion, then those of closures and contacts and what abbreviations stand
+    for, in an ``aligned`` environment, without math delimiters."""
     setter = Typesetter.of(equations)
     rows = [f"& {joined(setter.row(i))}" for i in range(len(equations.shown))]
     rows += [f"& {joined(row.pieces)}" for row in (*setter.closures(), *setter.contacts())]
+    rows += [f"& {row.label} {joined(row.pieces)}" for row in setter.abbreviations()]
     return "\n".join([r"\begin{aligned}", " \\\\\n".join(rows), r"\end{aligned}"])

@@ -64,7 +64,7 @@ class _Page:
 
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
-        self.setter = Typesetter.of(equations)
+        self.setter = Typesetter.of(equations, abbreviating=False)
         self.letters = MarkdownLetters()
 
     def opening(self) -> list[str]:

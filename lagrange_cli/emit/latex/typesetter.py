@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import (
@@ -15,13 +15,14 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     explicit_form,
     forcing_with_reactions,
 )
-from lagrange_cli.notation.build import Vocabulary, display, display_row, vocabulary
+from lagrange_cli.notation.build import display, display_row, display_sum
 from lagrange_cli.notation.latex import LatexPrinter
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.layout import Piece, break_lines, joined, prefixed, suffixed
 from lagrange_cli.notation.one_line import solid
 from lagrange_cli.notation.symbols import latex_name
-from lagrange_cli.notation.tree import DisplayNode
+from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
+from lagrange_cli.notation.vocabulary import Vocabulary, unabbreviated, vocabulary
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -57,15 +58,20 @@ class Typesetter:
         Display names of their symbols.
     printer
         Prints display trees.
+    abbreviated
+        Names of the scene's abbreviations that what was set so far holds.
     """
 
     equations: Equations
     words: Vocabulary
     printer: LatexPrinter
+    abbreviated: set[str] = field(default_factory=set)
 
     @classmethod
-    def of(cls, equations: Equations) -> Typesetter:
-        return cls(equations, vocabulary(equations), LatexPrinter())
+    def of(cls, equations: Equations, *, abbreviating: bool = True) -> Typesetter:
+        """The typesetter; steps of a derivation are written without abbreviations."""
+        words = vocabulary(equations, abbreviating=abbreviating and equations.steps is None)
+        return cls(equations, words, LatexPrinter())
 
     # -- parts --------------------------------------------------------------------
 
@@ -79,6 +85,9 @@ class Typesetter:
         return self.tree(display(expression, self.words))
 
     def tree(self, node: DisplayNode) -> list[Piece]:
+        """The pieces of a tree, whose abbreviations are noted."""
+        if self.words.named:
+            self.abbreviated.update(abbreviations_in(node))
         return self.printer.pieces(node)
 
     def row(self, index: int) -> list[Piece]:
@@ -89,6 +98,11 @@ class Typesetter:
     def definition(self, label: str, expression: Expr) -> FormulaRow:
         """``label = expression``, aligned at the equality sign."""
         return FormulaRow(label, prefixed(self.pieces(expression), "= ", 3))
+
+    def total(self, label: str, parts: Sequence[Expr]) -> FormulaRow:
+        """``label = Σ parts``, the parts in their order."""
+        tree = display_sum(parts, self.words)
+        return FormulaRow(label, prefixed(self.tree(tree), "= ", 3))
 
     # -- groups of formulas ---------------------------------------------------------
 
@@ -154,6 +168,15 @@ class Typesetter:
             )
             for c in self.equations.closures
         ]
+
+    def abbreviations(self) -> list[FormulaRow]:
+        """What the abbreviations stand for that were set, those of these among them."""
+        rows: list[FormulaRow] = []
+        for name, expression in reversed(self.equations.abbreviations):
+            if name in self.abbreviated:
+                setter = replace(self, words=unabbreviated(name, self.words))
+                rows.insert(0, setter.definition(latex_name(name), expression))
+        return rows
 
     def contacts(self) -> list[FormulaRow]:
         """Complementarity of each contact: 0 ≤ λ ⊥ φ ≥ 0."""

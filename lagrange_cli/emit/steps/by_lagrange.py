@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraint_wording import multipliers_line, was_divided
+from lagrange_cli.emit.constraint_wording import divisor_and_factor, multipliers_line
 from lagrange_cli.emit.steps.sections import (
     Block,
     Formula,
@@ -118,9 +118,11 @@ def _coordinate(
 def equation(writer: StepsWriter, steps: CoordinateSteps, shown: ShownEquation) -> Iterator[Block]:
     """An equation of motion before a factor is divided out, and after."""
     yield Words("so that")
-    if was_divided(shown):
+    divisor, factor = divisor_and_factor(shown)
+    done = divisor if divisor is not None else factor
+    if done is not None:
         whole = replace(shown, terms=steps.terms)
         yield formulas([Formula("", (display_row(whole, writer.words),))])
-        factor = writer.letters.formula(display(shown.divided_by, writer.words))
-        yield Words(f"and, divided by {writer.letters.inline(factor)},")
+        told = writer.letters.inline(writer.letters.formula(display(done, writer.words)))
+        yield Words(f"and, {'divided' if divisor is not None else 'multiplied'} by {told},")
     yield formulas([Formula("", (display_row(shown, writer.words),))], result=True)

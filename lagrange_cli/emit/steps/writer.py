@@ -12,9 +12,10 @@ import sympy
 from lagrange_cli.emit.constraint_wording import free_letter, quantity_labels
 from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.emit.steps.sections import Formula, Title, Words
-from lagrange_cli.notation.build import Vocabulary, display, vocabulary
+from lagrange_cli.notation.build import display
 from lagrange_cli.notation.ordering import symbol_of
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
+from lagrange_cli.notation.vocabulary import Vocabulary, vocabulary
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol

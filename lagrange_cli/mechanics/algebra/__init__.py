@@ -8,6 +8,7 @@ __all__ = [
     "alpha_equivalence",
     "collect",
     "derivatives",
+    "energies",
     "expand",
     "factor",
     "group_by_velocity",
@@ -15,5 +16,6 @@ __all__ = [
     "polynomials",
     "shared_products",
     "shorten",
+    "shortest",
     "trig_polynomials",
 ]

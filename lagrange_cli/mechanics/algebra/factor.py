@@ -9,6 +9,7 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.collect import (
     Splitter,
     TermSum,
+    collected_terms,
     python_rational,
     rational_content,
     sympy_rational,
@@ -147,8 +148,15 @@ def tidy(expr: sp.Expr, masses: frozenset[sp.Expr] = frozenset()) -> sp.Expr:
     if expr.is_Add:
         return _collected_if_shorter(sp.Add(*(tidy(a, masses) for a in expr.args)), masses)
     if expr.is_Mul or (expr.is_Pow and expr.exp.is_Rational):
-        return expr.func(*(tidy(a, masses) for a in expr.args))
+        whole = expr.func(*(tidy(a, masses) for a in expr.args))
+        return sp.Add(*collected_terms([whole])) if _has_tangent(whole) else whole
     return expr
+
+
+def _has_tangent(product: sp.Expr) -> bool:
+    """Tell whether a product holds tan u beside cos u, which are sin u."""
+    functions = {f.as_base_exp()[0] for f in sp.Mul.make_args(product)}
+    return any(f.func is sp.tan and sp.cos(f.args[0]) in functions for f in functions)
 
 
 def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.factor import common_factor, factored
+from lagrange_cli.mechanics.algebra.factor import factored
 
 
 def group_by_velocities(
@@ -43,28 +43,3 @@ def grouped_sum(terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]) -> sp
         for monomial, cofactors in group_by_velocities(terms, velocities)
     ]
     return factored(parts)
-
-
-def positional_groups(terms: Sequence[sp.Expr], constants: frozenset[sp.Symbol]) -> list[sp.Expr]:
-    """Gather terms without velocities that share their functions into products.
-
-    ``m g x sin θ + m g l sin θ`` becomes ``m g (l + x) sin θ``; polynomials stay
-    term by term unless they share a parameter.
-    """
-    groups: dict[sp.Expr, list[sp.Expr]] = {}
-    for term in terms:
-        functions = [f for f in sp.Mul.make_args(term) if not _polynomial(f)]
-        groups.setdefault(sp.Mul(*functions), []).append(term)
-    grouped: list[sp.Expr] = []
-    for function, members in groups.items():
-        common = common_factor(members).as_coeff_Mul(rational=True)[1]
-        if function != 1 or common.free_symbols & constants:
-            grouped.append(factored(members))
-        else:
-            grouped.extend(members)
-    return grouped
-
-
-def _polynomial(factor: sp.Expr) -> bool:
-    base, exponent = factor.as_base_exp()
-    return bool(factor.is_Rational or (not base.args and exponent.is_Integer and exponent > 0))

@@ -249,6 +249,30 @@ def certify_shown(evidence: Evidence, shown: Sequence[ShownEquation]) -> None:
         raise InternalError(Problem(f"the equation shown for '{wrong}' is not that derived"))
 
 
+def certify_energy(evidence: Evidence, derivation: Uncertified, energy: sp.Expr) -> None:
+    """Check that an energy is Σ q̇ ∂L/∂q̇ − L at the first state of the certificate.
+
+    Raises
+    ------
+    InternalError
+        It is not.
+    """
+    digits = evidence.certificate.digits
+    state = evidence.states[0]
+    inputs = list(state)
+    number = {symbol: k for k, symbol in enumerate(inputs)}
+    with mpmath.workdps(working_digits(digits)):
+        point = [(x, _ZERO, _ZERO) for x in state.values()]
+        run = Tape([derivation.lagrangian, energy], inputs).run(point, 0)
+        gradient = run.gradient({0: (mpf(1), _ZERO, _ZERO)})
+        rates = [c.v for c in derivation.reduced.coordinates]
+        terms = [state[v] * gradient[number[v]][0] for v in rates]
+        lagrangian, value = run.values
+        scale = sum(map(abs, terms)) + abs(lagrangian)
+        if abs(sum(terms) - lagrangian - value) > mpf(10) ** (5 - digits) * scale:
+            raise InternalError(Problem("the energy shown is not that derived"))
+
+
 def _not_derived(
     evidence: Evidence,
     residuals: Sequence[tuple[mpf, mpf]],

@@ -29,6 +29,7 @@ from lagrange_cli.mechanics.algebra.collect import (
     python_rational,
 )
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
+from lagrange_cli.mechanics.algebra.energies import shortest_energy
 from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
 from lagrange_cli.mechanics.algebra.factor import factored, tidy
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
@@ -40,6 +41,7 @@ from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
+from lagrange_cli.mechanics.symbols.written_sums import written_sums
 from lagrange_cli.scene.model import Force
 
 _Entry = TypeVar("_Entry")
@@ -73,6 +75,8 @@ class Uncertified:
         Equations beside the coordinates, whose multipliers enter M a = f + Σ λ·gradient.
     contacts
         One-sided constraints, whose multipliers enter in the same way while they touch.
+    sums
+        Sums in brackets, each as its terms in the order of the scene.
     """
 
     reduced: Reduced
@@ -88,6 +92,7 @@ class Uncertified:
     collected: bool
     closures: tuple[Closure, ...] = ()
     contacts: tuple[Contact, ...] = ()
+    sums: tuple[tuple[sp.Expr, ...], ...] = ()
 
     @property
     def pushing(self) -> tuple[Closure, ...]:
@@ -149,6 +154,13 @@ class _Builder:
         self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t)
         self.masses = frozenset(f for m in reduced.masses for f in m.free_symbols)
         self.splitter = Splitter(self.masses)
+        self.constants = frozenset(reduced.names.parameters.values())
+        self.sums = written_sums(
+            reduced.scene.expressions(),
+            [expression for _, expression in reduced.names.abbreviations()],
+            lambda e: reduced.resolve(reduced.names.convert(e, reduced.rate)),
+        )
+        self.brackets = [sp.Add(*terms) for terms in self.sums]
         self.mass: dict[tuple[int, int], TermSum] = {}
         self.forcing = [TermSum(self.splitter) for _ in range(self.n)]
         self.terms = raw_terms(reduced)
@@ -196,6 +208,7 @@ class _Builder:
             collected,
             kept,
             contacts(self.reduced, gaps),
+            self.sums,
         )
 
     def _inertia(self, j: int, k: int) -> TermSum:
@@ -350,7 +363,7 @@ class _Builder:
     def _kinetic(
         self, velocity: dict[sp.Symbol, sp.Expr], mass: Mapping[tuple[int, int], sp.Expr]
     ) -> sp.Expr:
-        """T = Σ ½ m ṙ², each particle's square collected, or ½ Σ M q̇ q̇ where that is shorter."""
+        """T = Σ ½ m ṙ², each particle's square collected, or the shortest other form."""
         names = self.reduced.names
         symbols = self.reduced.chart.geometry.position_symbols
         scleronomic = not any(self.t in symbols[s] for s in velocity)
@@ -368,7 +381,8 @@ class _Builder:
             particles = self._quadratic_form(mass)
         if particles is None:
             particles = [m * e / 2 for m, e in zip(self.reduced.masses, squares, strict=True)]
-        return sp.Add(*particles, *self.terms.kinetic)
+        whole = sp.Add(*particles, *self.terms.kinetic)
+        return shortest_energy(whole, self.v, self.splitter, self.constants, self.brackets)
 
     def _quadratic_form(self, mass: Mapping[tuple[int, int], sp.Expr]) -> list[sp.Expr]:
         """Terms of ½ Σ M q̇ q̇."""
@@ -382,7 +396,8 @@ class _Builder:
 
     def _potential(self) -> sp.Expr:
         resolved = [tidy(self.reduced.resolve(u), self.masses) for u in self.terms.positional]
-        return sp.Add(*resolved, *self.terms.velocity_dependent)
+        whole = sp.Add(*resolved, *self.terms.velocity_dependent)
+        return shortest_energy(whole, self.v, self.splitter, self.constants, self.brackets)
 
 
 def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, _Entry]]:

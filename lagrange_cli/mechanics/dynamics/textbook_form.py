@@ -10,22 +10,39 @@ singular point.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
+from fractions import Fraction
 
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
-from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities, positional_groups
+from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
+from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient, shortest_groups
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.sparse import entries
+
+#: Functions that are never zero.
+_POSITIVE = (sp.exp, sp.cosh)
+
+#: Largest common denominator of numbers that is multiplied out. Set by hand.
+_MOST_PARTS = 60
+
+#: Terms of a row beyond which its coefficients stay as they are. Set by hand.
+_MOST_FORCES = 100
+
+#: Sums of the scene that are looked for among the terms of an equation. Set by hand.
+_MOST_BRACKETS = 20
 
 #: Tells whether the equation with this residual is one that ``expect`` writes.
 _IsExpected = Callable[[sp.Expr], bool]
 
 
 def shown_equations(
-    derivation: Uncertified, conserving: Sequence[bool], asked: _IsExpected | None
+    derivation: Uncertified,
+    conserving: Sequence[bool],
+    asked: _IsExpected | None,
+    decimals: Collection[Fraction] = (),
 ) -> tuple[ShownEquation, ...]:
     """Textbook form of every equation.
 
@@ -35,15 +52,17 @@ def shown_equations(
         For each equation, true if it is a conservation law and stays undivided.
     asked
         Tells whether ``expect`` asks for a residual; None if it asks for none.
+    decimals
+        Numbers that the scene wrote as decimals, which are no fractions.
     """
-    rows = _Rows(derivation)
+    rows = _Rows(derivation, frozenset(decimals))
     return tuple(_shown(rows, row, whole, asked) for row, whole in enumerate(conserving))
 
 
 def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> ShownEquation:
     name = rows.derivation.reduced.coordinates[row].name
     groups = rows.groups(row)
-    whole = _without_fractions(common_factor([c for c, _ in groups]), groups)
+    whole = rows.divisor(groups)
     divisor = _harmless(whole, rows.parameters, cyclic)
     if asked is not None and not cyclic and (whole / divisor).free_symbols:
         candidate = ShownEquation(name, _divided(groups, whole), whole)
@@ -52,24 +71,19 @@ def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> Sh
     return ShownEquation(name, _divided(groups, divisor), divisor)
 
 
-def _without_fractions(whole: sp.Expr, groups: Sequence[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
-    """The common factor, which divides by ½ only where the first term has such a number too.
-
-    ``I θ̈ + ½ k x`` is no better as ``2 I θ̈ + k x``.
-    """
-    number, factor = whole.as_coeff_Mul(rational=True)
-    if number.q == 1:
-        return whole
-    first = common_factor(list(sp.Add.make_args(groups[0][0]))).as_coeff_Mul(rational=True)[0]
-    return whole if first.q > 1 else scaled(sp.Integer(number.p), factor)
-
-
 class _Rows:
     """Rows of a derivation, with symbols and orders that each row needs."""
 
-    def __init__(self, derivation: Uncertified) -> None:
+    def __init__(self, derivation: Uncertified, decimals: frozenset[Fraction]) -> None:
         self.derivation = derivation
         reduced = derivation.reduced
+        self.decimals = decimals
+        #: Sums with coordinates that the scene wrote, of a few terms.
+        self.brackets = [
+            sp.Add(*terms)
+            for terms in derivation.sums[:_MOST_BRACKETS]
+            if any(t.is_Symbol and t not in reduced.names.parameters.values() for t in terms)
+        ]
         self.parameters = frozenset(reduced.names.parameters.values())
         self.order = {c.v: k for k, c in enumerate(reduced.coordinates)}
         #: (entry of the gradient, multiplier) of the closures and gaps, by coordinate.
@@ -81,22 +95,66 @@ class _Rows:
     def groups(self, row: int) -> list[tuple[sp.Expr, sp.Expr]]:
         """(coefficient, factor) in display order."""
         coordinates = self.derivation.reduced.coordinates
+        constants = self.parameters
         inertia = self.derivation.mass_matrix[row].nonzero
-        terms = [(entry, coordinates[k].a) for k, entry in inertia.items()]
         forces = [-f for f in self.derivation.forcing[row]]
+
+        def coefficient(whole: sp.Expr) -> sp.Expr:
+            return shortest_coefficient(whole, constants) if len(forces) <= _MOST_FORCES else whole
+
+        terms = [(coefficient(e), coordinates[k].a) for k, e in inertia.items()]
         present = {s for term in forces for s in term.free_symbols if s in self.order}
         for monomial, cofactors in group_by_velocities(
             forces, sorted(present, key=self.order.__getitem__)
         ):
             if monomial != 1:
-                terms.append((factored(cofactors), monomial))
+                terms.append((coefficient(factored(cofactors)), monomial))
             else:
                 moving = [c for c in cofactors if c.free_symbols & present]
                 free = [c for c in cofactors if not c.free_symbols & present]
                 terms.extend((c, sp.Integer(1)) for c in moving)
-                terms.extend((c, sp.Integer(1)) for c in positional_groups(free, self.parameters))
+                terms.extend(
+                    (c, sp.Integer(1)) for c in shortest_groups(free, constants, self.brackets)
+                )
         terms.extend((-entry, multiplier) for entry, multiplier in self.pushes[row])
         return [(c, f) for c, f in terms if c != 0]
+
+    def divisor(self, groups: Sequence[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
+        """The common factor of an equation, with the sign of its accelerations.
+
+        Its number is 1/n where that clears the fractions of numbers, which is done where the first
+        term has one: ``I θ̈ + ½ k x`` is no better as ``2 I θ̈ + k x``.
+        """
+        number, factor = common_factor([c for c, _ in groups]).as_coeff_Mul(rational=True)
+        numbers = [n for c, _ in groups for n in _numbers(c)]
+        has_fraction = any(n.q > 1 for n in _numbers(groups[0][0])) if groups else False
+        lcm = sp.ilcm(*(n.q for n in numbers), 1)
+        number = sp.Integer(number.p) if number.q > 1 else number
+        if has_fraction and lcm <= _MOST_PARTS and not self._has_decimals(numbers):
+            number = sp.Rational(sp.igcd(0, *(n.p * (lcm // n.q) for n in numbers)), lcm)
+        accelerations = {c.a for c in self.derivation.reduced.coordinates}
+        inertia = [c for c, f in groups if f in accelerations]
+        turned = inertia and all(_is_negative(c) for c in inertia)
+        return scaled(-number if turned else number, factor)
+
+    def _has_decimals(self, numbers: Iterable[sp.Rational]) -> bool:
+        return any(Fraction(int(abs(n.p)), int(n.q)) in self.decimals for n in numbers)
+
+
+def _numbers(coefficient: sp.Expr) -> list[sp.Rational]:
+    """The numbers of the terms of a coefficient."""
+    number, product = coefficient.as_coeff_Mul(rational=True)
+    return [number * part.as_coeff_Mul(rational=True)[0] for part in sp.Add.make_args(product)]
+
+
+def _is_negative(coefficient: sp.Expr) -> bool:
+    """Tell whether a coefficient shows with a minus sign, or its number does."""
+    number, product = coefficient.as_coeff_Mul(rational=True)
+    sums = [f for f in sp.Mul.make_args(product) if f.is_Add]
+    terms = [a.as_coeff_Mul(rational=True)[0] for a in sums[0].args] if len(sums) == 1 else []
+    alone = [a for a in sums[0].args if a.is_Rational] if len(sums) == 1 else []
+    turned = bool(terms) and (all(n < 0 for n in terms) or any(n < 0 for n in alone))
+    return bool((number < 0) != turned)
 
 
 def _harmless(whole: sp.Expr, parameters: frozenset[sp.Symbol], cyclic: bool) -> sp.Expr:
@@ -105,7 +163,9 @@ def _harmless(whole: sp.Expr, parameters: frozenset[sp.Symbol], cyclic: bool) ->
         return sp.Integer(1)
     number, symbolic = whole.as_coeff_Mul(rational=True)
     factors = [
-        f for f in sp.Mul.make_args(symbolic) if f.is_positive and f.free_symbols <= parameters
+        f
+        for f in sp.Mul.make_args(symbolic)
+        if f.is_positive and (f.free_symbols <= parameters or isinstance(f, _POSITIVE))
     ]
     return scaled(number, sp.Mul(*factors))
 

@@ -10,10 +10,8 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import factored
-from lagrange_cli.mechanics.algebra.group_by_velocity import (
-    group_by_velocities,
-    positional_groups,
-)
+from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
+from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
@@ -62,7 +60,7 @@ class Collector:
         grouped = []
         for product, cofactors in group_by_velocities(terms, rates):
             if product == 1:
-                grouped += positional_groups(cofactors, self.constants)
+                grouped += shortest_groups(cofactors, self.constants)
             else:
                 grouped.append(factored(cofactors) * product)
         return grouped

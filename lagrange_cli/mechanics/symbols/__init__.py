@@ -5,4 +5,12 @@ with the values of parameters and the masses of particles. No text is evaluated.
 :mod:`.convert` first.
 """
 
-__all__ = ["convert", "masses", "names", "quoting", "values", "yaml_snippets"]
+__all__ = [
+    "convert",
+    "masses",
+    "names",
+    "quoting",
+    "values",
+    "written_sums",
+    "yaml_snippets",
+]

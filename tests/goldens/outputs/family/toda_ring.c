@@ -2,7 +2,7 @@
 
 #include "toda_ring.h"
 
-#if toda_ring_EMISSION != 0xeaa06660UL
+#if toda_ring_EMISSION != 0x38e13c5cUL
 #error "toda_ring.c and toda_ring.h are not of one emission: emit both once more"
 #endif
 
@@ -156,8 +156,7 @@ int toda_ring_energy(double t, const double *y, const double *u, const toda_ring
     (void)u;
     (void)p;
     (void)work;
-    const double w0 = 0.5*((v_q_3*v_q_3 + v_q_4*v_q_4) + (v_q_5*v_q_5 + (v_q_1*v_q_1 +
-        v_q_2*v_q_2)));
+    const double w0 = 0.5*(v_q_1*v_q_1 + v_q_2*v_q_2 + v_q_3*v_q_3 + v_q_4*v_q_4 + v_q_5*v_q_5);
     const double w1 = 5.0 - exp(q_q_1 - q_q_2) - exp(q_q_2 - q_q_3) - exp(q_q_3 - q_q_4) -
         exp(q_q_4 - q_q_5) - exp(-q_q_1 + q_q_5);
     out[0] = w0;

@@ -34,7 +34,7 @@ extern "C" {
 
 #define toda_ring_DOF 5
 #define toda_ring_POSITIONS 0
-#define toda_ring_EMISSION 0xeaa06660UL
+#define toda_ring_EMISSION 0x38e13c5cUL
 #define toda_ring_WORK 1
 
 typedef struct toda_ring_params {

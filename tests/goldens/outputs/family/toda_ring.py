@@ -204,9 +204,9 @@ def energy(t, y, p=DEFAULTS):
     try:
         q_q_1, q_q_2, q_q_3, q_q_4, q_q_5, v_q_1, v_q_2, v_q_3, v_q_4, v_q_5 = _numbers(y)
         w0 = (
-            5.0 - 0.5*v_q_1*v_q_1 - 0.5*v_q_2*v_q_2 - 0.5*v_q_3*v_q_3 - 0.5*v_q_4*v_q_4 -
-            0.5*v_q_5*v_q_5 - exp(q_q_1 - q_q_2) - exp(q_q_2 - q_q_3) - exp(q_q_3 - q_q_4) -
-            exp(q_q_4 - q_q_5) - exp(-q_q_1 + q_q_5)
+            5.0 - 0.5*(v_q_1*v_q_1 + v_q_2*v_q_2 + v_q_3*v_q_3 + v_q_4*v_q_4 + v_q_5*v_q_5) -
+            exp(q_q_1 - q_q_2) - exp(q_q_2 - q_q_3) - exp(q_q_3 - q_q_4) - exp(q_q_4 - q_q_5) -
+            exp(-q_q_1 + q_q_5)
         )
         return _number(-w0)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):

@@ -2,7 +2,7 @@
 
 #include "pendulum_driven_support.h"
 
-#if pendulum_driven_support_EMISSION != 0x7c78052cUL
+#if pendulum_driven_support_EMISSION != 0x8c5ea63eUL
 #error "pendulum_driven_support.c and pendulum_driven_support.h are not of one emission: emit both once more"
 #endif
 
@@ -82,11 +82,11 @@ int pendulum_driven_support_energy(double t, const double *y, const double *u, c
     const double w1 = w0*w0;
     const double w2 = sin(p->Omega*t)*(p->A*p->Omega);
     const double w3 = w2*w2;
-    const double w4 = p->l*cos(q_theta);
-    const double w5 = p->g*w4;
-    out[0] = 0.5*p->m*(w1 + w3 - 2.0*v_theta*w2*w4);
+    const double w4 = cos(q_theta);
+    const double w5 = w4*(p->l*p->g);
+    out[0] = 0.5*p->m*(w1 + w3 - 2.0*w4*w2*w0);
     out[1] = -p->m*w5;
-    out[2] = 0.5*p->m*(w1 - w3 - 2.0*w5);
+    out[2] = p->m*(0.5*w1 - 0.5*w3 - w5);
     for (i = 0; i < 3; ++i) {
         if (!isfinite(out[i])) {
             return 2;

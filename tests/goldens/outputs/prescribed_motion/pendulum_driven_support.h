@@ -36,7 +36,7 @@ extern "C" {
 
 #define pendulum_driven_support_DOF 1
 #define pendulum_driven_support_POSITIONS 6
-#define pendulum_driven_support_EMISSION 0x7c78052cUL
+#define pendulum_driven_support_EMISSION 0x8c5ea63eUL
 #define pendulum_driven_support_WORK 1
 
 typedef struct pendulum_driven_support_params {

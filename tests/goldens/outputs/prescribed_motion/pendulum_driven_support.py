@@ -207,9 +207,8 @@ def energy(t, y, p=DEFAULTS):
     try:
         p_m, p_l, p_A, p_Omega, p_g = p
         q_theta, v_theta = _numbers(y)
-        w0 = p_l*v_theta
-        w1 = sin(p_Omega*t)*(p_A*p_Omega)
-        return _number(0.5*p_m*(w0*w0 - w1*w1 - 2.0*p_l*p_g*cos(q_theta)))
+        w0 = sin(p_Omega*t)*(p_A*p_Omega)
+        return _number(p_m*p_l*(0.5*p_l*v_theta*v_theta - p_g*cos(q_theta)) - 0.5*p_m*w0*w0)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return _number(_undefined((), t, *p))
 

@@ -1,0 +1,164 @@
+"""Short forms of energies: particle by particle, or collected over all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum, collected_terms
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
+from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities, grouped_sum
+from lagrange_cli.mechanics.algebra.printed_length import printed_length, sum_size
+
+#: Terms that an energy may be multiplied out to while a shorter form is sought. Set by hand.
+_TERM_BUDGET = 60
+
+
+def shortest_energy(
+    energy: sp.Expr,
+    velocities: Sequence[sp.Symbol],
+    splitter: Splitter,
+    constants: frozenset[sp.Symbol],
+    brackets: Collection[sp.Expr],
+) -> sp.Expr:
+    """Collect an energy over all its terms, where that is shorter.
+
+    Parameters
+    ----------
+    velocities
+        In their order; terms with the same ones stand together.
+    splitter
+        Knows the masses, which are gathered.
+    constants
+        Symbols of parameters.
+    brackets
+        Sums that stay as they are, since the scene wrote them.
+
+    Returns
+    -------
+    Expr
+        The energy as it is, with one factor in front, or with terms of one factor of parameters
+        together: ``½ (m1 + m2) (Ẋ² + Ẏ²) + ½ m1 m2/(m1 + m2) (ṙ² + r² φ̇²)``.
+    """
+    if not energy.is_Add:
+        return energy
+    kept = {e: sp.Symbol(f"({k})", real=True) for k, e in enumerate(brackets)}
+    expanded = expand_terms(energy.xreplace(kept), _TERM_BUDGET)
+    if expanded is None:
+        return energy
+    constants |= {s for e, s in kept.items() if e.free_symbols <= constants}
+    total = TermSum(splitter)
+    total.add_all(e for e in expanded if e != 0)
+    terms = total.collected()
+    written = {s: e for e, s in kept.items()}
+    ways = [by_parameters(terms, constants, velocities)]
+    if len({_degree(term, velocities) for term in terms}) == 1:
+        ways += _in_front(terms, constants, velocities)
+    shorter = [way.xreplace(written) for way in ways]
+    shorter = [way for way in shorter if printed_length(way) <= printed_length(energy)]
+    return min([energy, *shorter], key=sum_size)
+
+
+def by_parameters(
+    terms: Sequence[sp.Expr], constants: frozenset[sp.Symbol], velocities: Sequence[sp.Symbol]
+) -> sp.Expr:
+    """Put terms together that have the same parameters as factors, and the same degree."""
+    groups: dict[tuple[sp.Expr, int | None], list[sp.Expr]] = {}
+    for term in terms:
+        key = _weight(term, constants), _degree(term, velocities)
+        groups.setdefault(key, []).append(term)
+    return sp.Add(
+        *(
+            next(_in_front(group, constants, velocities), sp.Add(*group))
+            for group in groups.values()
+        )
+    )
+
+
+def _weight(term: sp.Expr, constants: frozenset[sp.Symbol]) -> sp.Expr:
+    """The factors of a term that are parameters."""
+    factors = sp.Mul.make_args(term)
+    return sp.Mul(*(f for f in factors if f.free_symbols and f.free_symbols <= constants))
+
+
+def _in_front(
+    terms: Sequence[sp.Expr], constants: frozenset[sp.Symbol], velocities: Sequence[sp.Symbol]
+) -> Iterator[sp.Expr]:
+    """A factor in front of all terms: parameters and no others left, or all that moves.
+
+    It leaves terms with integers: ``½ m l² (3 θ̇1² + θ̇2²)``, ``½ (m + I/R²) ṡ²``.
+    """
+    whole = common_factor(list(terms))
+    number, common = whole.as_coeff_Mul(rational=True)
+    rest = [term / common / number for term in terms]
+    is_integer = all(t.as_coeff_Mul(rational=True)[0].is_Integer for t in rest)
+    unweighted = common.free_symbols <= constants and all(_weight(t, constants) == 1 for t in rest)
+    still = all(t.free_symbols <= constants for t in rest)
+    if whole == 1 or not is_integer or not (unweighted or still):
+        return
+    if all(t.could_extract_minus_sign() for t in rest):
+        number, rest = -number, [-t for t in rest]
+    if still:
+        inner = sp.Add(*rest)
+    else:
+        groups = group_by_velocities(rest, velocities)
+        inner = sp.Add(*(factored(cofactors) * rates for rates, cofactors in groups))
+    yield scaled(number, common * inner)
+
+
+def parts_by_degree(
+    kinetic: sp.Expr, velocities: Sequence[sp.Symbol]
+) -> tuple[sp.Expr, sp.Expr, sp.Expr] | None:
+    """Write T as T2 + T1 + T0 by the degree in velocities, with the terms of T where they are one.
+
+    None if T is no polynomial of degree 2, or has too many terms.
+    """
+    parts: dict[int, list[sp.Expr]] = {0: [], 1: [], 2: []}
+    for term in sp.Add.make_args(kinetic):
+        expanded = expand_terms(term, _TERM_BUDGET)
+        degrees = None if expanded is None else [_degree(e, velocities) for e in expanded]
+        if expanded is None or degrees is None or not set(degrees) <= {0, 1, 2}:
+            return None
+        if len(set(degrees)) == 1:
+            parts[degrees[0] or 0].append(term)
+            continue
+        for degree, group in parts.items():
+            chosen = [e for e, d in zip(expanded, degrees, strict=True) if d == degree]
+            group += [grouped_sum(collected_terms(chosen), velocities)] if chosen else []
+    return sp.Add(*parts[2]), sp.Add(*parts[1]), sp.Add(*parts[0])
+
+
+def _degree(term: sp.Expr, velocities: Sequence[sp.Symbol]) -> int | None:
+    """The degree of a product in velocities; None if these are in functions or denominators."""
+    degree = 0
+    for factor in sp.Mul.make_args(term):
+        base, exponent = factor.as_base_exp()
+        if base in velocities and exponent.is_Integer and exponent.is_positive:
+            degree += int(exponent)
+        elif not factor.free_symbols.isdisjoint(velocities):
+            return None
+    return degree
+
+
+def over_roots(terms: list[sp.Expr]) -> list[sp.Expr]:
+    """Put terms over one root where that leaves fewer: ``v²/√(1 - v²) + √(1 - v²)``."""
+    bases = {f.base for t in terms for f in sp.Mul.make_args(t) if f.is_Pow and _is_half(f.exp)}
+    for base in sorted(bases, key=sp.default_sort_key):
+        powers = {t: dict(f.as_base_exp() for f in sp.Mul.make_args(t)).get(base) for t in terms}
+        held = {t: e for t, e in powers.items() if e is not None and _is_half(e)}
+        if len(set(held.values())) < 2:
+            continue
+        lowest = min(held.values())
+        whole = sp.Add(*(t / base**e * base ** (e - lowest) for t, e in held.items()))
+        expanded = expand_terms(whole, _TERM_BUDGET)
+        numerator = collected_terms(expanded) if expanded is not None else list(held)
+        if len(numerator) < len(held):
+            others = [t for t in terms if t not in held]
+            terms = others + [t * base**lowest for t in numerator]
+    return terms
+
+
+def _is_half(exponent: sp.Expr) -> bool:
+    return bool(exponent.is_Rational and exponent.q == 2)

@@ -1,0 +1,236 @@
+"""Shortest ways to write the sums of an equation, chosen by their length in print.
+
+Every way is made of the same terms: gathered by the functions in them, by what moves, or by their
+parameters; then products that share a sum are put together. Coefficients try the other forms of
+squares of sines and cosines. Nothing searches: each way is made once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from operator import attrgetter
+from typing import NamedTuple
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.collect import collected_terms
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
+from lagrange_cli.mechanics.algebra.polynomials import factored_form
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
+
+#: Most terms of a sum that is written in other ways. Set by hand.
+_MOST_TERMS = 40
+#: Most terms of a sum that is tried for other forms of squares. Set by hand.
+_SHORT_TERMS = 12
+#: Terms that squares of sines and cosines may be multiplied out to. Set by hand.
+_TERM_BUDGET = 40
+
+#: Most terms and most letters of a sum that is tried for factors. Set by hand.
+_FACTOR_TERMS = 6
+_FACTOR_SYMBOLS = 3
+
+#: Functions that are part of what moves; others, roots and denominators scale it.
+_HEADS = (sp.sin, sp.cos, sp.tan, sp.sinh, sp.cosh, sp.exp)
+
+
+def shortest_groups(
+    terms: Sequence[sp.Expr], constants: frozenset[sp.Symbol], brackets: Sequence[sp.Expr] = ()
+) -> list[sp.Expr]:
+    """Gather terms without velocities, in the way that is shortest in print.
+
+    Parameters
+    ----------
+    constants
+        Symbols of parameters.
+    brackets
+        Sums that stay together where the terms hold a multiple of them.
+
+    Returns
+    -------
+    list
+        Products with the same sum as the terms: ``m g (l + x) sin θ``, ``k (1 - l0/r) x``,
+        ``(k + k2) x1``.
+    """
+    if len(terms) < 2:
+        return list(terms)
+
+    ways = [_by_function(terms, constants)]
+    if len(terms) <= _MOST_TERMS:
+        for given in (terms, _bracketed(terms, brackets)):
+            ways.append(_gathered(given, constants, _head))
+            ways.append(_gathered(given, constants, _parameters))
+    return min((_joined(way) for way in ways), key=_length)
+
+
+def shortest_coefficient(whole: sp.Expr, constants: frozenset[sp.Symbol]) -> sp.Expr:
+    """Write the sum in a coefficient in the way that is shortest in print."""
+    number, product = whole.as_coeff_Mul(rational=True)
+    sums = [f for f in sp.Mul.make_args(product) if f.is_Add]
+    if len(sums) != 1 or len(sums[0].args) > _SHORT_TERMS:
+        return whole
+    inner = sums[0]
+    best = min([inner, *_forms(inner, constants)], key=printed_length)
+    if best is inner:
+        return whole
+    return scaled(number, sp.Mul(*(best if f is inner else f for f in sp.Mul.make_args(product))))
+
+
+def _forms(expr: sp.Expr, constants: frozenset[sp.Symbol]) -> Iterator[sp.Expr]:
+    """The sum with coefficients collected, and with squares of sines and cosines rewritten."""
+    yield sp.Add(*_gathered(expr.args, constants, _head))
+    squares = [p.base for p in expr.atoms(sp.Pow) if p.exp == 2]
+    arguments = {f.args[0] for f in squares if isinstance(f, (sp.sin, sp.cos))}
+    for u in sorted(arguments, key=sp.default_sort_key):
+        for rule in _square_rules(u):
+            terms = expand_terms(expr.xreplace(rule), _TERM_BUDGET)
+            if terms is not None:
+                yield sp.Add(*_gathered(collected_terms(terms), constants, _head))
+
+
+def _square_rules(u: sp.Expr) -> Iterator[dict[sp.Expr, sp.Expr]]:
+    s, c = sp.sin(u) ** 2, sp.cos(u) ** 2
+    yield {s: 1 - c}
+    yield {c: 1 - s}
+    double = sp.cos(2 * u)
+    yield {s: (1 - double) / 2, c: (1 + double) / 2}
+
+
+def _bracketed(terms: Sequence[sp.Expr], brackets: Sequence[sp.Expr]) -> list[sp.Expr]:
+    """Put together the terms that are a multiple of a bracket: ``k (y - l0)``."""
+    kept = list(terms)
+    for bracket in brackets:
+        first, *others = sorted(bracket.args, key=sp.default_sort_key, reverse=True)
+        letters = first.free_symbols
+        for term in kept:
+            if not letters <= term.free_symbols:
+                continue
+            cofactor = term / first
+            members = [term, *(cofactor * other for other in others)]
+            if all(m in kept for m in members):
+                number, product = cofactor.as_coeff_Mul(rational=True)
+                kept = [t for t in kept if t not in members]
+                kept.append(scaled(number, product * bracket))
+                break
+    return kept
+
+
+# -- ways to gather terms -----------------------------------------------------
+
+
+class _Parts(NamedTuple):
+    """The factors of a term: parameters, what moves with it, and what scales it.
+
+    Attributes
+    ----------
+    parameters
+        Those of parameters alone.
+    head
+        Powers of coordinates, trigonometric functions and such.
+    tail
+        All others: denominators, roots.
+    """
+
+    parameters: sp.Expr
+    head: sp.Expr
+    tail: sp.Expr
+
+
+_head, _parameters = attrgetter("head"), attrgetter("parameters")
+
+
+def _parts(term: sp.Expr, constants: frozenset[sp.Symbol]) -> _Parts:
+    parameters, heads, tails = [], [], []
+    for f in sp.Mul.make_args(term):
+        base, exponent = f.as_base_exp()
+        is_power = exponent.is_Integer and exponent.is_positive
+        if f.free_symbols <= constants:
+            parameters += [] if f.is_Rational else [f]
+        elif isinstance(f, sp.exp) or (is_power and (base.is_Symbol or isinstance(base, _HEADS))):
+            heads.append(f)
+        else:
+            tails.append(f)
+    return _Parts(sp.Mul(*parameters), sp.Mul(*heads), sp.Mul(*tails))
+
+
+def _gathered(
+    terms: Iterable[sp.Expr], constants: frozenset[sp.Symbol], key: Callable[[_Parts], sp.Expr]
+) -> list[sp.Expr]:
+    """Gather terms of one key into products; those with key 1 stay.
+
+    Of terms with different denominators or roots only two are put together, one of which has
+    none: ``k (1 - l0/r) x``.
+    """
+    groups: dict[sp.Expr, list[tuple[sp.Expr, _Parts]]] = {}
+    for term in terms:
+        parts = _parts(term, constants)
+        groups.setdefault(key(parts), []).append((term, parts))
+    gathered: list[sp.Expr] = []
+    for common, pairs in groups.items():
+        members = [term for term, _ in pairs]
+        tails = {parts.tail for _, parts in pairs}
+        is_alike = len(tails) == 1 or (len(tails) == 2 and 1 in tails)
+        is_group = common != 1 and len(members) > 1 and is_alike
+        gathered += [_product(members)] if is_group else members
+    return gathered
+
+
+def _product(members: list[sp.Expr]) -> sp.Expr:
+    """Write a sum as a product whose sum has a positive number: ``k (1 - l0/r) x``."""
+    whole = factored(members)
+    number, product = whole.as_coeff_Mul(rational=True)
+    factors = []
+    for f in sp.Mul.make_args(product):
+        if f.is_Add and len(f.args) <= _SHORT_TERMS:
+            if any(a.is_Rational and a < 0 for a in f.args):
+                f, number = sp.Add(*(-a for a in f.args)), -number
+            f = _factored_sum(f)
+        factors.append(f)
+    return scaled(number, sp.Mul(*factors))
+
+
+def _factored_sum(expr: sp.Expr) -> sp.Expr:
+    """Write ``ψ + sin ψ + sin ψ cos ψ + ψ cos ψ`` as ``(ψ + sin ψ) (1 + cos ψ)``; leave others."""
+    few = 2 < len(expr.args) <= _FACTOR_TERMS and len(expr.free_symbols) <= _FACTOR_SYMBOLS
+    product = factored_form(expr) if few and expr.has(*_HEADS) else expr
+    return product if product.is_Mul else expr
+
+
+def _by_function(terms: Sequence[sp.Expr], constants: frozenset[sp.Symbol]) -> list[sp.Expr]:
+    """Gather terms that share their functions; polynomials only if they share a parameter."""
+    groups: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in terms:
+        functions = [f for f in sp.Mul.make_args(term) if not _is_polynomial(f)]
+        groups.setdefault(sp.Mul(*functions), []).append(term)
+    grouped: list[sp.Expr] = []
+    for function, members in groups.items():
+        common = common_factor(members).as_coeff_Mul(rational=True)[1]
+        if function != 1 or common.free_symbols & constants:
+            grouped.append(factored(members))
+        else:
+            grouped.extend(members)
+    return grouped
+
+
+def _is_polynomial(factor: sp.Expr) -> bool:
+    base, exponent = factor.as_base_exp()
+    return bool(factor.is_Rational or (not base.args and exponent.is_Integer and exponent > 0))
+
+
+def _joined(groups: list[sp.Expr]) -> list[sp.Expr]:
+    """Put products together that share a sum: ``k (1 - d/s) (l sin θ - d cos θ)``."""
+    sharing: dict[sp.Expr, list[sp.Expr]] = {}
+    for group in groups:
+        for factor in sp.Mul.make_args(group):
+            base = factor.as_base_exp()[0]
+            if base.is_Add and factor.as_base_exp()[1].is_positive:
+                sharing.setdefault(base, []).append(group)
+    for members in sharing.values():
+        if len(members) > 1 and all(m in groups for m in members):
+            others = [g for g in groups if g not in members]
+            return _joined([*others, factored(members)])
+    return groups
+
+
+def _length(groups: list[sp.Expr]) -> int:
+    return sum(map(printed_length, groups)) + len(groups)

@@ -1,0 +1,96 @@
+"""Sums in brackets as the scene wrote them, whose order of terms SymPy does not keep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+
+import sympy as sp
+
+from lagrange_cli.errors import InputError
+from lagrange_cli.scene.language.expression import Add, Call, Expression, Mul, Neg, Node, Pow
+
+#: Sums that are looked at; further ones print in textbook order. Set by hand.
+_MOST_SUMS = 200
+
+#: Terms of the longest sum that is kept. Set by hand.
+_MOST_TERMS = 6
+
+
+def written_sums(
+    expressions: Iterable[Expression],
+    abbreviated: Iterable[Expression],
+    convert: Callable[[Expression], sp.Expr],
+) -> tuple[tuple[sp.Expr, ...], ...]:
+    """List the sums within expressions, each as its terms in the order of the scene.
+
+    Parameters
+    ----------
+    abbreviated
+        Expressions that have a name in the scene, which are looked at as if they stood in brackets.
+    convert
+        Gives the value of an expression over coordinates.
+
+    Returns
+    -------
+    tuple
+        Sums that begin with a plus sign, and whose terms are none of them sums again.
+    """
+    sums: dict[sp.Expr, tuple[sp.Expr, ...]] = {}
+    for count, (expression, node) in enumerate(_brackets(expressions, abbreviated)):
+        if count == _MOST_SUMS:
+            break
+        signed = list(_terms(node))
+        if len(signed) > _MOST_TERMS:
+            continue
+        try:
+            terms = tuple(sign * convert(replace(expression, node=term)) for sign, term in signed)
+        except InputError:
+            continue  # It has names of its own, as a given function of one argument has.
+        if terms[0].could_extract_minus_sign():
+            continue
+        whole = sp.Add(*terms)
+        if whole.is_Add and set(whole.args) == set(terms) and len(whole.args) == len(terms):
+            sums.setdefault(whole, terms)
+    return tuple(sums.values())
+
+
+def _brackets(
+    expressions: Iterable[Expression], abbreviated: Iterable[Expression]
+) -> Iterator[tuple[Expression, Add]]:
+    """Walk the outermost sums within other operations, and the sums within their terms."""
+    whole = [(e, False) for e in expressions] + [(e, True) for e in abbreviated]
+    for expression, is_inside in whole:
+        pending = [(expression.node, is_inside)]
+        while pending:
+            node, inside = pending.pop()
+            if isinstance(node, Add) and inside:
+                yield expression, node
+            terms = [t for _, t in _terms(node)] if isinstance(node, Add) else [node]
+            for term in terms:
+                pending.extend((part, True) for part in _parts(term))
+
+
+def _parts(node: Node) -> Iterator[Node]:
+    """The operands of a product, a power or a call."""
+    match node:
+        case Neg():
+            yield node.operand
+        case Mul():
+            yield from (factor for _, factor in node.factors)
+        case Pow():
+            yield from (node.base, node.exponent)
+        case Call():
+            yield from node.arguments
+
+
+def _terms(node: Node, sign: int = 1) -> Iterator[tuple[int, Node]]:
+    """The signed terms of a sum, with sums among them taken apart: ``x - (1 - mu)``."""
+    match node:
+        case Add():
+            for operator, term in node.terms:
+                yield from _terms(term, -sign if operator == "-" else sign)
+        case Neg():
+            yield from _terms(node.operand, -sign)
+        case _:
+            yield sign, node

@@ -1,0 +1,149 @@
+"""The letters of some equations: names, order, abbreviations, and what the scene wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from itertools import takewhile
+from typing import TYPE_CHECKING, TypeAlias
+
+import sympy
+
+from lagrange_cli.notation import ordering
+from lagrange_cli.notation.symbols import multiplier_name, split_name
+from lagrange_cli.notation.tree import (
+    Dependence,
+    DisplaySymbol,
+    Role,
+    SignedNode,
+    abbreviations_in,
+)
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations, Parameter
+
+#: Letters of masses that no particle has, such as those of ``kinetic`` terms.
+_MASSES = frozenset("mM")
+
+
+#: A factor of an expression that has a name, and its power.
+NamedFactor: TypeAlias = tuple[SignedNode, Fraction]
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """Names of the symbols of some equations, and their order.
+
+    Attributes
+    ----------
+    atoms
+        Symbol → its node, which knows its rank.
+    literals
+        Exact value → decimal as the scene wrote it.
+    functions
+        Function of the scene → what it prints as in LaTeX, None for its name.
+    sums
+        Sum → its terms in the order of the scene, and true if it is minus their sum.
+    named
+        Expression → the product that it is of an abbreviation of the scene, each factor to a power.
+    """
+
+    atoms: Mapping[sympy.Symbol, DisplaySymbol]
+    literals: Mapping[Fraction, str]
+    functions: Mapping[str, str | None] = field(default_factory=dict)
+    sums: Mapping[sympy.Expr, tuple[tuple[sympy.Expr, ...], bool]] = field(default_factory=dict)
+    named: Mapping[sympy.Expr, tuple[NamedFactor, ...]] = field(default_factory=dict)
+
+
+def vocabulary(equations: Equations, *, abbreviating: bool = False) -> Vocabulary:
+    """Parameters, multipliers, time, inputs and coordinates, in order of declaration.
+
+    ``abbreviating``: with the scene's abbreviations in place of their expressions.
+    """
+    masses = {s for particle in equations.particles for s in particle.mass.free_symbols}
+    atoms = {
+        p.symbol: ordering.symbol_of(
+            p.name, Dependence.PARAMETER, rank, latex=p.latex, role=_role(p, masses)
+        )
+        for rank, p in enumerate(equations.parameters)
+    }
+    for rank, closure in enumerate(equations.pushing, len(equations.parameters)):
+        # With the underscores that tell the symbol from other names of the scene.
+        name = multiplier_name(closure.multiplier.name.removeprefix("lambda_"))
+        atoms[closure.multiplier] = ordering.symbol_of(name, Dependence.PARAMETER, rank)
+    atoms[equations.t] = ordering.symbol_of("t", Dependence.TIME, 0)
+    for rank, source in enumerate(equations.inputs, 1):
+        atoms[source.symbol] = ordering.symbol_of(source.name, Dependence.TIME, rank)
+    for rank, c in enumerate(equations.coordinates):
+        for order, symbol in enumerate((c.q, c.v, c.a)):
+            level = Dependence(Dependence.COORDINATE + order)
+            atoms[symbol] = ordering.symbol_of(c.name, level, rank, order=order, latex=c.latex)
+    functions = {f.name: f.latex for f in equations.functions}
+    words = Vocabulary(atoms, dict(equations.literals), functions, _written(equations.sums))
+    return replace(words, named=_named(equations, words)) if abbreviating else words
+
+
+def _written(
+    sums: Iterable[tuple[sympy.Expr, ...]],
+) -> dict[sympy.Expr, tuple[tuple[sympy.Expr, ...], bool]]:
+    """Sums by their value, and by its negative where they have a number: ``1 - x²``."""
+    written = {sympy.Add(*terms): (terms, False) for terms in sums}
+    for terms in sums:
+        if any(t.is_number for t in terms):
+            written.setdefault(sympy.Add(*(-t for t in terms)), (terms, True))
+    return written
+
+
+def _named(equations: Equations, words: Vocabulary) -> dict[sympy.Expr, tuple[NamedFactor, ...]]:
+    """Abbreviations by the base of the power that they are: r² by x² + y².
+
+    A base with denominators has a name without them too: c²/γ² by c² − v².
+    """
+    named: dict[sympy.Expr, tuple[NamedFactor, ...]] = {}
+    for rank, (name, expression) in enumerate(equations.abbreviations):
+        if not expression.free_symbols or expression.is_Symbol:
+            continue
+        base, exponent = expression.as_base_exp()
+        if not exponent.is_Rational:
+            base, exponent = expression, sympy.S.One
+        levels = [words.atoms[s].traits.level for s in expression.free_symbols if s in words.atoms]
+        symbol = ordering.abbreviation_of(name, max(levels), rank)
+        factor = SignedNode(False, symbol), Fraction(int(exponent.q), int(exponent.p))
+        named.setdefault(base, (factor,))
+        if not base.is_Add:
+            continue
+        if exponent == 1:
+            minus = SignedNode(True, symbol), Fraction(1)
+            named.setdefault(sympy.Add(*(-a for a in base.args)), (minus,))
+        letter = _denominator(base)
+        if letter is not None:
+            above = sympy.Add(*(a * letter for a in base.args))
+            root, power = letter.as_base_exp()
+            scale = SignedNode(False, words.atoms[root]), Fraction(int(power))
+            named.setdefault(above, (scale, factor))
+    return named
+
+
+def _denominator(expression: sympy.Add) -> sympy.Expr | None:
+    """The denominator of a sum, if that is a power of one parameter."""
+    parts = {f for a in expression.args for f in sympy.Mul.make_args(a) if f.is_Pow}
+    below = [1 / f for f in parts if f.exp.is_Integer and f.exp < 0 and f.base.is_Symbol]
+    return below[0] if len(below) == 1 else None
+
+
+def _role(parameter: Parameter, masses: Collection[sympy.Symbol]) -> Role:
+    """Tell masses, g and G from other parameters."""
+    base = split_name(parameter.name).base
+    if parameter.symbol in masses or parameter.unit == "kg" or base in _MASSES:
+        return Role.MASS
+    return {"G": Role.COUPLING, "g": Role.GRAVITY}.get(parameter.name, Role.OTHER)
+
+
+def unabbreviated(name: str, words: Vocabulary) -> Vocabulary:
+    """The words for the definition of an abbreviation: those that stand before it."""
+    before = takewhile(
+        lambda item: all(abbreviations_in(t.node) != {name} for t, _ in item[1]),
+        words.named.items(),
+    )
+    return replace(words, named=dict(before))
