@@ -65,6 +65,8 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
         "--with": (None, "jacobian"),
     },
     "python": {"--with": (None, "jacobian"), "--style": ("numpy", "jax", "casadi")},
+    "tikz": {},
+    "svg": {},
 }
 FORMULATIONS = ("auto", "multiplier")
 

@@ -1,4 +1,4 @@
-"""``lagrange emit``: code or a document in a format of the registry."""
+"""``lagrange emit``: code, a document or a sketch in a format of the registry."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
     )
 
 
-@click.command(cls=Command, short_help="Code or a document: LaTeX, C, Python.")
+@click.command(cls=Command, short_help="Code, a document or a sketch: LaTeX, C, Python, TikZ, SVG.")
 @options.scene
 @click.option(
     "--to",
@@ -114,7 +114,9 @@ def emit(
     output: str | None,
     **chosen: str | bool | None,
 ) -> None:
-    """Write the equations of SCENE, a YAML file or - for standard input, as code or a document."""
+    """Write the equations of SCENE, a YAML file or - for standard input, as code or a document.
+
+    TikZ and SVG are sketches of the system at its start."""
     format_ = emitter(to)
     if output is None and not format_.single_file:
         _refuse_several(format_, scene)

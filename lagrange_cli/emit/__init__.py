@@ -1,4 +1,4 @@
-"""Equations → text: C, Python, LaTeX, the terminal's text, JSON.
+"""Equations → text: C, Python, LaTeX, sketches, the terminal's text, JSON.
 
 Equations go in; file names with their text come out. The contract of a format is in :mod:`.base`,
 the list of formats in :mod:`.registry`; read these two first.

@@ -43,6 +43,18 @@ def _python(equations: Equations, options: Mapping[str, OptionValue]) -> dict[st
     return emit_python(equations, options)
 
 
+def _tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.sketch.tikz import emit_tikz
+
+    return emit_tikz(equations, options)
+
+
+def _svg(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.sketch.svg import emit_svg
+
+    return emit_svg(equations, options)
+
+
 _JACOBIAN = Option(
     "jacobian",
     "derivatives of the accelerations by state, inputs and parameters",
@@ -120,6 +132,20 @@ EMITTERS: dict[str, Emitter] = {
                 ),
                 _JACOBIAN,
             ),
+        ),
+        Emitter(
+            name="tikz",
+            title="TikZ: a sketch of the system at its start, for \\input into LaTeX",
+            extensions=(".tikz.tex",),
+            single_file=True,
+            run=_tikz,
+        ),
+        Emitter(
+            name="svg",
+            title="SVG: a sketch of the system at its start, for pages and browsers",
+            extensions=(".svg",),
+            single_file=True,
+            run=_svg,
         ),
     )
 }

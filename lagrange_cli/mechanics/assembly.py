@@ -9,6 +9,13 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.certify.certificate import Evidence, certify_energy, certify_shown
+from lagrange_cli.mechanics.depiction import (
+    MOST_BODIES,
+    BodyLink,
+    Depiction,
+    PlacedPoint,
+    StatedRelation,
+)
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
@@ -30,6 +37,7 @@ from lagrange_cli.mechanics.initial.suggestions import possible_start
 from lagrange_cli.mechanics.motion import Motion
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import working_digits
+from lagrange_cli.mechanics.reduction.geometry import gap_over_names
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.structure import (
     conserved_quantities,
@@ -120,6 +128,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         chart=chart,
         units=_units(derivation, chart),
         motion=_motion(derivation, evidence, forcing),
+        depiction=_depiction(reduced),
     )
 
 
@@ -139,6 +148,36 @@ def _motion(
         terms if derivation.collected else None,
         evidence.states[0],
         evidence.residuals,
+    )
+
+
+def _depiction(reduced: Reduced) -> Depiction | None:
+    """The points, links, constraints and potentials of the scene, for a picture of it."""
+    scene, names = reduced.scene, reduced.names
+    if len(names.bodies) > MOST_BODIES:
+        return None
+    points = [
+        PlacedPoint(
+            point.name,
+            (x.name, y.name, z.name),
+            (reduced.resolved[x], reduced.resolved[y], reduced.resolved[z]),
+        )
+        for point, (x, y, z) in zip(scene.points, names.point_symbols, strict=True)
+    ]
+    links = [BodyLink(k.kind, k.ends, reduced.convert(k.size)) for k in scene.links]
+    rates = {s for c in reduced.coordinates for s in (c.v, c.a)}
+    stated = [
+        StatedRelation(e.constraint, e.phi)
+        for e in reduced.chart.geometry.elimination.stated
+        if not (e.integral or e.one_sided)
+    ]
+    gaps = [StatedRelation(u.name, gap_over_names(names, u), True) for u in scene.unilateral]
+    potentials = [(term.name, reduced.convert(term.expression)) for term in scene.potentials]
+    return Depiction(
+        tuple(points),
+        tuple(links),
+        tuple(r for r in (*stated, *gaps) if r.expression.free_symbols.isdisjoint(rates)),
+        tuple((name, v) for name, v in potentials if v.free_symbols.isdisjoint(rates)),
     )
 
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.errors import Mark, Problem
     from lagrange_cli.files import Recording
+    from lagrange_cli.mechanics.depiction import Depiction
     from lagrange_cli.mechanics.motion import Motion
     from lagrange_cli.mechanics.reaction_values import ConstraintForces
     from lagrange_cli.mechanics.step_values import DerivationSteps
@@ -406,6 +407,8 @@ class Equations:
         Units of coordinates, Cartesian names, outputs and their rates, of ``t`` and ``energy``.
     motion
         The sources of another derivation of mass matrix and forcing.
+    depiction
+        The sources of a picture; None with more than :data:`.depiction.MOST_BODIES` bodies.
     """
 
     name: str
@@ -455,6 +458,7 @@ class Equations:
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
     units: Units = field(default_factory=Units)
     motion: Motion | None = field(default=None, compare=False, repr=False)
+    depiction: Depiction | None = field(default=None, compare=False, repr=False)
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Literal
 
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.files import Recording
@@ -257,6 +258,25 @@ class Force:
 
 
 @dataclass(frozen=True, slots=True)
+class Link:
+    """A helper between two bodies, beside the expressions that it is written out as.
+
+    Attributes
+    ----------
+    kind
+        Its key in the scene.
+    ends
+        Names of the two particles or points.
+    size
+        Length of a distance, stiffness of a spring, coefficient of a damper.
+    """
+
+    kind: Literal["distance", "spring", "damper"]
+    ends: tuple[str, str]
+    size: Expression
+
+
+@dataclass(frozen=True, slots=True)
 class Scene:
     """Everything a scene file says.
 
@@ -284,6 +304,8 @@ class Scene:
         Named terms of the sections of these names.
     forces
         Forces besides potentials.
+    links
+        Distances, springs and dampers that helpers of these names state.
     initial, near
         Given initial values, and values near which a solution is sought.
     simulate, expect
@@ -315,6 +337,7 @@ class Scene:
     forces: tuple[Force, ...] = ()
     dissipation: tuple[Term, ...] = ()
     outputs: tuple[Term, ...] = ()
+    links: tuple[Link, ...] = ()
     initial: tuple[InitialValue, ...] = ()
     near: tuple[InitialValue, ...] = ()
     simulate: WrittenDefaults = field(default_factory=WrittenDefaults)

@@ -245,7 +245,8 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
         values["expect"] = replace(values["expect"], states=(), events=())
     values.setdefault("name", _identifier(PurePath(file).stem))
     mark = nodes["coordinates"].mark if "coordinates" in nodes else None
-    return Scene(file=file, digest=digest, coordinates_mark=mark, **values)
+    links = tuple(reading.links)
+    return Scene(file=file, digest=digest, coordinates_mark=mark, links=links, **values)
 
 
 def _identifier(text: str) -> str:

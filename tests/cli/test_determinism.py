@@ -38,7 +38,10 @@ for folder in sys.argv[1:]:
         for form in ("lagrange", "explicit"):
             print(json.dumps(derivation.report(form=form)))
         for name in EMITTERS:
-            print(derivation.emit(name))
+            try:
+                print(derivation.emit(name))
+            except InputError as refusal:
+                print(refusal)
         print(derivation.equations.warnings, derivation.equations.remarks)
 """
 

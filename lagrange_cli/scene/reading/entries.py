@@ -40,7 +40,7 @@ from lagrange_cli.scene.language.families import (
 from lagrange_cli.scene.language.grammar import parse_equation, parse_expression, parse_key
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
-from lagrange_cli.scene.model import Point
+from lagrange_cli.scene.model import Link, Point
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 _BOOLEANS = {
@@ -69,6 +69,8 @@ class Reading:
         Names in such sections of particles and points, without indices.
     parts
         Expressions given to helpers, each with a description of its place.
+    links
+        The helpers between two bodies.
     overrides
         Values given beside the scene, by name; those of sizes are needed while reading.
     functions
@@ -87,6 +89,7 @@ class Reading:
     doubtful: set[str] = field(default_factory=set)
     doubtful_bodies: set[str] = field(default_factory=set)
     parts: list[tuple[Expression, str]] = field(default_factory=list)
+    links: list[Link] = field(default_factory=list)
     overrides: AbstractMapping[str, str] = field(default_factory=dict)
     sizes: dict[str, int] = field(default_factory=dict)
     indices: dict[str, int] = field(default_factory=dict)

@@ -15,7 +15,7 @@ from lagrange_cli.scene.language.bounds import Extent, extent_of
 from lagrange_cli.scene.language.expression import Equation, Expression, Neg, Node, Number, names_in
 from lagrange_cli.scene.language.grammar import INEQUALITIES
 from lagrange_cli.scene.language.tokens import ExpressionError
-from lagrange_cli.scene.model import Constraint, Particle
+from lagrange_cli.scene.model import Constraint, Link, Particle
 from lagrange_cli.scene.reading.declarations import AXES, component
 from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.helper_terms import (
@@ -58,6 +58,7 @@ def read_constraint_helper(
     squares = " + ".join(f"({d})^2" for d in differences(*pair))
     square = "1" if length.text.strip() == "1" else f"{as_factor(length)}^2"
     text = f"{squares} = {square}"
+    reading.links.append(Link("distance", pair, length))
     return (reading.helper_equation(text, place_of(node)),)
 
 
@@ -227,6 +228,7 @@ def _spring(node: Mapping, what: str, reading: Reading) -> str | None:
     if pair is None or stiffness is None:
         return None
     along = differences(*pair)
+    reading.links.append(Link("spring", pair, stiffness))
     if length is None:
         stretch = f"({' + '.join(f'({d})^2' for d in along)})"
     else:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from itertools import combinations
 
 from lagrange_cli.scene.language.expression import Expression
-from lagrange_cli.scene.model import Force, Particle
+from lagrange_cli.scene.model import Force, Link, Particle
 from lagrange_cli.scene.reading.declarations import AXES, component
 from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.helper_terms import (
@@ -139,6 +139,7 @@ def damper(key: Scalar, node: Mapping, what: str, reading: Reading) -> tuple[For
     if pair is None or coefficient is None:
         return ()
     along = differences(*pair)
+    reading.links.append(Link("damper", pair, coefficient))
     rate = " + ".join(f"({d})*dot({d})" for d in along)
     square = " + ".join(f"({d})^2" for d in along)
     size = f"{as_factor(coefficient)}*({rate})"

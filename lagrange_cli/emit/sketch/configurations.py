@@ -1,0 +1,283 @@
+"""Positions of all bodies at the start, and at feasible configurations near it.
+
+A picture shows the start. What it claims of distances and angles has to hold at the configurations
+around it too, for at one alone anything may look like anything.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import mpmath
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.depiction import MOST_BODIES
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from sympy import Expr, Symbol
+
+    from lagrange_cli.mechanics.depiction import Depiction, PlacedPoint
+    from lagrange_cli.mechanics.equations import Closure, Equations, ParticleMotion
+
+    Array: TypeAlias = NDArray[np.float64]
+    _Bodies: TypeAlias = tuple[ParticleMotion | PlacedPoint, ...]
+
+#: Configurations near the start.
+_NEARBY = 9
+#: How far angles are from those of the start at most, in radians, and lengths relative to the
+#: distance of neighbours.
+_FARTHEST = 0.35
+_DIGITS = 20
+
+
+class Function:
+    """Expressions as a function of numbers."""
+
+    def __init__(self, outputs: Sequence[Expr], inputs: Sequence[Symbol]) -> None:
+        import sympy
+
+        self._tape = Tape([sympy.sympify(e) for e in outputs], inputs)
+
+    def __call__(self, numbers: Sequence[float]) -> Array:
+        """Evaluate at numbers, one for each input; raises DomainError where it is not real."""
+        with mpmath.workdps(_DIGITS):
+            return np.array([float(x) for x in self._run(numbers).values])
+
+    def with_gradient(self, numbers: Sequence[float]) -> tuple[float, Array]:
+        """Evaluate the first output, and differentiate it by the inputs."""
+        gradient = np.zeros(len(numbers))
+        with mpmath.workdps(_DIGITS):
+            run = self._run(numbers)
+            for number, slope in run.partials(0).items():
+                gradient[number] = float(slope)
+            return float(run.values[0]), gradient
+
+    def _run(self, numbers: Sequence[float]) -> TapeRun:
+        zero = mpmath.mpf(0)
+        return self._tape.run([(mpmath.mpf(float(x)), zero, zero) for x in numbers], order=1)
+
+
+@dataclass(frozen=True)
+class Configurations:
+    """The start and configurations near it; the start is the first of each.
+
+    Attributes
+    ----------
+    equations, depiction
+        The equations, and what their pictures are drawn from.
+    names
+        Names of the bodies: particles, then points.
+    values
+        Values of parameters.
+    q
+        Coordinates, shape (K, n).
+    times
+        Times, shape (K,).
+    places
+        Positions of the bodies, shape (K, bodies, 3).
+    given
+        True if the scene gives this start, with all parameters.
+    """
+
+    equations: Equations
+    depiction: Depiction
+    names: tuple[str, ...]
+    values: Mapping[Symbol, float]
+    q: Array
+    times: Array
+    places: Array
+    given: bool
+    _positions: Function
+
+    @property
+    def particles(self) -> int:
+        return len(self.equations.particles)
+
+    @property
+    def size(self) -> float:
+        """A length that distances are relative to: the extent at the start, or else 1."""
+        return _size(self.places[0])
+
+    def moved(self, q: Array, t: float, values: Mapping[Symbol, float] | None = None) -> Array:
+        """Return the positions of the bodies, shape (bodies, 3)."""
+        numbers = {**self.values, **(values or {})}
+        return self._positions([*q, t, *(numbers[s] for s in self.values)]).reshape(-1, 3)
+
+    def turned(self, number: int, angle: float, state: int = 0) -> Array:
+        """Return the positions with one coordinate off by ``angle``, closures left aside."""
+        q = self.q[state].copy()
+        q[number] += angle
+        return self.moved(q, float(self.times[state]))
+
+    def symbol_values(self, state: int) -> dict[str, float]:
+        """Return the values of all names at one of the configurations."""
+        known = {s.name: value for s, value in self.values.items()}
+        known["t"] = float(self.times[state])
+        coordinates = self.equations.coordinates
+        known |= {c.name: float(x) for c, x in zip(coordinates, self.q[state], strict=True)}
+        for place, components in zip(self.places[state], self.components, strict=True):
+            known |= dict(zip(components, map(float, place), strict=True))
+        return known
+
+    @property
+    def depends(self) -> list[frozenset[int]]:
+        """Return for each body the numbers of the coordinates in its position."""
+        numbers = {c.q: k for k, c in enumerate(self.equations.coordinates)}
+        bodies: _Bodies = (*self.equations.particles, *self.depiction.points)
+        return [
+            frozenset(numbers[s] for e in body.position for s in e.free_symbols if s in numbers)
+            for body in bodies
+        ]
+
+    @property
+    def components(self) -> list[tuple[str, str, str]]:
+        """Return the Cartesian names of each body."""
+        bodies: _Bodies = (*self.equations.particles, *self.depiction.points)
+        return [body.components for body in bodies]
+
+
+def configurations(equations: Equations) -> Configurations:
+    """Find the start of some equations and configurations near it.
+
+    Raises
+    ------
+    InputError
+        There are no particles, or too many bodies, or no configuration is known.
+    """
+    depiction = _depiction(equations)
+    start = _start(equations)
+    if start is None:
+        hint = "give the initial state in 'initial', and a value for every parameter"
+        raise _refusal("no configuration of this scene is known that could be drawn", hint)
+    values, q = start
+    t = float(equations.simulate.start)
+    bodies: _Bodies = (*equations.particles, *depiction.points)
+    inputs = [*(c.q for c in equations.coordinates), equations.t, *values]
+    positions = Function([entry for body in bodies for entry in body.position], inputs)
+
+    def places(q: Array, t: float) -> Array:
+        return positions([*q, t, *values.values()]).reshape(-1, 3)
+
+    size = _size(places(q, t))
+    states = [(q, t, places(q, t)), *_nearby(equations, values, q, t, size, places)]
+    return Configurations(
+        equations,
+        depiction,
+        tuple(body.name for body in bodies),
+        values,
+        np.array([state[0] for state in states]),
+        np.array([state[1] for state in states]),
+        np.array([state[2] for state in states]),
+        equations.initial is not None,
+        positions,
+    )
+
+
+def _depiction(equations: Equations) -> Depiction:
+    if not equations.particles:
+        hint = "draw scenes with particles; the equations are printed by derive"
+        raise _refusal("this scene has no particles: nothing says where anything is", hint)
+    if equations.depiction is None:
+        why = f"there are more than {MOST_BODIES} particles and points: a sketch would be a blot"
+        raise _refusal(why, "draw the scene with smaller sizes, as in -p n=10")
+    return equations.depiction
+
+
+def _refusal(message: str, hint: str) -> InputError:
+    return InputError(Problem(message, hint=hint, rule="sketch"))
+
+
+def _size(places: Array) -> float:
+    extent = float(np.ptp(places, axis=0).max())
+    far = float(np.abs(places).max())
+    return extent if extent > 1e-9 * far else far or 1.0
+
+
+def _start(equations: Equations) -> tuple[dict[Symbol, float], Array] | None:
+    """Values of parameters and coordinates: of the start, or a state of the certificate."""
+    initial, parameters = equations.initial, equations.parameters
+    if initial is not None:
+        values = {p.symbol: p.value for p in parameters if p.value is not None}
+        return values, np.array(initial.positions, dtype=float)
+    if equations.motion is None:
+        return None
+    state = equations.motion.state
+    known = {p.symbol: float(state[p.symbol]) for p in parameters if p.symbol in state}
+    return known, np.array([float(state[c.q]) for c in equations.coordinates])
+
+
+def _nearby(
+    equations: Equations,
+    values: Mapping[Symbol, float],
+    q: Array,
+    t: float,
+    size: float,
+    places: Callable[[Array, float], Array],
+) -> Iterator[tuple[Array, float, Array]]:
+    """Feasible configurations near the start, at times near its own."""
+    # In a chain only neighbours may be pulled apart, by part of their distance.
+    length = size / max(1, len(equations.particles))
+    reach = np.array([_FARTHEST * (1 if c.is_angle else length) for c in equations.coordinates])
+    closures = [c for c in equations.closures if c.kind == "position"]
+    feasible = _Feasible(equations, closures, values)
+    for k in range(1, _NEARBY + 1):
+        shift = np.array([_spread(k, i) for i in range(len(q))])
+        time = t + (0.1 * k if equations.facts.rheonomic else 0.0)
+        for part in (1.0, 0.3, 0.05):
+            try:
+                near = feasible.nearest(q + part * reach * shift, time, reach)
+                if near is not None:
+                    yield near, time, places(near, time)
+                    break
+            except DomainError:
+                continue
+
+
+def _spread(k: int, i: int) -> float:
+    """The ``i``-th number of the ``k``-th of some points spread evenly over −1 to 1 (Weyl)."""
+    return 2 * math.modf((k + 0.31) * math.sqrt(2 + i) * (1 + math.sqrt(5)) / 2)[0] - 1
+
+
+class _Feasible:
+    """The configurations that closures between positions leave."""
+
+    def __init__(
+        self, equations: Equations, closures: Sequence[Closure], values: Mapping[Symbol, float]
+    ) -> None:
+        inputs = [*(c.q for c in equations.coordinates), equations.t, *values]
+        entries = [(k, i) for k, c in enumerate(closures) for i in c.coordinate_numbers]
+        outputs = [c.expression for c in closures]
+        outputs += [closures[k].gradient[i] for k, i in entries]
+        self._function = Function(outputs, inputs)
+        self._closures = len(closures)
+        self._entries = np.array(entries, dtype=int).reshape(-1, 2)
+        self._values = list(values.values())
+
+    def nearest(self, q: Array, t: float, reach: Array) -> Array | None:
+        """Solve the closures by Gauss–Newton steps from q; None if they do not converge.
+
+        Steps converge quadratically: after one of 1e-9 of the ``reach`` the error is of rounding.
+        """
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
+
+        for _ in range(12 if self._closures else 0):
+            outputs = self._function([*q, t, *self._values])
+            residuals = outputs[: self._closures]
+            slopes, (rows, columns) = outputs[self._closures :], self._entries.T
+            gradients = csc_array((slopes, (rows, columns)), shape=(self._closures, len(q)))
+            try:
+                solved = splu((gradients @ gradients.T).tocsc()).solve(residuals)
+            except RuntimeError:
+                return None  # the closures are singular here
+            step = np.asarray(gradients.T @ solved)
+            q = q - step
+            if (np.abs(step) <= 1e-9 * reach).all():
+                return q
+        return None if self._closures else q

@@ -1,0 +1,137 @@
+"""Rods, springs, dampers and ropes of a picture.
+
+Links are stated by helpers, or hold at all of some feasible configurations: a distance that is the
+same, a potential that is that of a spring. What holds at the start alone is not found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.emit.sketch.angles import find_angles
+from lagrange_cli.emit.sketch.configurations import Function
+from lagrange_cli.emit.sketch.findings import MOST_SOUGHT, MOVES, SAME, Findings, Link
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.emit.sketch.configurations import Configurations
+
+    Array: TypeAlias = NDArray[np.float64]
+
+
+def findings(configurations: Configurations) -> Findings:
+    """Find the links and angles of some configurations."""
+    depends = configurations.depends
+    known = Findings(configurations, list(configurations.names), configurations.places, depends)
+    known.links += _stated(known)
+    find_angles(known)
+    known.links += _distances(known)
+    known.links += _springs(known)
+    known.links += _ropes(known)
+    return known
+
+
+def _stated(known: Findings) -> Iterator[Link]:
+    """Links of helpers; none between bodies that are at one place."""
+    numbers = {name: k for k, name in enumerate(known.names)}
+    for link in known.configurations.depiction.links:
+        ends = numbers[link.ends[0]], numbers[link.ends[1]]
+        size = link.size if link.size.is_Symbol else None
+        if link.kind == "distance":
+            yield Link("rod", ends, size, stated=True)
+        else:
+            yield Link(link.kind, ends, size, stated=True)
+
+
+# Distances, springs and ropes that no helper states.
+
+
+def _distances(known: Findings) -> Iterator[Link]:
+    """Rods of equations between two bodies that keep their distance."""
+    owners: dict[str, set[int]] = {}
+    for number, components in enumerate(known.configurations.components):
+        for name in components:
+            owners.setdefault(name, set()).add(number)
+    for relation in known.configurations.depiction.relations:
+        held = [owners[s.name] for s in relation.expression.free_symbols if s.name in owners]
+        bodies = sorted(set().union(*held))
+        if relation.one_sided or len(bodies) != 2 or known.linked(*bodies):
+            continue
+        if known.constant(*bodies):
+            yield Link("rod", (bodies[0], bodies[1]), stated=True)
+
+
+def _springs(known: Findings) -> Iterator[Link]:
+    """Springs of potentials α d² + β d + γ of a distance d of two bodies, with α > 0."""
+    configurations = known.configurations
+    pairs = [ends for angle in known.angles if not angle.projected for ends in [angle.ends]]
+    if known.declared <= MOST_SOUGHT:
+        pairs += list(combinations(range(known.declared), 2))
+    pairs = [ends for ends in dict.fromkeys(pairs) if not _has_spring(known, ends)]
+    for values in _potentials(configurations):
+        ends = next((ends for ends in pairs if _is_spring(values, known.distances(*ends))), None)
+        if ends is not None:
+            pairs.remove(ends)
+            known.links[:] = [
+                k for k in known.links if k.kind != "radius" or set(k.ends) != set(ends)
+            ]
+            yield Link("spring", ends, stated=True)
+
+
+def _has_spring(known: Findings, ends: tuple[int, int]) -> bool:
+    return any(k.kind == "spring" and set(k.ends) == set(ends) for k in known.links)
+
+
+def _potentials(configurations: Configurations) -> Iterator[Array]:
+    """Values of each potential in all configurations; those that hold inputs are left out."""
+    known = [configurations.symbol_values(k) for k in range(len(configurations.q))]
+    for _, potential in configurations.depiction.potentials:
+        symbols = sorted(potential.free_symbols, key=lambda s: s.name)
+        if not all(s.name in known[0] for s in symbols):
+            continue
+        function = Function([potential], symbols)
+        try:
+            yield np.array([function([v[s.name] for s in symbols])[0] for v in known])
+        except DomainError:
+            continue
+
+
+def _is_spring(values: Array, distances: Array) -> bool:
+    spread, longest = np.ptp(values), distances.max()
+    if len(values) < 6 or spread <= SAME * np.abs(values).max() or longest == 0:
+        return False
+    d = distances / longest
+    if np.ptp(d) < 1e-3:
+        return False
+    columns = np.stack([d**2, d, np.ones_like(d)], axis=1)
+    fit, _, rank, _ = np.linalg.lstsq(columns, values, rcond=1e-13)
+    exact = np.abs(columns @ fit - values).max() <= 1e-8 * spread
+    stiff = fit[0] * np.ptp(d) ** 2 > 1e-4 * spread
+    return bool(rank == 3 and exact and stiff and fit[1] <= MOVES * fit[0])
+
+
+def _ropes(known: Findings) -> Iterator[Link]:
+    """Ropes of constant length that run from one particle over a fixed place to another."""
+    if known.declared > MOST_SOUGHT or len(known.places) < 4:
+        return
+    hubs = [k for k in range(len(known.names)) if known.is_fixed(k)]
+    particles = range(known.configurations.particles)
+    for hub in hubs:
+        for a, b in combinations(particles, 2):
+            first, second = known.distances(a, hub), known.distances(b, hub)
+            whole = first + second
+            if np.ptp(first) < MOVES * whole[0] or np.ptp(whole) > SAME * whole[0]:
+                continue
+            known.links[:] = [
+                k
+                for k in known.links
+                if k.kind != "radius" or set(k.ends) not in ({a, hub}, {b, hub})
+            ]
+            yield Link("rope", (a, hub))
+            yield Link("rope", (b, hub))
