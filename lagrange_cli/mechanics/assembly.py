@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import mpmath
 import sympy as sp
@@ -261,13 +262,14 @@ def _cartesian_names(derivation: Uncertified) -> Iterator[CartesianName]:
         yield CartesianName(symbol.name, position, velocity)
 
 
-def _units(derivation: Uncertified, chart: ReplacedChart | None) -> Units:
-    """Units of everything that a trajectory has a column of."""
+def _units(derivation: Uncertified, chart: ReplacedChart | None) -> Callable[[], Units]:
+    """What finds the units of everything that a trajectory has a column of."""
     reduced = derivation.reduced
     coordinates = (*reduced.coordinates, *(() if chart is None else chart.coordinates))
     angles = {c.name for c in coordinates if c.is_angle}
     names = [c.name for c in coordinates] + [symbol.name for symbol in reduced.resolved]
-    return units(reduced.scene, angles, [*names, *(o.name for o in reduced.scene.outputs)])
+    names += [output.name for output in reduced.scene.outputs]
+    return partial(units, reduced.scene, angles, names)
 
 
 def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:

@@ -9,7 +9,7 @@ never the scene.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -404,7 +404,8 @@ class Equations:
         and their derivatives. Those of the n coordinates stand behind the coordinates, n for
         each; mass matrix and forcing are of the first n alone.
     units
-        Units of coordinates, Cartesian names, outputs and their rates, of ``t`` and ``energy``.
+        Finds the units of coordinates, Cartesian names, outputs and their rates, of ``t`` and
+        ``energy``.
     motion
         The sources of another derivation of mass matrix and forcing.
     depiction
@@ -456,7 +457,7 @@ class Equations:
     open_questions: tuple[str, ...] = ()
     balance: EnergyBalance | None = None
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
-    units: Units = field(default_factory=Units)
+    units: Callable[[], Units] = Units
     motion: Motion | None = field(default=None, compare=False, repr=False)
     depiction: Depiction | None = field(default=None, compare=False, repr=False)
 

@@ -68,5 +68,6 @@ def test_no_word_is_lost(text, width):
     assert shown.text(width).split() == ["n", *text.split()]
     assert Page.from_json(json.loads(json.dumps(shown.to_json()))) == shown
     lines = shown.text(width).splitlines()
+    indent = 5 + len(text) - len(text.lstrip())
     longest = max(map(len, ["", *text.split()]))
-    assert all(columns(line) <= max(width, 5 + longest) for line in lines) or "\t" in text
+    assert all(columns(line) <= max(width, indent + longest) for line in lines) or "\t" in text

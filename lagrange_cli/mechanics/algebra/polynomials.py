@@ -9,6 +9,7 @@ written: a result is always equal to its argument, and perhaps shorter.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 import sympy as sp
 
@@ -26,10 +27,13 @@ _BITS = 256
 _UNKNOWNS = 24
 #: Different roots of numbers.
 _SURDS = 6
+#: Factored forms that are kept: several ways to write a sum try the same parts.
+_KEPT = 2**12
 #: Highest power of an unknown.
 _DEGREE = 128
 
 
+@lru_cache(maxsize=_KEPT)
 def factored_form(expr: sp.Expr) -> sp.Expr:
     """Write an expression as a product; itself beyond the budget."""
     return sp.factor(expr) if _is_within_budget(expr) else expr

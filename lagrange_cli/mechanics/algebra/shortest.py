@@ -57,7 +57,8 @@ def shortest_groups(
 
     ways = [_by_function(terms, constants)]
     if len(terms) <= _MOST_TERMS:
-        for given in (terms, _bracketed(terms, brackets)):
+        bracketed = _bracketed(terms, brackets)
+        for given in (terms,) if bracketed == list(terms) else (terms, bracketed):
             ways.append(_gathered(given, constants, _head))
             ways.append(_gathered(given, constants, _parameters))
     return min((_joined(way) for way in ways), key=_length)

@@ -80,11 +80,12 @@ def labels_of(equations: Equations) -> Labels:
     latex = {c.name: c.latex for c in equations.coordinates}
     latex |= {c.name: c.latex for c in equations.cartesian_names}
     latex |= {p.name: p.latex for p in equations.parameters}
+    found = equations.units()
     is_jacobi = any(c.kind == "jacobi" for c in equations.conserved)
     return Labels(
         title=equations.title or equations.name,
         energy="h" if is_jacobi else "E",
         latex={name: given for name, given in latex.items() if given is not None},
-        dimensions=equations.units.dimensions,
-        units=equations.units.units,
+        dimensions=found.dimensions,
+        units=found.units,
     )
