@@ -239,7 +239,7 @@ def test_sparse_elimination_solves(count, seed):
 
 def eliminated(of, matrix, right):
     """The solution by the emitted solver in Python."""
-    namespace = {"np": np}
+    namespace = {"np": np, "_holds": bool, "_dot": np.dot, "_product": np.matmul}
     exec(python_template("solve_sparse"), namespace)  # a constant of the program
     a, b = np.zeros(of.numbers), np.zeros(of.workspace_size)
     for i, row in enumerate(of.order):

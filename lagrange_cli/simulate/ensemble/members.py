@@ -187,9 +187,14 @@ def _without_values(scene: Scene) -> Scene:
 
 
 def _equations(model: Model) -> Model:
-    """Remove the numbers of a model."""
+    """Remove the numbers of a model, and labels, which say of values what units they are in."""
     return replace(
-        model, parameters=(), initial=None, defaults=type(model.defaults)(), suggested=()
+        model,
+        parameters=(),
+        initial=None,
+        defaults=type(model.defaults)(),
+        suggested=(),
+        labels=type(model.labels)(),
     )
 
 
