@@ -257,11 +257,19 @@ def certify_energy(evidence: Evidence, derivation: Uncertified, energy: sp.Expr)
     InternalError
         It is not.
     """
-    digits = evidence.certificate.digits
+    for digits in (working_digits(evidence.certificate.digits), _CLOSE_DIGITS):
+        # Rounding alone may tell them apart at first: see _looked_at_closely.
+        if _is_energy(evidence, derivation, energy, digits):
+            return
+    raise InternalError(Problem("the energy shown is not that derived"))
+
+
+def _is_energy(evidence: Evidence, derivation: Uncertified, energy: sp.Expr, digits: int) -> bool:
+    """Whether an energy is Σ q̇ ∂L/∂q̇ − L at the first state, worked out with so many digits."""
     state = evidence.states[0]
     inputs = list(state)
     number = {symbol: k for k, symbol in enumerate(inputs)}
-    with mpmath.workdps(working_digits(digits)):
+    with mpmath.workdps(digits):
         point = [(x, _ZERO, _ZERO) for x in state.values()]
         run = Tape([derivation.lagrangian, energy], inputs).run(point, 0)
         gradient = run.gradient({0: (mpf(1), _ZERO, _ZERO)})
@@ -269,8 +277,8 @@ def certify_energy(evidence: Evidence, derivation: Uncertified, energy: sp.Expr)
         terms = [state[v] * gradient[number[v]][0] for v in rates]
         lagrangian, value = run.values
         scale = sum(map(abs, terms)) + abs(lagrangian)
-        if abs(sum(terms) - lagrangian - value) > mpf(10) ** (5 - digits) * scale:
-            raise InternalError(Problem("the energy shown is not that derived"))
+        difference = abs(sum(terms) - lagrangian - value)
+        return bool(difference <= mpf(10) ** (5 - evidence.certificate.digits) * scale)
 
 
 def _not_derived(
