@@ -241,17 +241,17 @@ def eliminated(of, matrix, right):
     """The solution by the emitted solver in Python."""
     namespace = {"np": np, "_holds": bool, "_dot": np.dot, "_product": np.matmul}
     exec(python_template("solve_sparse"), namespace)  # a constant of the program
-    a, b = np.zeros(of.numbers), np.zeros(of.workspace_size)
+    a, b = np.zeros(of.numbers), np.zeros(len(right))
     for i, row in enumerate(of.order):
         for j, column in enumerate(of.order[: i + 1]):
             if matrix[row, column]:
                 a[of.place(i, j)] = matrix[row, column]
-    b[: len(right)] = right[list(of.order)]
+    b[:] = right[list(of.order)]
     node, rows, sources, spots = (np.array(table) for table in supernode_tables(of))
     tables = (node.reshape(-1, 6), rows, sources.reshape(-1, 4), spots)
     namespace["_solve_sparse"](len(right), *tables, a, b)
     found = np.empty(len(right))
-    found[list(of.order)] = b[: len(right)]
+    found[list(of.order)] = b
     return found
 
 
