@@ -366,9 +366,13 @@ class TestInternalErrors:
 def test_a_file_that_cannot_be_written_is_refused_before_the_scene_is_read(option, tmp_path):
     if option == "--plot":
         pytest.importorskip("matplotlib")
-    folder = tmp_path / "folder.csv"
+    ending = ".svg" if option == "--plot" else ".csv"
+    folder = (tmp_path / "folder").with_suffix(ending)
     folder.mkdir()
-    for path, why in ((tmp_path / "missing" / "t.csv", "No such file"), (folder, "is a folder")):
+    for path, why in (
+        ((tmp_path / "missing" / "t").with_suffix(ending), "No such file"),
+        (folder, "is a folder"),
+    ):
         done = lagrange("simulate", str(tmp_path / "no-scene.yaml"), option, str(path))
         assert done.returncode == 2
         assert done.stderr.startswith(f"cannot write '{path}': ")

@@ -15,6 +15,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
+from lagrange_cli.mechanics.elimination.solve_equation import factor_branches
 from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
@@ -133,6 +134,7 @@ def integrate_constraints(
         Neither ``initial`` nor a parameter of the scene gives the constant.
     """
     integrals: dict[int, StatedEquation] = {}
+    constants = frozenset(names.parameters.values())
     remarks = []
     for number, level in enumerate(levels):
         whole = integrate_form(level.form(coordinates, names.t), points)
@@ -143,6 +145,7 @@ def integrate_constraints(
         sides = _sides(whole, start)
         written = " = ".join(str(side).replace("**", "^") for side in sides)
         remarks.append(f"constraint '{level.constraint}' is the rate of {written}: it counts to K")
+        sides = _through_start(sides, start, constants)
         integrals[number] = StatedEquation(level.constraint, level.equation, *sides, integral=True)
     return integrals, remarks
 
@@ -213,6 +216,17 @@ def _sides(whole: sp.Expr, start: Mapping[sp.Symbol, sp.Expr]) -> tuple[sp.Expr,
         else:
             left.append(slope * (s - start[s]))
     return sp.Add(*left), sp.Add(*right)
+
+
+def _through_start(
+    sides: tuple[sp.Expr, sp.Expr],
+    start: Mapping[sp.Symbol, sp.Expr],
+    constants: frozenset[sp.Symbol],
+) -> tuple[sp.Expr, sp.Expr]:
+    """The factor that vanishes at the start, if one alone does: of y² = y₀² it is y − y₀."""
+    factors = factor_branches(sides[0] - sides[1], constants)
+    through = [f for f in factors if sp.expand(f.xreplace(start)) == 0]
+    return (through[0], sp.Integer(0)) if len(through) == 1 < len(factors) else sides
 
 
 @dataclass(frozen=True)

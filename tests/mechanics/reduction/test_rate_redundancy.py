@@ -124,6 +124,7 @@ def test_where_they_hold_together_is_a_constraint_of_its_own() -> None:
 
 @pytest.mark.slow
 def test_a_constant_of_integration_that_nothing_gives_is_none_to_fail_by() -> None:
-    """x = 0 would leave no y with x + y² = −1."""
+    """x = 0 would leave no y with x + y² = −1; of y² = y₀² only y = y₀ holds at the start."""
     found = derived(P + "constraints: {a: dot(x) = 0, b: x + y^2 = -1}\n")
     assert (found.account.constraints, found.account.dof) == (2, 1)
+    assert [str(c.q) for c in found.coordinates] == ["z"]

@@ -218,7 +218,7 @@ def test_integrals_are_written_from_the_start() -> None:
         "constraint 'rolling' is the rate of a*(phi - phi_0_) = (R + a)*(theta - theta_0):"
         " it counts to K",
     )
-    assert "  rolling   a (φ - phi_0_) - (a + R) (θ - θ_0) = 0\n" in derivation_text(e)
+    assert "  rolling   a (φ - phi_0_) - (R + a) (θ - θ_0) = 0\n" in derivation_text(e)
     nonlinear = derived(scene.replace("(R + a)*dot(theta)", "theta*dot(theta)"))
     assert nonlinear.remarks[0].startswith(
         "constraint 'rolling' is the rate of a*phi - theta^2/2 = "
