@@ -30,7 +30,7 @@ def told(value):
     if hasattr(value, "__dataclass_fields__"):
         parts = (f.name + "=" + told(getattr(value, f.name)) for f in fields(value))
         return "{" + ", ".join(parts) + "}"
-    return repr(value)
+    return told(value()) if callable(value) else repr(value)
 
 for path in sys.argv[1:]:
     try:
