@@ -8,13 +8,16 @@ holds for all.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 from sympy.core.function import AppliedUndef
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.scene.model import DeclaredFunction
 
 #: Sines that a function is made of where numbers are needed.
 _WAVES = 3
@@ -39,6 +42,28 @@ def name_and_order(expression: sp.Expr) -> tuple[str, int]:
 def unknown_slope(expression: sp.Expr) -> sp.Expr:
     """Differentiate an unknown function by its argument."""
     return unknown_function(f"{expression.func.__name__}'", expression.args[0])
+
+
+def require_given(functions: Iterable[DeclaredFunction]) -> None:
+    """Refuse functions that are not known, where values are asked for.
+
+    Raises
+    ------
+    InputError
+        At the first of them.
+    """
+    for function in functions:
+        if function.expression is None:
+            name, argument = function.name, function.argument
+            raise InputError(
+                Problem(
+                    f"function '{name}' is not given: equations can be derived and printed, but not"
+                    " evaluated or drawn",
+                    function.mark,
+                    hint=f"{name}: {{of: {argument}, equals: an expression in {argument}}}",
+                    rule="unknown-function",
+                )
+            )
 
 
 @cache

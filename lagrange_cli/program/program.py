@@ -16,8 +16,8 @@ from enum import Enum, auto
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
-from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.unknown_functions import require_given
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import (
     Operand,
@@ -195,7 +195,7 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
     InternalError
         An expression holds something without counterpart in emitted code.
     """
-    _require_given(equations)
+    require_given(equations.functions)
     if is_large_system(equations):
         weighted = weighted_closures(equations, outputs)
         large = large_system(weighted, lambda name: tuple(OUTPUTS[name](weighted.equations)))
@@ -203,22 +203,6 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
             return replace(_of_parts(equations, large), kind=_kind(outputs, large.solves))
     takes = not _OF_DERIVATION.isdisjoint(outputs)
     return _written(equations, outputs, direct=takes and _is_direct(equations))
-
-
-def _require_given(equations: Equations) -> None:
-    """Refuse equations with functions that are not known."""
-    for function in equations.functions:
-        if function.expression is None:
-            name, argument = function.name, function.argument
-            raise InputError(
-                Problem(
-                    f"function '{name}' is not given: equations can be derived and printed, but not"
-                    " evaluated",
-                    function.mark,
-                    hint=f"{name}: {{of: {argument}, equals: an expression in {argument}}}",
-                    rule="unknown-function",
-                )
-            )
 
 
 #: Outputs that mass matrix and forcing are needed for.
@@ -354,7 +338,7 @@ def build_jacobian(equations: Equations, by: str) -> Program:
     InternalError
         An expression holds something without counterpart in emitted code.
     """
-    _require_given(equations)
+    require_given(equations.functions)
     values = _graph(equations, direct=_is_direct(equations))
     system = SYSTEMS["contact_acceleration" if equations.contacts else "acceleration"](equations)
     jacobian, wanted = solve_jacobian(values, equations, system, _COLUMNS[by](equations))

@@ -20,7 +20,7 @@ from lagrange_cli.scene.dimensions import (
     sum_of,
 )
 from lagrange_cli.scene.language.expression import Expression, Node, names_in
-from lagrange_cli.scene.language.problems import Problems
+from lagrange_cli.scene.language.problems import Problems, shown
 from lagrange_cli.scene.model import DeclaredCoordinate, DeclaredParameter, Scene
 from lagrange_cli.scene.unit_table import (
     BASES,
@@ -77,9 +77,9 @@ class _Checker(ScalingReader):
         try:
             powers = unit_powers(unit)
         except UnknownUnitError as error:
+            what = shown(error.symbol or unit)
             self.problems.warn(
-                f"the unit '{error.symbol or unit}' of '{named.name}' is not known: it is printed,"
-                " not checked",
+                f"the unit {what} of '{named.name}' is not known: it is printed, not checked",
                 named.mark,
                 hint=nearest(error.symbol, unit_names()) or "write units as kg*m^2/s",
                 rule="unit",

@@ -150,6 +150,9 @@ _OTHERS = """
     e,elementary_charge 0,0,1,1 1.602176634e-19
 """
 
+#: Longest unit that is read, in names, numbers and signs; each parenthesis is a call.
+_MOST_TOKENS = 100
+
 #: Superscripts as they are typed.
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _SUPERSCRIPT = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
@@ -234,7 +237,7 @@ class _Reader:
     def __init__(self, text: str) -> None:
         plain = _SUPERSCRIPT.sub(lambda m: "^" + m.group().translate(_RAISED), text)
         self.tokens = [m.group().strip() for m in _TOKEN.finditer(plain)]
-        if not self.tokens or _TOKEN.sub("", plain):
+        if not self.tokens or _TOKEN.sub("", plain) or len(self.tokens) > _MOST_TOKENS:
             raise UnknownUnitError
 
     def next(self, *expected: str) -> str:
@@ -266,7 +269,10 @@ class _Reader:
         if self.next("("):
             value = self.number()
             if self.next("/"):
-                value /= self.number() or Fraction(1)
+                divisor = self.number()
+                if not divisor:
+                    raise UnknownUnitError
+                value /= divisor
             self.require(")")
             return value
         return self.number()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 import sympy as sp
 from sympy.core.function import AppliedUndef
@@ -117,7 +119,8 @@ def test_expectations_are_checked(tmp_path):
 
 def test_code_needs_the_function():
     derivation = loads(CENTRAL.replace("FUNCTION", "r")).derive()
-    for make in (lambda: derivation.emit("c"), lambda: derivation.emit("python"), derivation.model):
+    formats = ("c", "python", "tikz", "svg")
+    for make in (*(partial(derivation.emit, name) for name in formats), derivation.model):
         with pytest.raises(InputError, match="function 'V' is not given") as caught:
             make()
         assert caught.value.problems[0].hint.startswith("V: {of: r, equals:")

@@ -176,7 +176,10 @@ def test_units_are_read(text):
     assert factor_of(others) == pytest.approx(factor, rel=1e-12)
 
 
-@pytest.mark.parametrize("text", ["", "kgg", "m^", "2 m", "m s-1", "m + s", "(m", "m)", "m^x", "%"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "kgg", "m^", "2 m", "m s-1", "m + s", "(m", "m)", "m^x", "%", "m^(1/0)", "(" * 3000],
+)
 def test_texts_that_are_no_units(text):
     with pytest.raises(UnknownUnitError):
         unit_powers(text)

@@ -17,6 +17,7 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.depiction import MOST_BODIES
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
+from lagrange_cli.mechanics.unknown_functions import require_given
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -150,6 +151,7 @@ def configurations(equations: Equations) -> Configurations:
     InputError
         There are no particles, or too many bodies, or no configuration is known.
     """
+    require_given(equations.functions)
     depiction = _depiction(equations)
     start = _start(equations)
     if start is None:
