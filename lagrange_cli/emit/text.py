@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
-    from lagrange_cli.mechanics.equations import CartesianName, Equations, Input
+    from lagrange_cli.mechanics.equations import CartesianName, Equations, Input, ShownEquation
     from lagrange_cli.mechanics.findings import Conserved
     from lagrange_cli.mechanics.step_values import DerivationSteps
 
@@ -247,7 +247,7 @@ class _Writer:
     def motion(self) -> list[Row]:
         rows = []
         for shown in self.equations.shown:
-            left = self.tree(display_row(shown, self.words))
+            left = self.left_side(shown)
             divisor, factor = divisor_and_factor(shown)
             aside = ""
             if divisor is not None:
@@ -262,6 +262,14 @@ class _Writer:
             for name, lead, (_, pieces, aside) in zip(names, leads, rows, strict=True)
         ]
         return [_heading("Equations of motion"), *(lines or [_STILL])]
+
+    def left_side(self, shown: ShownEquation) -> list[Piece]:
+        """The terms of an equation, or d/dt of its momentum, which no scene can say."""
+        if shown.momentum is None or isinstance(self.printer, ScenePrinter):
+            return self.tree(display_row(shown, self.words))
+        momentum = display(shown.momentum, self.words)
+        self.note(momentum)
+        return self.printer.rate(momentum)
 
     def accelerations(self) -> list[Row]:
         explicit = explicit_form(self.equations)
@@ -436,9 +444,12 @@ class _Writer:
 
     def tree(self, node: DisplayNode) -> list[Piece]:
         """The pieces of a tree, whose abbreviations are noted."""
+        self.note(node)
+        return self.printer.pieces(node)
+
+    def note(self, node: DisplayNode) -> None:
         if self.words.named:
             self.abbreviated.update(abbreviations_in(node))
-        return self.printer.pieces(node)
 
     def total(self, label: str, parts: Sequence[Expr], aside: str = "") -> Row:
         """``label = Σ parts``, the parts in their order."""

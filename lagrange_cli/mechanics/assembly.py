@@ -9,7 +9,8 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.certify.certificate import Evidence, certify_energy, certify_shown
+from lagrange_cli.mechanics.certify.certificate import Evidence
+from lagrange_cli.mechanics.certify.printed import certify_energy, certify_rates, certify_shown
 from lagrange_cli.mechanics.depiction import (
     MOST_BODIES,
     BodyLink,
@@ -19,7 +20,7 @@ from lagrange_cli.mechanics.depiction import (
 )
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
-from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
+from lagrange_cli.mechanics.dynamics.textbook_form import as_rates, shown_equations
 from lagrange_cli.mechanics.energy_balance import energy_balance
 from lagrange_cli.mechanics.equations import (
     CartesianName,
@@ -80,11 +81,13 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     is_kept = any(c.kind != "momentum" for c in conserved)
     structure = structure_facts(derivation)
     announce("writing the equations")
-    shown = _shown(derivation, evidence)
+    momenta = {c.coordinate: c.expression for c in conserved if c.coordinate is not None}
+    shown = as_rates(_shown(derivation, evidence), momenta, [c.a for c in reduced.coordinates])
     announce("finding the initial state")
     chart = replaced_chart(derivation)
     initial = starting_state(derivation, chart)
     certify_shown(evidence, shown)
+    certify_rates(evidence, reduced, shown)
     certify_energy(evidence, derivation, sp.Add(*energy))
     forcing = tuple(sp.Add(*terms) for terms in derivation.forcing)
     return Equations(

@@ -21,14 +21,13 @@ from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.certify.certificate import Evidence
+from lagrange_cli.mechanics.certify.printed import along_motion
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.findings import EnergyBalance
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.proofs.zero_test import are_equal
 from lagrange_cli.mechanics.sparse import entries
-
-_ZERO = mpf(0)
 
 #: Most operations of a rate that is reported; set by hand.
 _MOST_OPERATIONS = 40
@@ -95,9 +94,6 @@ def _is_confirmed(
     if not evidence.states:
         return False
     reduced, state = derivation.reduced, evidence.states[0]
-    rates = {reduced.names.t: mpf(1)}
-    for c in reduced.coordinates:
-        rates |= {c.q: state[c.v], c.v: state[c.a]}
     contacts = [contact.closure for contact in derivation.contacts]
     gaps = [
         sp.Add(k.rate, *(g * reduced.coordinates[i].v for i, g in entries(k.gradient).items()))
@@ -105,10 +101,10 @@ def _is_confirmed(
     ]
     digits = evidence.certificate.digits
     with mpmath.workdps(working_digits(digits)):
-        inputs: list[TaylorSeries] = [(x, rates.get(s, _ZERO), _ZERO) for s, x in state.items()]
+        along = along_motion(state, reduced)
         terms = sp.Add.make_args(energy)
         try:
-            outputs = Tape([*terms, rate, *gaps], list(state)).run(inputs, 1).outputs
+            outputs = Tape([*terms, rate, *gaps], list(along)).run([*along.values()], 1).outputs
         except DomainError:
             return False
         changes = [x[1] for x in outputs[: len(terms)]]

@@ -266,11 +266,14 @@ class ShownEquation:
         in dot (a monomial in velocities), without either (1), and with a multiplier.
     divided_by
         Common factor that was divided out, 1 if none.
+    momentum
+        The conserved momentum whose rate prints in place of the terms, None if they print.
     """
 
     coordinate: str
     terms: tuple[tuple[Expr, Expr], ...]
     divided_by: Expr
+    momentum: Expr | None = None
 
     @cached_property
     def residual(self) -> Expr:

@@ -39,6 +39,9 @@ LATEX_FUNCTIONS = {
 
 _NAMED_POWERS = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
 
+#: What stands before a quantity whose rate is meant.
+_RATE = r"\frac{\mathrm{d}}{\mathrm{d} t}"
+
 _WIDE = frozenset("mwABCDEFGHKLMNOPQRTUVWXYZ")
 
 #: Beginnings of names of several letters.
@@ -100,6 +103,12 @@ class LatexPrinter(OneLinePrinter):
         if r"\bigl(" in text or r"\Bigl(" in text:
             return group(pieces, r"\Bigl( ", r" \Bigr)")
         return group(pieces, r"\bigl( ", r" \bigr)") if "(" in text else group(pieces)
+
+    def rate(self, node: DisplayNode) -> list[Piece]:
+        inner = self.pieces(node)
+        if width(inner) <= _WIDEST_PART:
+            return [Piece(rf"{_RATE} \left( {joined(inner)} \right)", width(inner) + 5)]
+        return prefixed(group(inner, r"\Bigl( ", r" \Bigr)"), f"{_RATE} ", 2)
 
     def fraction(self, node: DisplayNode) -> list[Piece]:
         """A fraction; factors that move, and long ones, stand beside it."""

@@ -118,6 +118,10 @@ class OneLinePrinter(ABC):
         """The pieces within parentheses."""
         return group(pieces)
 
+    def rate(self, node: DisplayNode) -> list[Piece]:
+        """The time derivative of a quantity, not carried out."""
+        return prefixed(self.group(self.pieces(node)), "d/dt ", 5)
+
     # -- structure --------------------------------------------------------------
 
     def sum(self, node: DisplayNode) -> list[Piece]:

@@ -15,6 +15,7 @@ import pytest
 from lagrange_cli import api
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.notation.build import display, display_row
+from lagrange_cli.notation.layout import joined
 from lagrange_cli.notation.unicode import UnicodePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 
@@ -151,6 +152,13 @@ def _formulas(equations, words):
         yield display(quantity.expression, words), quantity.expression
 
 
+def _of_rate(text):
+    """The quantity whose rate a text says to take."""
+    assert text.startswith("d/dt (")
+    assert text.endswith(")")
+    return text.removeprefix("d/dt (").removesuffix(")")
+
+
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_formulas_read_back(path):
     equations = api.load(path).derive().equations
@@ -165,8 +173,10 @@ def test_formulas_read_back(path):
         except (ArithmeticError, ValueError):
             continue
     compared = 0
-    for tree, expression in _formulas(equations, words):
-        text = printer.inline(tree)
+    texts = [(printer.inline(tree), expression) for tree, expression in _formulas(equations, words)]
+    momenta = [shown.momentum for shown in equations.shown if shown.momentum is not None]
+    texts += [(_of_rate(joined(printer.rate(display(p, words)))), p) for p in momenta]
+    for text, expression in texts:
         try:
             expected = float(evaluate([expression], point)[0])
         except (ArithmeticError, ValueError):

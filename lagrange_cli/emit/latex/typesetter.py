@@ -86,14 +86,21 @@ class Typesetter:
 
     def tree(self, node: DisplayNode) -> list[Piece]:
         """The pieces of a tree, whose abbreviations are noted."""
+        self._note(node)
+        return self.printer.pieces(node)
+
+    def _note(self, node: DisplayNode) -> None:
         if self.words.named:
             self.abbreviated.update(abbreviations_in(node))
-        return self.printer.pieces(node)
 
     def row(self, index: int) -> list[Piece]:
         """Equation of motion ``index``: its left side and ``= 0``."""
-        left = self.tree(display_row(self.equations.shown[index], self.words))
-        return suffixed(left, " = 0", 3)
+        shown = self.equations.shown[index]
+        if shown.momentum is None:
+            return suffixed(self.tree(display_row(shown, self.words)), " = 0", 3)
+        momentum = display(shown.momentum, self.words)
+        self._note(momentum)
+        return suffixed(self.printer.rate(momentum), " = 0", 3)
 
     def definition(self, label: str, expression: Expr) -> FormulaRow:
         """``label = expression``, aligned at the equality sign."""

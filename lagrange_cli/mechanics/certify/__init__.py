@@ -5,4 +5,4 @@ states, in high precision, come out, or an internal error. Nothing uncertified i
 Read :mod:`.certificate` first.
 """
 
-__all__ = ["certificate", "constraints", "facts", "routes"]
+__all__ = ["certificate", "constraints", "facts", "printed", "routes"]

@@ -33,9 +33,9 @@ from lagrange_cli.errors import InputError, InternalError, Mark, NotRealError, P
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
 from lagrange_cli.mechanics.certify.routes import Observation, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure, ShownEquation
+from lagrange_cli.mechanics.equations import Closure
 from lagrange_cli.mechanics.findings import Certificate
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double, working_digits
@@ -47,9 +47,6 @@ _ZERO = mpf(0)
 #: Doubles that have all their digits.
 _RANGE = mpf(2) ** -1022, mpf(2) ** 1023
 
-_UNIT = sp.Integer(1)
-_ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
-
 #: Draws, each closer to the initial configuration, before the scene is called singular there.
 _DRAWS = 60
 
@@ -60,7 +57,7 @@ _MORE_DIGITS = 30
 
 #: Digits at which a mismatch is looked at again: two numbers that doubles hold, with their squares,
 #: are 10^1200 apart at most.
-_CLOSE_DIGITS = 1300
+CLOSE_DIGITS = 1300
 
 #: The negative exponent of what is nothing then: less than a product of doubles can be.
 _CLOSE_NOTHING = 700
@@ -231,77 +228,6 @@ def _evidence(
     )
 
 
-def certify_shown(evidence: Evidence, shown: Sequence[ShownEquation]) -> None:
-    """Check that the textbook form, times what was divided out, is M q̈ − f − Σ λ·gradient.
-
-    Raises
-    ------
-    InternalError
-        It is not, at one of the states of the certificate.
-    """
-    digits = evidence.certificate.digits
-    parts = [e for s in shown for pair in (*s.terms, (s.divided_by, _UNIT)) for e in pair]
-    wrong = _not_derived(evidence, evidence.residuals, shown, parts, working_digits(digits))
-    if wrong is not None:
-        # Rounding alone may tell them apart: see _looked_at_closely.
-        wrong = _not_derived(evidence, evidence.close_residuals(), shown, parts, _CLOSE_DIGITS)
-    if wrong is not None:
-        raise InternalError(Problem(f"the equation shown for '{wrong}' is not that derived"))
-
-
-def certify_energy(evidence: Evidence, derivation: Uncertified, energy: sp.Expr) -> None:
-    """Check that an energy is Σ q̇ ∂L/∂q̇ − L at the first state of the certificate.
-
-    Raises
-    ------
-    InternalError
-        It is not.
-    """
-    for digits in (working_digits(evidence.certificate.digits), _CLOSE_DIGITS):
-        # Rounding alone may tell them apart at first: see _looked_at_closely.
-        if _is_energy(evidence, derivation, energy, digits):
-            return
-    raise InternalError(Problem("the energy shown is not that derived"))
-
-
-def _is_energy(evidence: Evidence, derivation: Uncertified, energy: sp.Expr, digits: int) -> bool:
-    """Whether an energy is Σ q̇ ∂L/∂q̇ − L at the first state, worked out with so many digits."""
-    state = evidence.states[0]
-    inputs = list(state)
-    number = {symbol: k for k, symbol in enumerate(inputs)}
-    with mpmath.workdps(digits):
-        point = [(x, _ZERO, _ZERO) for x in state.values()]
-        run = Tape([derivation.lagrangian, energy], inputs).run(point, 0)
-        gradient = run.gradient({0: (mpf(1), _ZERO, _ZERO)})
-        rates = [c.v for c in derivation.reduced.coordinates]
-        terms = [state[v] * gradient[number[v]][0] for v in rates]
-        lagrangian, value = run.values
-        scale = sum(map(abs, terms)) + abs(lagrangian)
-        difference = abs(sum(terms) - lagrangian - value)
-        return bool(difference <= mpf(10) ** (5 - evidence.certificate.digits) * scale)
-
-
-def _not_derived(
-    evidence: Evidence,
-    residuals: Sequence[tuple[mpf, mpf]],
-    shown: Sequence[ShownEquation],
-    parts: Sequence[sp.Expr],
-    digits: int,
-) -> str | None:
-    """The coordinate of the first equation that differs from its residual, with so many digits."""
-    state = evidence.states[0]
-    with mpmath.workdps(digits):
-        run = Tape(parts, list(state)).run([(x, _ZERO, _ZERO) for x in state.values()], 0)
-        pending = iter(run.values)
-        for equation, (residual, scale) in zip(shown, residuals, strict=True):
-            products = [next(pending) * next(pending) for _ in equation.terms]
-            divisor = next(pending) * next(pending)
-            difference = abs(sum(products) * divisor - residual)
-            if difference > mpf(10) ** (5 - evidence.certificate.digits) * scale:
-                return equation.coordinate
-    return None
-
-
 def not_real(scene: Scene) -> InputError:
     """The refusal of a scene whose expressions have no values around its configuration."""
     mark = scene.initial[0].mark if scene.initial else Mark(scene.file, 1, 1)
@@ -404,7 +330,7 @@ def _looked_at_closely(
     more digits than are carried; a mismatch that remains here is a real one. A force whose terms
     cancel altogether is nothing but rounding, which has no digits to agree in.
     """
-    with mpmath.workdps(_CLOSE_DIGITS):
+    with mpmath.workdps(CLOSE_DIGITS):
         least = mpf(10) ** -_CLOSE_NOTHING
         return _look(tapes, closures, point, known, thorough=thorough, least=least)
 
@@ -433,7 +359,7 @@ def _vanishing(tapes: Tapes, seen: Observation, known: Sequence[bool]) -> list[b
     zero = [x == 0 and not k for x, k in zip(first, known, strict=True)]
     if all(map(operator.or_, zero, known)):
         return zero
-    more = _MORE_DIGITS + min(max(0, seen.magnitude), _CLOSE_DIGITS)
+    more = _MORE_DIGITS + min(max(0, seen.magnitude), CLOSE_DIGITS)
     with mpmath.workdps(mpmath.mp.dps + more):
         second = tapes.delicate(tapes.observe(seen.point))
     return [

@@ -3,20 +3,23 @@
 Terms are ordered by ddot, dot, none, multipliers. A common factor is divided out when it is
 a number, a mass or a ``positive`` parameter, since that can never hide
 anything. The equation of a cyclic coordinate is left as it is: it reads
-ṗ = 0 with the momentum that is reported beside it. A coordinate is divided out
+ṗ = 0 with the momentum that is reported beside it, and is printed so where its terms
+are longer. A coordinate is divided out
 only where the scene's ``expect`` writes the equation so, since that hides a
 singular point.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
 from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient, shortest_groups
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import ShownEquation
@@ -57,6 +60,32 @@ def shown_equations(
     """
     rows = _Rows(derivation, frozenset(decimals))
     return tuple(_shown(rows, row, whole, asked) for row, whole in enumerate(conserving))
+
+
+def as_rates(
+    shown: Sequence[ShownEquation],
+    momenta: Mapping[str, sp.Expr],
+    accelerations: Collection[sp.Symbol],
+) -> tuple[ShownEquation, ...]:
+    """Let equations print as d/dt p = 0 where that is shorter and no plain sum of accelerations.
+
+    Parameters
+    ----------
+    momenta
+        Conserved momenta as they are printed, by coordinate.
+    accelerations
+        Their symbols.
+    """
+
+    def form(whole: ShownEquation) -> ShownEquation:
+        momentum = momenta.get(whole.coordinate)
+        if momentum is None or all(factor in accelerations for _, factor in whole.terms):
+            return whole
+        length = sum(printed_length(c) + printed_length(f) for c, f in whole.terms)
+        is_longer = length + len(whole.terms) - 1 > printed_length(momentum)
+        return replace(whole, momentum=momentum) if is_longer else whole
+
+    return tuple(map(form, shown))
 
 
 def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> ShownEquation:

@@ -12,7 +12,8 @@ import sympy as sp
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
-from lagrange_cli.mechanics.certify.certificate import certify, certify_shown
+from lagrange_cli.mechanics.certify.certificate import certify
+from lagrange_cli.mechanics.certify.printed import certify_shown
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
 from lagrange_cli.scene import read_text

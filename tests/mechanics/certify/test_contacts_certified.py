@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.mechanics import derive_uncertified, reduce
-from lagrange_cli.mechanics.certify.certificate import certify, certify_shown
+from lagrange_cli.mechanics.certify.certificate import certify
+from lagrange_cli.mechanics.certify.printed import certify_shown
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
 from lagrange_cli.mechanics.sparse import ExpressionRow

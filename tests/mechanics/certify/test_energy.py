@@ -9,7 +9,8 @@ import sympy as sp
 
 from lagrange_cli.errors import InternalError
 from lagrange_cli.mechanics import derive_uncertified, reduce
-from lagrange_cli.mechanics.certify.certificate import certify, certify_energy
+from lagrange_cli.mechanics.certify.certificate import certify
+from lagrange_cli.mechanics.certify.printed import certify_energy
 from lagrange_cli.mechanics.structure import total_energy
 from lagrange_cli.scene import read_file
 

@@ -15,7 +15,7 @@ from lagrange_cli import loads
 from lagrange_cli.emit.registry import emitter
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics import derive
-from lagrange_cli.mechanics.certify import certificate
+from lagrange_cli.mechanics.certify import printed
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.mechanics.numerics.elementary import (
     ELEMENTARY_FUNCTIONS,
@@ -267,7 +267,7 @@ def test_motions_that_are_tiny_beside_their_terms_are_certified(size):
 
 def test_a_wrong_equation_stays_wrong_with_more_digits(monkeypatch):
     """An equation that is off by a part that only more digits show beside others is refused."""
-    original = certificate.certify_shown
+    original = printed.certify_shown
 
     def changed(evidence, shown):
 

@@ -1,0 +1,146 @@
+"""Certificate of what is printed: equations, rates of momenta, energies and the Lagrangian.
+
+Printed forms are rewritten further than what was derived: collected, divided, put into other words.
+Each is evaluated at the first state of the certificate and compared with what was certified there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.certify.certificate import CLOSE_DIGITS, Evidence
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
+from lagrange_cli.mechanics.equations import ShownEquation
+from lagrange_cli.mechanics.numerics.autodiff import Tape, TaylorSeries
+from lagrange_cli.mechanics.numerics.rank import SymbolValues
+from lagrange_cli.mechanics.numerics.sampling import working_digits
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+
+_ZERO = mpf(0)
+_UNIT = sp.Integer(1)
+
+#: Residuals of the equations of motion, each with the size of its terms.
+_Residuals = Sequence[tuple[mpf, mpf]]
+
+
+def certify_shown(evidence: Evidence, shown: Sequence[ShownEquation]) -> None:
+    """Check that the textbook form, times what was divided out, is M q̈ − f − Σ λ·gradient.
+
+    Raises
+    ------
+    InternalError
+        It is not, at one of the states of the certificate.
+    """
+    parts = [e for s in shown for pair in (*s.terms, (s.divided_by, _UNIT)) for e in pair]
+    wrong: str | None = None
+    for digits, residuals in _attempts(evidence):
+        wrong = _not_derived(evidence, residuals, shown, parts, digits)
+        if wrong is None:
+            return
+    raise InternalError(Problem(f"the equation shown for '{wrong}' is not that derived"))
+
+
+def certify_rates(evidence: Evidence, reduced: Reduced, shown: Sequence[ShownEquation]) -> None:
+    """Check that the rates of momenta that print as equations are M q̈ − f − Σ λ·gradient.
+
+    They are differentiated along the motion by series, not symbolically.
+
+    Raises
+    ------
+    InternalError
+        One is not, at the first state of the certificate.
+    """
+    momenta = {k: s.momentum for k, s in enumerate(shown) if s.momentum is not None}
+    wrong: str | None = None
+    for digits, residuals in _attempts(evidence) if momenta else ():
+        with mpmath.workdps(digits):
+            along = along_motion(evidence.states[0], reduced)
+            outputs = Tape([*momenta.values()], list(along)).run([*along.values()], 1).outputs
+            wrong = None
+            for k, output in zip(momenta, outputs, strict=True):
+                residual, scale = residuals[k]
+                if abs(output[1] - residual) > _tolerance(evidence) * scale:
+                    wrong = wrong or shown[k].coordinate
+        if wrong is None:
+            return
+    if wrong is not None:
+        raise InternalError(Problem(f"the momentum shown for '{wrong}' has another rate"))
+
+
+def certify_energy(evidence: Evidence, derivation: Uncertified, energy: sp.Expr) -> None:
+    """Check that an energy is Σ q̇ ∂L/∂q̇ − L at the first state of the certificate.
+
+    Raises
+    ------
+    InternalError
+        It is not.
+    """
+    if not any(_is_energy(evidence, derivation, energy, d) for d in _precisions(evidence)):
+        raise InternalError(Problem("the energy shown is not that derived"))
+
+
+def along_motion(state: SymbolValues, reduced: Reduced) -> dict[sp.Symbol, TaylorSeries]:
+    """Value and rate of each symbol of a state, as it moves with its velocities and
+    accelerations."""
+    rates = {reduced.names.t: mpf(1)}
+    for c in reduced.coordinates:
+        rates |= {c.q: state[c.v], c.v: state[c.a]}
+    return {s: (x, rates.get(s, _ZERO), _ZERO) for s, x in state.items()}
+
+
+def _precisions(evidence: Evidence) -> Iterable[int]:
+    """Digits to work with: rounding alone may tell two numbers apart at first, with many not."""
+    return working_digits(evidence.certificate.digits), CLOSE_DIGITS
+
+
+def _attempts(evidence: Evidence) -> Iterator[tuple[int, _Residuals]]:
+    first, second = _precisions(evidence)
+    yield first, evidence.residuals
+    yield second, evidence.close_residuals()
+
+
+def _tolerance(evidence: Evidence) -> mpf:
+    return mpf(10) ** (5 - evidence.certificate.digits)
+
+
+def _not_derived(
+    evidence: Evidence,
+    residuals: _Residuals,
+    shown: Sequence[ShownEquation],
+    parts: Sequence[sp.Expr],
+    digits: int,
+) -> str | None:
+    """The coordinate of the first equation that differs from its residual, with so many digits."""
+    state = evidence.states[0]
+    with mpmath.workdps(digits):
+        run = Tape(parts, list(state)).run([(x, _ZERO, _ZERO) for x in state.values()], 0)
+        pending = iter(run.values)
+        for equation, (residual, scale) in zip(shown, residuals, strict=True):
+            products = [next(pending) * next(pending) for _ in equation.terms]
+            divisor = next(pending) * next(pending)
+            difference = abs(sum(products) * divisor - residual)
+            if difference > _tolerance(evidence) * scale:
+                return equation.coordinate
+    return None
+
+
+def _is_energy(evidence: Evidence, derivation: Uncertified, energy: sp.Expr, digits: int) -> bool:
+    """Whether an energy is Σ q̇ ∂L/∂q̇ − L at the first state, worked out with so many digits."""
+    state = evidence.states[0]
+    inputs = list(state)
+    number = {symbol: k for k, symbol in enumerate(inputs)}
+    with mpmath.workdps(digits):
+        point = [(x, _ZERO, _ZERO) for x in state.values()]
+        run = Tape([derivation.lagrangian, energy], inputs).run(point, 0)
+        gradient = run.gradient({0: (mpf(1), _ZERO, _ZERO)})
+        rates = [c.v for c in derivation.reduced.coordinates]
+        terms = [state[v] * gradient[number[v]][0] for v in rates]
+        lagrangian, value = run.values
+        scale = sum(map(abs, terms)) + abs(lagrangian)
+        difference = abs(sum(terms) - lagrangian - value)
+        return bool(difference <= _tolerance(evidence) * scale)
