@@ -135,7 +135,7 @@ def _latex_subscript(part: str) -> str:
 
 
 #: A symbol, a number or a sign in the text of a unit.
-_UNIT_PART = re.compile(r"([^\W\d_]+)|(\d+)|\s*([*·]|\s)\s*|\^\(([^()]+)\)|\^(-?\d+)|([/()])")
+UNIT_PART = re.compile(r"([^\W\d_]+)|(\d+)|\s*([*·]|\s)\s*|\^\(([-+\d/.]+)\)|\^(-?\d+)|([/()])")
 
 
 def latex_unit(unit: str) -> str:
@@ -143,7 +143,7 @@ def latex_unit(unit: str) -> str:
     parts: list[str] = []
     place = 0
     while place < len(unit):
-        part = _UNIT_PART.match(unit, place)
+        part = UNIT_PART.match(unit, place)
         if part is None:
             return _in_text(unit)
         symbol, number, between, power, short_power, sign = part.groups()
