@@ -21,8 +21,9 @@ _ACCENT_NAMES = """
     mathring mathrm mathbf mathit mathsf mathtt mathcal mathbb mathfrak mathscr boldsymbol
     operatorname
 """
-_SYMBOLS = frozenset(_SYMBOL_NAMES.split())
-_ACCENTS = frozenset(_ACCENT_NAMES.split())
+#: Names of the macros that are allowed: those that stand alone, those with an argument.
+SYMBOLS = frozenset(_SYMBOL_NAMES.split())
+ACCENTS = frozenset(_ACCENT_NAMES.split())
 _PART = re.compile(
     r"""\\(?P<macro>[A-Za-z]+)
       | (?P<space>\\[,;:!\ ]|\ +)
@@ -48,7 +49,7 @@ def check_latex(text: str) -> str | None:
         match = _PART.match(text, position)
         if match is None:
             return f"cannot hold '{text[position]}'"
-        if match["macro"] and match["macro"] not in _SYMBOLS | _ACCENTS:
+        if match["macro"] and match["macro"] not in SYMBOLS | ACCENTS:
             return f"cannot hold the macro '\\{match['macro']}'"
         if not match["space"]:
             parts.append(match.group())
@@ -103,4 +104,4 @@ class _Structure:
 
 
 def _is_accent(part: str) -> bool:
-    return part.startswith("\\") and part[1:] in _ACCENTS
+    return part.startswith("\\") and part[1:] in ACCENTS

@@ -1,0 +1,269 @@
+"""Expressions as mathematics that is typeset: fractions, roots, upright functions.
+
+LaTeX and Typst spell the same parts differently. Widths are in columns of half an em, near enough
+to break lines by.
+"""
+
+from __future__ import annotations
+
+import re
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, break_lines, joined, prefixed, width
+from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group
+from lagrange_cli.notation.symbols import split_name
+from lagrange_cli.notation.tree import (
+    Dependence,
+    DisplayCall,
+    DisplayFraction,
+    DisplayNode,
+    DisplayNumber,
+    DisplayPi,
+    DisplayPower,
+    DisplayProduct,
+    DisplayRoot,
+    DisplaySum,
+    DisplaySymbol,
+    factors_of,
+)
+
+#: Functions whose power stands at the name, and whose argument needs no parentheses where it is
+#: one letter.
+NAMED_POWERS = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
+
+#: Width of the widest part that is put over or under a line or under a root. Set by hand.
+_WIDEST_PART = 44
+#: Width of the widest exponent of e; wider ones are arguments of exp. Set by hand.
+_WIDEST_EXPONENT = 14
+
+_WIDE = frozenset("mwABCDEFGHKLMNOPQRTUVWXYZ")
+
+
+class TypesetPrinter(OneLinePrinter):
+    """Printer of a language of typeset mathematics.
+
+    Attributes
+    ----------
+    functions
+        Function of the scene language → its name; ``exp`` and ``abs`` have forms of their own.
+    ddt
+        What stands before a quantity whose rate is meant.
+    dot, thin
+        Text between a factor and a number, and between a factor and a word.
+    tall
+        Parentheses around fractions that may stand on several lines.
+    ratio_opening, root_opening, bars_opening, word_openings, group_openings
+        Beginnings of fractions, of roots, of absolute values, of names of several letters, of
+        parentheses.
+    """
+
+    times = " "
+    times_width = 0.4
+    sign_width = 2.5
+
+    functions: Mapping[str, str]
+    ddt: str
+    dot: str
+    thin: str
+    tall: tuple[str, str]
+    ratio_opening: str
+    root_opening: str
+    bars_opening: str
+    word_openings: tuple[str, ...]
+    group_openings: tuple[str, ...]
+
+    # -- spelling -----------------------------------------------------------------
+
+    @abstractmethod
+    def name(self, name: str, order: int = 0, latex: str | None = None) -> str:
+        """A name with dots over it; ``latex`` is what the scene gives for it."""
+
+    @abstractmethod
+    def function(self, node: DisplayCall) -> str:
+        """The name of a function of the scene, with its primes."""
+
+    @abstractmethod
+    def decimal(self, literal: str) -> str:
+        """A decimal as the scene wrote it."""
+
+    @abstractmethod
+    def ratio(self, above: str, below: str) -> str:
+        """A fraction."""
+
+    @abstractmethod
+    def radical(self, body: str) -> str:
+        """A square root."""
+
+    @abstractmethod
+    def stack(self, lines: Sequence[str]) -> str:
+        """A part of a fraction or root on several lines."""
+
+    @abstractmethod
+    def fenced(self, body: str) -> str:
+        """Parentheses on one line, as tall as what they hold."""
+
+    @abstractmethod
+    def magnitude(self, body: str) -> str:
+        """An absolute value."""
+
+    @abstractmethod
+    def exponential(self, exponent: str) -> str:
+        """A power of e."""
+
+    @abstractmethod
+    def slashed(self, node: DisplayNumber) -> str:
+        """A fraction as an exponent."""
+
+    @abstractmethod
+    def raised(self, exponent: str) -> str:
+        """An exponent, with its sign of exponentiation."""
+
+    # -- structure ------------------------------------------------------------------
+
+    def number(self, node: DisplayNumber) -> str:
+        if node.literal is not None:
+            return self.decimal(node.literal)
+        if node.denominator == 1:
+            return str(node.numerator)
+        return self.ratio(str(node.numerator), str(node.denominator))
+
+    def digits(self, node: DisplayNumber) -> list[Piece]:
+        text = self.number(node)
+        over = max(len(str(node.numerator)), len(str(node.denominator))) + 0.6
+        return [Piece(text, over if text.startswith(self.ratio_opening) else len(text))]
+
+    def symbol(self, name: str, order: int = 0) -> str:
+        return self.name(name, order)
+
+    def atom(self, node: DisplaySymbol) -> list[Piece]:
+        return [Piece(self.name(node.name, node.order, node.latex), _symbol_width(node))]
+
+    def separator(self, before: DisplayNode, after: str) -> str:
+        if after[0].isdigit() or after.startswith(self.ratio_opening):
+            return self.dot
+        if after.startswith(self.word_openings) or _is_word(before):
+            return self.thin
+        bare = isinstance(before, DisplayCall) and before.function in NAMED_POWERS
+        return self.thin if bare and not after.startswith(self.group_openings) else self.times
+
+    def group(self, pieces: list[Piece]) -> list[Piece]:
+        """Parentheses that fit: taller ones around fractions."""
+        text = joined(pieces)
+        if self.ratio_opening not in text and self.root_opening not in text:
+            return self.plain(pieces)
+        if width(pieces) <= _WIDEST_PART:
+            return [Piece(self.fenced(text), width(pieces) + 3)]
+        return group(pieces, *self.tall)
+
+    def plain(self, pieces: list[Piece]) -> list[Piece]:
+        """Parentheses without fractions between them."""
+        return group(pieces)
+
+    def rate(self, node: DisplayNode) -> list[Piece]:
+        inner = self.pieces(node)
+        if width(inner) <= _WIDEST_PART:
+            return [Piece(f"{self.ddt} {self.fenced(joined(inner))}", width(inner) + 5)]
+        return prefixed(group(inner, *self.tall), f"{self.ddt} ", 2)
+
+    def fraction(self, node: DisplayNode) -> list[Piece]:
+        """A fraction; factors that move, and long ones, stand beside it."""
+        assert isinstance(node, DisplayFraction)
+        below = self._stacked(self.pieces(node.denominator))
+        inside, beside = self._split(node.numerator)
+        above = self._stacked(self.pieces(inside[0]) if len(inside) == 1 else self.factors(inside))
+        quotient = self.ratio(above.text or "1", below.text)
+        head = Piece(quotient, max(above.width, below.width) + 1)
+        return [head, *(self._beside(self.factors(beside)) if beside else [])]
+
+    def _beside(self, pieces: list[Piece]) -> list[Piece]:
+        """Further factors after a fraction."""
+        head = replace(pieces[0], separator=" ", lead=self.lead, depth=FACTOR_DEPTH)
+        return [head, *pieces[1:]]
+
+    def _split(
+        self, numerator: DisplayNode
+    ) -> tuple[tuple[DisplayNode, ...], tuple[DisplayNode, ...]]:
+        """Factors over the line and factors beside the fraction."""
+        factors = factors_of(numerator)
+        moving = tuple(f for f in factors if f.traits.level >= Dependence.VELOCITY)
+        still = tuple(f for f in factors if f.traits.level < Dependence.VELOCITY)
+        if not moving or all(isinstance(f, DisplayNumber) for f in still):
+            moving, still = (), factors
+        if width(self.factors(still)) <= _WIDEST_PART:
+            return still, moving
+        sums = tuple(f for f in still if isinstance(f, DisplaySum))
+        return tuple(f for f in still if not isinstance(f, DisplaySum)), sums + moving
+
+    def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
+        arguments = [self.pieces(a) for a in node.arguments]
+        if node.function == "exp" and not power:
+            inner = joined(arguments[0])
+            if width(arguments[0]) <= _WIDEST_EXPONENT and self.ratio_opening not in inner:
+                return [Piece(self.exponential(inner), 1 + 0.7 * width(arguments[0]))]
+        if node.function == "abs" and width(arguments[0]) <= _WIDEST_PART:
+            return [Piece(self.magnitude(joined(arguments[0])), width(arguments[0]) + 1)]
+        known = node.order is None
+        name = (self.functions[node.function] if known else self.function(node)) + power
+        size = len(node.function) + 0.5 + (1 if power else 0)
+        if node.function in NAMED_POWERS and not closed and _is_bare(node.arguments[0]):
+            return prefixed(arguments[0], name + " ", size)
+        return prefixed(self.group(argument_list(arguments)), name, size)
+
+    def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
+        return (
+            node.function in NAMED_POWERS
+            and isinstance(exponent, DisplayNumber)
+            and exponent.denominator == 1
+        )
+
+    def enclosed_call(self, node: DisplayCall) -> list[Piece]:
+        body = self.call(node, "", closed=False)
+        return body if body[0].text.startswith(self.bars_opening) else self.group(body)
+
+    def root(self, node: DisplayRoot) -> list[Piece]:
+        body = self._stacked(self.pieces(node.radicand))
+        return [Piece(self.radical(body.text), body.width + 2)]
+
+    def exponent(self, node: DisplayNode) -> str:
+        if isinstance(node, DisplayNumber) and node.literal is None and node.denominator != 1:
+            return self.raised(self.slashed(node))
+        return self.raised(joined(self.pieces(node)))
+
+    def _stacked(self, pieces: list[Piece]) -> Piece:
+        """A part of a fraction or a root in one piece: on several lines where it is too wide."""
+        if width(pieces) <= _WIDEST_PART:
+            return Piece(joined(pieces), width(pieces))
+        lines = break_lines(pieces, _WIDEST_PART, _WIDEST_PART - 2)
+        return Piece(self.stack([line.text for line in lines]), _WIDEST_PART)
+
+
+def _symbol_width(node: DisplaySymbol) -> float:
+    if node.latex is not None:
+        return 1.2 * len(re.sub(r"\\[A-Za-z]+|[{}_^\s]", "x", node.latex))
+    parts = split_name(node.name)
+    letter = 1.8 if parts.base in _WIDE else 1.2
+    base = letter if parts.is_letter else len(parts.base)
+    return base + 0.8 * sum(map(len, parts.subscripts))
+
+
+def _is_word(node: DisplayNode) -> bool:
+    base = node.base if isinstance(node, DisplayPower) else node
+    return (
+        isinstance(base, DisplaySymbol)
+        and base.latex is None
+        and not split_name(base.name).is_letter
+    )
+
+
+def _is_bare(node: DisplayNode) -> bool:
+    """An argument that needs no parentheses: a letter, or a number times one."""
+    if isinstance(node, DisplayProduct) and len(node.factors) == 2:
+        number, letter = node.factors
+        return isinstance(number, DisplayNumber) and number.denominator == 1 and _is_bare(letter)
+    if isinstance(node, DisplayPi):
+        return True
+    return isinstance(node, DisplaySymbol) and (
+        node.latex is not None or split_name(node.name).is_letter
+    )
