@@ -18,6 +18,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.elimination.implicitization import (
     AngleSymbols,
     ImplicitEquation,
@@ -68,8 +69,8 @@ def closure_incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
     names = eliminable.union(s for s in form.names.cartesian.values() if s not in form.known)
     groups: dict[frozenset[sp.Symbol], None] = {}
     around: dict[sp.Symbol, set[sp.Symbol]] = {q: set() for q in form.own}
-    for relation in form.relations():
-        present = relation.expression.free_symbols & names
+    for expression in form.expressions():
+        present = symbols_in(expression) & names
         if present.isdisjoint(eliminable):
             groups[frozenset(present)] = None
         for q in present & eliminable:
@@ -156,16 +157,26 @@ class _Form:
             for body, symbols in zip(self.names.bodies, self.names.body_symbols, strict=True)
             for s in symbols
         }
+        for s, e, expression in self._defined():
+            yield ImplicitEquation(bodies[s], expression, f"{s} = {_written(e)}", stated=False)
+        for stated, expression in self._stated():
+            yield ImplicitEquation(stated.constraint, expression, stated.equation.text, stated=True)
+
+    def expressions(self) -> Iterator[sp.Expr]:
+        """The expressions of :meth:`relations`, without their texts, which take longer."""
+        yield from (expression for *_, expression in self._defined())
+        yield from (expression for _, expression in self._stated())
+
+    def _defined(self) -> Iterator[tuple[sp.Symbol, sp.Expr, sp.Expr]]:
         for s, e in self.names.given.items():
             if s not in self.known:
-                expression = self._put(s - e)
-                yield ImplicitEquation(bodies[s], expression, f"{s} = {_written(e)}", stated=False)
+                yield s, e, self._put(s - e)
+
+    def _stated(self) -> Iterator[tuple[StatedEquation, sp.Expr]]:
         for stated in self.reduced.chart.geometry.elimination.stated:
             expression = self._put(stated.phi)
             if expression != 0:
-                yield ImplicitEquation(
-                    stated.constraint, expression, stated.equation.text, stated=True
-                )
+                yield stated, expression
 
     def _put(self, expr: sp.Expr) -> sp.Expr:
         present = {s: self.known[s] for s in expr.free_symbols if s in self.known}
