@@ -102,6 +102,8 @@ class Dimensions:
 
 def dimensions(scene: Scene) -> Dimensions:
     """Scalings of masses, lengths and times under which a scene stays the same."""
+    if len(scene.coordinates or ()) + len(scene.particles) > _MOST_NAMES:
+        return Dimensions({})
     needed, said = ScalingReader(), ScalingReader()
     needed.read(scene)
     said.read(scene)
@@ -137,6 +139,7 @@ class ScalingReader:
     def __init__(self) -> None:
         self.equations: list[LinearForm] = []
         self.expression: Expression | None = None
+        self._known: set[frozenset[tuple[str, Fraction]]] = set()
 
     def read(self, scene: Scene) -> None:
         self._numbers(scene)
@@ -232,7 +235,9 @@ class ScalingReader:
             What the second one is of, in words.
         """
         difference = sum_of(left, right, -1)
-        if difference and difference not in self.equations:
+        key = frozenset(difference.items())
+        if difference and key not in self._known:
+            self._known.add(key)
             self.equations.append(difference)
 
     def _alike(

@@ -179,6 +179,22 @@ def test_sizes_and_members_are_set_beside_the_scene() -> None:
     assert (given["x[2]", 0], given["z[1]", 1]) == ("-2", "1")
 
 
+def test_expected_equations_that_grow_too_long_with_other_sizes_are_left_out() -> None:
+    text = """\
+sizes: {n: 3}
+coordinates: ["x[i=1..n]"]
+kinetic: {T: "sum(dot(x[i])^2, i=1..n)/2"}
+expect:
+  equations:
+    e[i=1..n]: "ddot(x[i]) + sum(0*x[j], j=1..n) = 0"
+"""
+    assert len(read_text(text, parameters={"n": "4"}).expect.equations or ()) == 4
+    scene = read_text(text, parameters={"n": "400"})
+    assert scene.expect.equations is None
+    (warning,) = scene.warnings
+    assert (warning.mark and warning.mark.line, warning.rule) == (6, "limit")
+
+
 def test_expected_states_are_those_of_the_files_sizes() -> None:
     text = CHAIN + "expect: {dof: n, state: {t: 1, 'x[3]': 0, within: 1}}\n"
     assert len(read_text(text).expect.states) == 1

@@ -58,8 +58,9 @@ _NO_VALUES: IndexValues = MappingProxyType({})
 
 @dataclass(slots=True)
 class Budget:
-    """Count of terms that families are written out to; ``exceeded`` beyond the limit."""
+    """Count of terms that families are written out to; ``exceeded`` beyond ``most``."""
 
+    most: int = MAX_TERMS
     terms: int = 0
     exceeded: bool = False
 
@@ -69,13 +70,13 @@ class Budget:
         Raises
         ------
         ExpressionError
-            All together would be more than :data:`MAX_TERMS`.
+            All together would be more than ``most``.
         """
         self.terms += terms
-        if self.terms > MAX_TERMS:
+        if self.terms > self.most:
             self.exceeded = True
             raise ExpressionLimitError(
-                f"families and sums are written out to more than {MAX_TERMS} terms",
+                f"families and sums are written out to more than {self.most} terms",
                 span,
                 rule="limit",
             )

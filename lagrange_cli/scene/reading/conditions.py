@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, get_args
 
+from lagrange_cli.errors import InputError
 from lagrange_cli.scene.conditions import (
     ErrorExpectation,
     EventExpectation,
@@ -16,7 +17,8 @@ from lagrange_cli.scene.conditions import (
     WrittenDefaults,
 )
 from lagrange_cli.scene.language.expression import Equation, Expression
-from lagrange_cli.scene.language.problems import shown, suggestion
+from lagrange_cli.scene.language.families import Budget
+from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.reading.entries import Reading, is_indexed
 from lagrange_cli.scene.reading.overrides import initial_name
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
@@ -28,6 +30,10 @@ _EXPECT = (
     *("state", "drift", "events", "error"),
 )
 _EXPECT_LATER = ("frequencies", "equilibria")
+
+#: Terms that expected equations are written out to where sizes are other than the file's: some
+#: tenths of a second.
+_MOST_RESIZED = 100_000
 
 
 def read_initial(node: SourceNode, reading: Reading) -> tuple[InitialValue, ...]:
@@ -131,6 +137,26 @@ def _names(key: str) -> Any:
 
 
 def _equations(node: SourceNode, reading: Reading) -> tuple[Equation, ...] | None:
+    """Read expected equations; with other sizes than the file's, unless they are too long then."""
+    if reading.sizes.keys().isdisjoint(reading.overrides):
+        return _written_out(node, reading)
+    trial = replace(reading, problems=Problems(), budget=Budget(_MOST_RESIZED))
+    try:
+        read = _written_out(node, trial)
+    except InputError:
+        if not trial.budget.exceeded:
+            raise
+        reading.problems.warn(
+            "the equations expected are left out: with these sizes they are written out to more"
+            f" than {_MOST_RESIZED} terms",
+            node.mark,
+            rule="limit",
+        )
+        return None
+    return _written_out(node, reading) if trial.problems.errors else read
+
+
+def _written_out(node: SourceNode, reading: Reading) -> tuple[Equation, ...] | None:
     """Read a list of equations, or a mapping of names to equations, which may be families."""
     what = "'equations' in 'expect'"
     if isinstance(node, Mapping):
