@@ -1,0 +1,6 @@
+"""What a course does with equations of motion once it has them, and a controller's designer.
+
+Certified :class:`~lagrange_cli.mechanics.equations.Equations` go in; symmetries, equilibria,
+linear systems, modes and other forms of the equations come out, as frozen values. Nothing is
+found unless it is asked for.
+"""
