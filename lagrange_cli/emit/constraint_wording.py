@@ -204,6 +204,18 @@ def energy_letter(quantity: Conserved) -> str:
     return "E" if quantity.kind == "energy" or quantity.is_energy else "h"
 
 
+def without_line(equations: Equations, letter: str = "t") -> str:
+    """Say what is left out of L, empty if nothing is; ``letter`` stands for time."""
+    short = equations.short_lagrangian
+    if short is None:
+        return ""
+    parameters = {p.symbol for p in equations.parameters}
+    is_constant = [term.free_symbols <= parameters for term in short.left_out.as_ordered_terms()]
+    told = ["constants"] if any(is_constant) else []
+    told += [] if all(is_constant) else [f"functions of {letter} alone"]
+    return f"without {' and '.join(told)}"
+
+
 def divisor_and_factor(shown: ShownEquation) -> tuple[Expr | None, Expr | None]:
     """Give what an equation was divided by, or what it was multiplied by; neither for a sign.
 

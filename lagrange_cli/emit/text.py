@@ -27,6 +27,7 @@ from lagrange_cli.emit.constraint_wording import (
     remark_on,
     telling_definitions,
     undecided,
+    without_line,
 )
 from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows, reaction_rows
 from lagrange_cli.errors import escape_controls
@@ -36,7 +37,7 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     forcing_with_reactions,
 )
 from lagrange_cli.notation.build import display, display_row, display_sum
-from lagrange_cli.notation.layout import Piece, columns, deeper, joined, suffixed
+from lagrange_cli.notation.layout import Piece, added, columns, deeper, joined, suffixed
 from lagrange_cli.notation.one_line import OneLinePrinter
 from lagrange_cli.notation.page import USUAL_WIDTH, Block, Page, Row, formula, page, words
 from lagrange_cli.notation.scene_language import ScenePrinter
@@ -231,6 +232,14 @@ class _Writer:
         potential = "U" if is_generalized_potential(self.equations) else "V"
         rows = [self.formula(labels["T"], self.equations.kinetic)]
         rows.append(self.formula(labels[potential], self.equations.potential))
+        short = self.equations.short_lagrangian
+        if short is not None:
+            pieces = self.pieces(short.expression)
+            if sum(p.width for p in pieces) > 2 * USUAL_WIDTH:
+                difference = [Piece(f"{labels['T']} - {labels[potential]}", 5)]
+                pieces = [*difference, *added(self.pieces(-short.left_out))]
+            told = f"({without_line(self.equations, self.printer.symbol('t'))})"
+            rows.append(formula(labels["L"], " = ", pieces, aside=told))
         if self.equations.dissipation != 0:
             rows.append(self.formula(labels["D"], self.equations.dissipation))
         return rows

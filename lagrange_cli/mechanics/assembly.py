@@ -10,7 +10,12 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.certify.certificate import Evidence
-from lagrange_cli.mechanics.certify.printed import certify_energy, certify_rates, certify_shown
+from lagrange_cli.mechanics.certify.printed import (
+    certify_energy,
+    certify_lagrangian,
+    certify_rates,
+    certify_shown,
+)
 from lagrange_cli.mechanics.depiction import (
     MOST_BODIES,
     BodyLink,
@@ -44,6 +49,7 @@ from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.structure import (
     conserved_quantities,
     cyclic_names,
+    short_lagrangian,
     structure_facts,
     total_energy,
 )
@@ -89,6 +95,9 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     certify_shown(evidence, shown)
     certify_rates(evidence, reduced, shown)
     certify_energy(evidence, derivation, sp.Add(*energy))
+    short = short_lagrangian(derivation)
+    if short is not None:
+        certify_lagrangian(evidence, derivation, short)
     forcing = tuple(sp.Add(*terms) for terms in derivation.forcing)
     return Equations(
         name=scene.name,
@@ -105,6 +114,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         kinetic=derivation.kinetic,
         potential=derivation.potential,
         lagrangian=derivation.lagrangian,
+        short_lagrangian=short,
         dissipation=derivation.dissipation,
         forces=derivation.forces,
         mass_matrix=derivation.mass_matrix,

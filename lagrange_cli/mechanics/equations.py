@@ -284,6 +284,22 @@ class ShownEquation:
 
 
 @dataclass(frozen=True)
+class ShortLagrangian:
+    """L without terms that change no equation of motion.
+
+    Attributes
+    ----------
+    expression
+        What is left of T − V.
+    left_out
+        Constants and functions of t alone.
+    """
+
+    expression: Expr
+    left_out: Expr
+
+
+@dataclass(frozen=True)
 class InitialState:
     """Initial state at the start time.
 
@@ -348,7 +364,9 @@ class Equations:
     kinetic, potential
         T and V in display form; V may hold velocities (a generalized potential U).
     lagrangian, dissipation
-        L, and the dissipation function.
+        L = T − V, and the dissipation function.
+    short_lagrangian
+        L as it is shown, None where nothing is left out of T − V.
     forces
         Non-conservative forces.
     mass_matrix
@@ -459,6 +477,7 @@ class Equations:
     chart: ReplacedChart | None = None
     open_questions: tuple[str, ...] = ()
     balance: EnergyBalance | None = None
+    short_lagrangian: ShortLagrangian | None = None
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
     units: Callable[[], Units] = Units
     motion: Motion | None = field(default=None, compare=False, repr=False)

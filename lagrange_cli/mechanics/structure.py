@@ -13,13 +13,19 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.energies import by_parameters, over_roots, parts_by_degree
+from lagrange_cli.mechanics.algebra.energies import (
+    by_parameters,
+    moving_part,
+    over_roots,
+    parts_by_degree,
+)
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure, Coordinate
+from lagrange_cli.mechanics.equations import Closure, Coordinate, ShortLagrangian
 from lagrange_cli.mechanics.findings import Conserved, Facts
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.rank import (
@@ -354,6 +360,29 @@ def _momentum(derivation: Uncertified, velocity: sp.Symbol, terms: Sequence[sp.E
     """
     velocities = [c.v for c in derivation.reduced.coordinates]
     return _collect(sp.Add(*(derivative(t, velocity) for t in terms)), velocities)
+
+
+def short_lagrangian(derivation: Uncertified) -> ShortLagrangian | None:
+    """L without constants and functions of t alone; None where it has none, or nothing else.
+
+    None also where nothing else depends on t: the energy of the whole L changes then, which a
+    reader could not see.
+    """
+    reduced = derivation.reduced
+    velocities = frozenset(c.v for c in reduced.coordinates)
+    kept, left_out = moving_part(
+        derivation.lagrangian, velocities | {c.q for c in reduced.coordinates}
+    )
+    if 0 in (kept, left_out):
+        return None
+    time = {reduced.names.t, *reduced.names.inputs.values()}
+    if kept.free_symbols.isdisjoint(time) and not left_out.free_symbols.isdisjoint(time):
+        return None
+    terms = sp.Add.make_args(kept)
+    still = [term for term in terms if symbols_in(term).isdisjoint(velocities)]
+    rates = [term for term in terms if not symbols_in(term).isdisjoint(velocities)]
+    constants = frozenset(reduced.names.parameters.values())
+    return ShortLagrangian(sp.Add(*rates, *shortest_groups(still, constants)), left_out)
 
 
 def total_energy(derivation: Uncertified, evidence: Evidence) -> tuple[sp.Expr, ...]:

@@ -78,6 +78,13 @@ def prefixed(pieces: Sequence[Piece], text: str, width: float) -> list[Piece]:
     return [replace(first, text=text + first.text, width=first.width + width), *pieces[1:]]
 
 
+def added(pieces: Sequence[Piece]) -> list[Piece]:
+    """The pieces as further terms of a sum, with the sign of the first."""
+    head = pieces[0]
+    sign, text = ("-", head.text[1:]) if head.text.startswith("-") else ("+", head.text)
+    return [Piece(text, head.width + 3, f" {sign} ", f"{sign} ", 0), *pieces[1:]]
+
+
 def suffixed(pieces: Sequence[Piece], text: str, width: float) -> list[Piece]:
     """Put text after the last piece, without a break."""
     last = pieces[-1]

@@ -228,6 +228,7 @@ class _Document:
             r"\section*{Lagrangian}",
             f"The kinetic energy, the {potential}{others} are",
             *self.setter.align(self.setter.energies()),
+            *filter(None, [self.setter.without()]),
         ]
 
     def _dissipates(self) -> bool:

@@ -82,7 +82,7 @@ class _Page:
         setter, closures = self.setter, self.setter.closures()
         line = multipliers_line(self.equations)
         return [
-            self._rows("Lagrangian", setter.energies()),
+            [*self._rows("Lagrangian", setter.energies()), *filter(None, [setter.without()])],
             self._rows("Equations of motion", setter.motion(form)),
             [*self._rows("Closure equations", closures), *([f"{line}."] if line else [])],
             self._rows("Contacts", setter.contacts()),

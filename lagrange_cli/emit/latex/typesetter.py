@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.constraint_wording import (
     is_generalized_potential,
     quantity_labels,
+    without_line,
 )
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
@@ -18,7 +19,7 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
 from lagrange_cli.notation.build import display, display_row, display_sum
 from lagrange_cli.notation.latex import LatexPrinter
 from lagrange_cli.notation.latex_escape import latex_text
-from lagrange_cli.notation.layout import Piece, break_lines, joined, prefixed, suffixed
+from lagrange_cli.notation.layout import Piece, added, break_lines, joined, prefixed, suffixed
 from lagrange_cli.notation.one_line import solid
 from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
@@ -128,14 +129,24 @@ class Typesetter:
         return rows
 
     def _lagrangian(self, label: str, difference: str) -> FormulaRow:
-        """L written out where it is short, else as the difference alone."""
-        head = Piece(f"= {difference}", 8)
-        whole = self.pieces(self.equations.lagrangian)
-        if sum(p.width for p in whole) > 3 * LINE:
+        """L written out where it is short, else as the difference, less what is left out of it."""
+        head, short = Piece(f"= {difference}", 8), self.equations.short_lagrangian
+        whole = self.pieces(self.equations.lagrangian if short is None else short.expression)
+        is_long = sum(p.width for p in whole) > 3 * LINE
+        if short is not None:
+            less = [head, *added(self.pieces(-short.left_out))]
+            return FormulaRow(label, less if is_long else prefixed(whole, "= ", 3))
+        if is_long:
             return FormulaRow(label, [head])
         body = prefixed(whole, "= ", 3)
         first = Piece(body[0].text, body[0].width, " ", "", 0)
         return FormulaRow(label, [head, first, *body[1:]])
+
+    def without(self) -> str:
+        """Say what is left out of L; empty if nothing is."""
+        label = latex_name(quantity_labels(self.equations)["L"])
+        told = without_line(self.equations, "$t$")
+        return f"Here ${label}$ is {told}." if told else ""
 
     def motion(self, form: str) -> list[FormulaRow]:
         """Lagrange's equations, or accelerations and multipliers, with M and f where they stay
@@ -206,7 +217,7 @@ class Typesetter:
                     product = self.tree(
                         display(entry * self.equations.coordinates[j].a, self.words)
                     )
-                    terms += product if not terms else _added(product)
+                    terms += product if not terms else added(product)
             right = self.pieces(forcing[i])
             equal = Piece(right[0].text, right[0].width + 3, " = ", "= ", 0)
             rows.append(FormulaRow("", [*(terms or solid("0")), equal, *right[1:]]))
@@ -226,13 +237,6 @@ class Typesetter:
         """The same as an ``aligned`` environment, which stands within a display."""
         inner = self.align(rows, numbered=False)[1:-1]
         return [r"\begin{aligned}", *inner, r"\end{aligned}"]
-
-
-def _added(pieces: list[Piece]) -> list[Piece]:
-    head = pieces[0]
-    text = head.text
-    sign, text = ("-", text[1:]) if text.startswith("-") else ("+", text)
-    return [Piece(text, head.width + 3, f" {sign} ", f"{sign} ", 0), *pieces[1:]]
 
 
 def _lines(row: FormulaRow, numbered: bool) -> str:

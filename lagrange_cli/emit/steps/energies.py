@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.constraint_wording import is_generalized_potential
+from lagrange_cli.emit.constraint_wording import is_generalized_potential, without_line
 from lagrange_cli.emit.steps.sections import (
     Block,
     Formula,
@@ -87,10 +87,16 @@ def potential_energy(writer: StepsWriter) -> Section | None:
 
 
 def lagrangian(writer: StepsWriter) -> Section | None:
-    """L = T − V."""
-    labels = writer.labels
+    """L = T − V, or what of that changes the equations of motion."""
+    labels, short = writer.labels, writer.equations.short_lagrangian
     potential = labels["U" if is_generalized_potential(writer.equations) else "V"]
     row = writer.sum_row(labels["L"], writer.equations.lagrangian)
+    if short is not None and row.chain:
+        row = writer.sum_row(labels["L"], short.expression)
+        inline = writer.letters.inline
+        told = without_line(writer.equations, inline(writer.letters.symbol("t")))
+        told = f"Here {inline(labels['L'])} is {told}, which change no equation of motion."
+        return section("Lagrangian", formulas([row], result=True), Words(told))
     row = replace(row, middle=f"{labels['T']} - {potential}")
     return section("Lagrangian", formulas([row], result=True))
 

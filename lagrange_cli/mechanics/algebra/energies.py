@@ -11,6 +11,7 @@ from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
 from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities, grouped_sum
 from lagrange_cli.mechanics.algebra.printed_length import printed_length, sum_size
+from lagrange_cli.mechanics.free_symbols import symbols_in
 
 #: Terms that an energy may be multiplied out to while a shorter form is sought. Set by hand.
 _TERM_BUDGET = 60
@@ -128,6 +129,41 @@ def parts_by_degree(
             chosen = [e for e, d in zip(expanded, degrees, strict=True) if d == degree]
             group += [grouped_sum(collected_terms(chosen), velocities)] if chosen else []
     return sp.Add(*parts[2]), sp.Add(*parts[1]), sp.Add(*parts[0])
+
+
+def moving_part(energy: sp.Expr, moving: Collection[sp.Symbol]) -> tuple[sp.Expr, sp.Expr]:
+    """Split an energy into the terms that hold one of some symbols, and the others.
+
+    A sum that is the one factor of a term that holds them is split too:
+    ``m g (A cos(Ω t) - l cos θ)`` into ``-m g l cos θ`` and ``m g A cos(Ω t)``. Powers are not.
+    """
+    kept, others = [], []
+    for term in sp.Add.make_args(energy):
+        factors = sp.Mul.make_args(term)
+        held = [f for f in factors if not symbols_in(f).isdisjoint(moving)]
+        inner, still = held[0] if held else sp.S.Zero, sp.S.Zero
+        if not held:
+            others.append(term)
+        elif len(held) == 1 and inner.is_Add:
+            inner, still = moving_part(inner, moving)
+            inner = _in_front_of(inner, moving)
+        if still == 0:
+            kept += [term] if held else []
+            continue
+        number, scale = sp.Mul(*(f for f in factors if f != held[0])).as_coeff_Mul(rational=True)
+        for part, into in ((inner, kept), (still, others)):
+            own, product = part.as_coeff_Mul(rational=True)
+            into.append(scaled(number * own, scale * product))
+    return sp.Add(*kept), sp.Add(*others)
+
+
+def _in_front_of(energy: sp.Expr, moving: Collection[sp.Symbol]) -> sp.Expr:
+    """Put the factors of a sum that hold none of some symbols in front of it."""
+    terms = sp.Add.make_args(energy)
+    number, product = common_factor([*terms]).as_coeff_Mul(rational=True)
+    factors = sp.Mul.make_args(product)
+    common = sp.Mul(*(f for f in factors if symbols_in(f).isdisjoint(moving)))
+    return scaled(number, common * sp.Add(*(term / number / common for term in terms)))
 
 
 def _degree(term: sp.Expr, velocities: Sequence[sp.Symbol]) -> int | None:

@@ -15,8 +15,8 @@ from mpmath import mpf
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.certify.certificate import CLOSE_DIGITS, Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import ShownEquation
-from lagrange_cli.mechanics.numerics.autodiff import Tape, TaylorSeries
+from lagrange_cli.mechanics.equations import ShortLagrangian, ShownEquation
+from lagrange_cli.mechanics.numerics.autodiff import Tape, TaylorSeries, evaluate
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
@@ -82,6 +82,27 @@ def certify_energy(evidence: Evidence, derivation: Uncertified, energy: sp.Expr)
     """
     if not any(_is_energy(evidence, derivation, energy, d) for d in _precisions(evidence)):
         raise InternalError(Problem("the energy shown is not that derived"))
+
+
+def certify_lagrangian(evidence: Evidence, derivation: Uncertified, short: ShortLagrangian) -> None:
+    """Check that the Lagrangian shown is T − V but for what holds no coordinate or velocity.
+
+    Raises
+    ------
+    InternalError
+        It is not.
+    """
+    moving = {s for c in derivation.reduced.coordinates for s in (c.q, c.v)}
+    state = evidence.states[0]
+    parts = [short.expression, short.left_out, -derivation.lagrangian]
+    is_same = False
+    for digits in _precisions(evidence):
+        with mpmath.workdps(digits):
+            values = evaluate(parts, state)
+            difference = abs(sum(values, _ZERO))
+            is_same = is_same or difference <= _tolerance(evidence) * sum(map(abs, values), _ZERO)
+    if not is_same or not short.left_out.free_symbols.isdisjoint(moving):
+        raise InternalError(Problem("the Lagrangian shown is not that derived"))
 
 
 def along_motion(state: SymbolValues, reduced: Reduced) -> dict[sp.Symbol, TaylorSeries]:
