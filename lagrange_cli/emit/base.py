@@ -30,6 +30,24 @@ if TYPE_CHECKING:
 
 OptionValue: TypeAlias = str | bool
 
+#: The parts of a document, in their order.
+SECTIONS = (
+    "system",
+    "sketch",
+    "account",
+    "constraints",
+    "energies",
+    "equations",
+    "result",
+    "forces",
+    "conserved",
+    "initial",
+    "certificate",
+)
+
+#: Those that a document has if nothing else is asked for.
+DEFAULT_SECTIONS = tuple(s for s in SECTIONS if s not in ("sketch", "result", "initial"))
+
 
 @dataclass(frozen=True, slots=True)
 class Option:

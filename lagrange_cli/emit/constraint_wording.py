@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.language import ENGLISH, Language
 from lagrange_cli.mechanics.equations import tagged
 from lagrange_cli.notation.symbols import multiplier_name
 
@@ -60,22 +61,28 @@ def _names(equations: Equations) -> set[str]:
     return names | {source.name for source in equations.inputs}
 
 
-def counting(equations: Equations) -> list[str]:
+def counting(equations: Equations, say: Language = ENGLISH) -> list[str]:
     """Say what is counted: ``3N = 6``, ``1 further coordinate``, ``K = 4``, ``DOF = 3``.
 
     In words alone where the scene gives one of the letters another meaning.
     """
     account = equations.account
-    numbers = account.cartesian, account.constraints, account.dof
-    letters = [f"{x} = {n}" for x, n in zip(("3N", "K", "DOF"), numbers, strict=True)]
+    cartesian = f"3N = {account.cartesian}"
+    constraints = f"K = {account.constraints}"
+    dof = f"{say('DOF')} = {account.dof}"
     if _COUNTED & _names(equations):
-        nouns = ("Cartesian coordinate", "independent constraint", "degree")
-        letters = [_counted(n, noun) for n, noun in zip(numbers, nouns, strict=True)]
-        letters[2] += " of freedom"
-    cartesian, constraints, dof = letters
-    further = _counted(account.extra, "further coordinate")
-    nonholonomic = _counted(account.nonholonomic, "nonholonomic constraint")
-    unilateral = _counted(account.unilateral, "one-sided constraint")
+        one, many = "{count} Cartesian coordinate", "{count} Cartesian coordinates"
+        cartesian = say.counted(account.cartesian, one, many)
+        one, many = "{count} independent constraint", "{count} independent constraints"
+        constraints = say.counted(account.constraints, one, many)
+        one, many = "{count} degree of freedom", "{count} degrees of freedom"
+        dof = say.counted(account.dof, one, many)
+    one, many = "{count} further coordinate", "{count} further coordinates"
+    further = say.counted(account.extra, one, many)
+    one, many = "{count} nonholonomic constraint", "{count} nonholonomic constraints"
+    nonholonomic = say.counted(account.nonholonomic, one, many)
+    one, many = "{count} one-sided constraint", "{count} one-sided constraints"
+    unilateral = say.counted(account.unilateral, one, many)
     return [
         cartesian,
         *([further] if account.extra else ()),
@@ -86,85 +93,111 @@ def counting(equations: Equations) -> list[str]:
     ]
 
 
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}" + "s" * (number != 1)
-
-
-def multipliers_line(equations: Equations) -> str:
+def multipliers_line(equations: Equations, say: Language = ENGLISH) -> str:
     """Explain the multipliers; empty if there are none."""
-    if not equations.closures:
+    kinds = {closure.kind for closure in equations.closures}
+    if not kinds:
         return ""
-    by = {
-        frozenset({"position"}): "",
-        frozenset({"velocity"}): " by the velocities",
-        frozenset({"position", "velocity"}): " (by the velocities where it holds them)",
-    }[frozenset(closure.kind for closure in equations.closures)]
-    return (
-        f"The multiplier times the gradient of the left side{by} is the force that the "
-        "constraint exerts"
+    if kinds == {"position"}:
+        return say(
+            "The multiplier times the gradient of the left side is the force that the constraint"
+            " exerts"
+        )
+    if kinds == {"velocity"}:
+        return say(
+            "The multiplier times the gradient of the left side by the velocities is the force"
+            " that the constraint exerts"
+        )
+    return say(
+        "The multiplier times the gradient of the left side (by the velocities where it holds"
+        " them) is the force that the constraint exerts"
     )
 
 
-def explicit_line(equations: Equations, explicit: ExplicitForm) -> str:
+def explicit_line(equations: Equations, explicit: ExplicitForm, say: Language = ENGLISH) -> str:
     """Say what the explicit form is solved for, and what it does not determine."""
     solved = [value is not None for value in explicit.accelerations]
-    what = "accelerations and multipliers" if any(explicit.multipliers) else "accelerations"
-    told = f"Solved for the {what}"
     if not any(solved):
-        told = "Not solved for the accelerations, as a linear system"
-    elif not all(solved):
-        told += " where few are coupled, the others as a linear system"
+        told = say("Not solved for the accelerations, as a linear system")
+    elif any(explicit.multipliers):
+        told = say("Solved for the accelerations and multipliers")
+    else:
+        told = say("Solved for the accelerations")
+    if any(solved) and not all(solved):
+        told += say(" where few are coupled, the others as a linear system")
     if None in explicit.multipliers:
-        told += " with the closure equations, differentiated"
-    return f"{told}; contacts determine their multipliers" if equations.contacts else told
+        told += say(" with the closure equations, differentiated")
+    return told + say("; contacts determine their multipliers") if equations.contacts else told
 
 
-def contacts_lines(equations: Equations) -> tuple[str, ...]:
+def contacts_lines(equations: Equations, say: Language = ENGLISH) -> tuple[str, ...]:
     """Explain contacts, their multipliers and impacts; empty if there are no contacts."""
     if not equations.contacts:
         return ()
     return (
-        "Where a gap is 0 its multiplier is at least 0, and times the gradient of the gap it is"
-        " the force of the contact; where a gap is open its multiplier is 0",
-        "A gap that closes opens again with the speed of its closing times its restitution",
+        say(
+            "Where a gap is 0 its multiplier is at least 0, and times the gradient of the gap it is"
+            " the force of the contact; where a gap is open its multiplier is 0"
+        ),
+        say("A gap that closes opens again with the speed of its closing times its restitution"),
     )
 
 
-def choice_line(equations: Equations) -> str:
+def choice_line(equations: Equations, say: Language = ENGLISH) -> str:
     """Say which formulation was taken and why; empty if there was no choice to explain."""
     choice = equations.choice
     if choice is None or not choice.why:
         return ""
-    alternative = "multiplier" if choice.formulation == "minimal" else "minimal"
-    counts = {"minimal": choice.minimal, "multiplier": choice.multiplier}
-    return (
-        f"{choice.formulation} ({choice.why}): {counts[choice.formulation]:,} operations predicted"
-        f" for a right-hand side beside {counts[alternative]:,} of {alternative}"
+    why = {
+        "as asked": say("as asked"),
+        "fewer operations": say("fewer operations"),
+        "the coordinates are declared": say("the coordinates are declared"),
+    }[choice.why]
+    taken = f"{choice.minimal:,}", f"{choice.multiplier:,}"
+    if choice.formulation == "minimal":
+        return say(
+            "minimal ({why}): {minimal} operations predicted for a right-hand side beside"
+            " {multiplier} of multiplier",
+            why=why,
+            minimal=taken[0],
+            multiplier=taken[1],
+        )
+    return say(
+        "multiplier ({why}): {multiplier} operations predicted for a right-hand side beside"
+        " {minimal} of minimal",
+        why=why,
+        minimal=taken[0],
+        multiplier=taken[1],
     )
 
 
-def remark_on(line: ConstraintLine) -> str:
+def remark_on(line: ConstraintLine, say: Language = ENGLISH) -> str:
     """Describe the status of a constraint; empty for an ordinary one."""
     remarks = []
-    part = " on a part of the configurations" if line.on_a_part else ""
+    part = say(" on a part of the configurations") if line.on_a_part else ""
     if line.status == "satisfied":
-        remarks.append(f"satisfied by the definitions{part}")
+        remarks.append(say("satisfied by the definitions") + part)
     elif line.status == "redundant":
         others = ", ".join(line.implied_by)
-        remarks.append(f"redundant, implied by {others}{part}" if others else "redundant")
+        implied = say("redundant, implied by {listed}", listed=others) + part
+        remarks.append(implied if others else say("redundant"))
     elif line.status == "unilateral":
-        remarks.append("one-sided" + (f", restitution {line.restitution}" * bool(line.restitution)))
+        elastic = say(", restitution {value}", value=line.restitution) if line.restitution else ""
+        remarks.append(say("one-sided") + elastic)
     if line.rheonomic:
-        remarks.append("depends on t")
+        remarks.append(say("depends on t"))
     return "; ".join(remarks)
 
 
-def implied_line(account: Account) -> str:
+def implied_line(account: Account, say: Language = ENGLISH) -> str:
     """Count the restrictions that no constraint states; empty if there are none."""
     if not account.implied:
         return ""
-    noun = "restriction" if account.implied == 1 else "restrictions"
-    return f"{account.implied} {noun} by definitions and position expressions"
+    return say.counted(
+        account.implied,
+        "{count} restriction by definitions and position expressions",
+        "{count} restrictions by definitions and position expressions",
+    )
 
 
 def telling_definitions(equations: Equations) -> list[CartesianName]:
@@ -178,20 +211,30 @@ def is_generalized_potential(equations: Equations) -> bool:
     return not equations.potential.free_symbols.isdisjoint(c.v for c in equations.coordinates)
 
 
-#: What conserved quantities are searched for among.
-SEARCHED = "among cyclic momenta and energy"
-
-
 def undecided(equations: Equations) -> list[str]:
     """List the momenta and energies of which it is not known whether they are conserved."""
     symbols = {f"p_{c.name}" for c in equations.coordinates} | {"energy"}
     return [name for name in equations.open_questions if name in symbols]
 
 
-def between_impacts(equations: Equations) -> str:
-    """Say that an energy balance holds between impacts only; empty if it holds always."""
-    elastic = all(contact.restitution == 1 for contact in equations.contacts)
-    return "" if elastic else " between impacts"
+def only_between_impacts(equations: Equations) -> bool:
+    """Say whether an energy is kept between impacts only, which take a part of it."""
+    return any(contact.restitution != 1 for contact in equations.contacts)
+
+
+def conserved_reason(
+    equations: Equations, quantity: Conserved, subject: str, time: str, say: Language = ENGLISH
+) -> str:
+    """Say why a quantity is conserved; ``subject``: the cyclic coordinate or L, as printed."""
+    if quantity.kind == "momentum":
+        return say("{name} is cyclic", name=subject)
+    if only_between_impacts(equations):
+        return say(
+            "{lagrangian} does not depend on {time} (between impacts)",
+            lagrangian=subject,
+            time=time,
+        )
+    return say("{lagrangian} does not depend on {time}", lagrangian=subject, time=time)
 
 
 def energy_is_sum(equations: Equations, quantity: Conserved | EnergyBalance) -> bool:
@@ -204,16 +247,18 @@ def energy_letter(quantity: Conserved) -> str:
     return "E" if quantity.kind == "energy" or quantity.is_energy else "h"
 
 
-def without_line(equations: Equations, letter: str = "t") -> str:
+def without_line(equations: Equations, letter: str = "t", say: Language = ENGLISH) -> str:
     """Say what is left out of L, empty if nothing is; ``letter`` stands for time."""
     short = equations.short_lagrangian
     if short is None:
         return ""
     parameters = {p.symbol for p in equations.parameters}
     is_constant = [term.free_symbols <= parameters for term in short.left_out.as_ordered_terms()]
-    told = ["constants"] if any(is_constant) else []
-    told += [] if all(is_constant) else [f"functions of {letter} alone"]
-    return f"without {' and '.join(told)}"
+    if all(is_constant):
+        return say("without constants")
+    if any(is_constant):
+        return say("without constants and functions of {time} alone", time=letter)
+    return say("without functions of {time} alone", time=letter)
 
 
 def divisor_and_factor(shown: ShownEquation) -> tuple[Expr | None, Expr | None]:
@@ -227,11 +272,12 @@ def divisor_and_factor(shown: ShownEquation) -> tuple[Expr | None, Expr | None]:
     return (None, 1 / shown.divided_by) if number.q > 1 else (shown.divided_by, None)
 
 
-def certificate_line(certificate: Certificate) -> str:
+def certificate_line(certificate: Certificate, say: Language = ENGLISH) -> str:
     """``Certified at 8 random states to 30 digits, largest mismatch 3e-31``."""
-    noun = "state" if certificate.points == 1 else "states"
-    mismatch = f"{certificate.mismatch:.0e}" if certificate.mismatch else "0"
-    return (
-        f"Certified at {certificate.points} random {noun} to {certificate.digits} digits, "
-        f"largest mismatch {mismatch}"
+    return say.counted(
+        certificate.points,
+        "Certified at {count} random state to {digits} digits, largest mismatch {mismatch}",
+        "Certified at {count} random states to {digits} digits, largest mismatch {mismatch}",
+        digits=certificate.digits,
+        mismatch=f"{certificate.mismatch:.0e}" if certificate.mismatch else "0",
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from lagrange_cli.emit.constraint_wording import multiplier_label
+from lagrange_cli.emit.language import ENGLISH, Language
 from lagrange_cli.notation.symbols import multiplier_symbol
 
 if TYPE_CHECKING:
@@ -20,8 +21,10 @@ if TYPE_CHECKING:
 
 _AXES = ("x", "y", "z")
 
-#: How the formulas of forces are meant.
-FORCES_LINE = "beside applied forces; by constraints the multiplier times the gradient"
+
+def forces_line(say: Language = ENGLISH) -> str:
+    """Say how the formulas of forces are meant."""
+    return say("beside applied forces; by constraints the multiplier times the gradient")
 
 
 def force_rows(forces: ConstraintForces) -> Iterator[tuple[str, list[tuple[str, Expr]]]]:
@@ -79,21 +82,29 @@ def _by_size(reaction: Reaction) -> list[tuple[str, Expr]]:
     return [(", ".join(names), size) for size, names in bodies.items()]
 
 
-def force_notes(forces: ConstraintForces) -> list[str]:
+def force_notes(forces: ConstraintForces, say: Language = ENGLISH) -> list[str]:
     """Return notes on the formulas of forces."""
     notes = []
     if forces.form == "accelerations":
-        notes.append("the accelerations are those of the equations of motion")
+        notes.append(say("the accelerations are those of the equations of motion"))
     if forces.form == "multipliers":
-        notes.append("multipliers and accelerations are those of the equations of motion")
+        notes.append(say("multipliers and accelerations are those of the equations of motion"))
     if forces.included:
-        clause = "is written in coordinates and acts"
-        if len(forces.included) > 1:
-            clause = "are written in coordinates and act"
-        notes.append(f"they pass on {', '.join(forces.included)}, which {clause} on no particle")
-    if forces.open:
         notes.append(
-            f"multipliers that are not determined, or have no short form: {', '.join(forces.open)}"
+            say.counted(
+                len(forces.included),
+                "they pass on {listed}, which is written in coordinates and acts on no particle",
+                "they pass on {listed}, which are written in coordinates and act on no particle",
+                listed=", ".join(forces.included),
+            )
+        )
+    if forces.open:
+        listed = ", ".join(forces.open)
+        notes.append(
+            say(
+                "multipliers that are not determined, or have no short form: {listed}",
+                listed=listed,
+            )
         )
     return notes
 

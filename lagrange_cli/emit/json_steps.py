@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def steps_report(equations: Equations, steps: DerivationSteps) -> dict[str, Any]:
     """Return the steps as a JSON value; expressions are in the scene language."""
-    return {"steps": _Reporter(StepsWriter(equations, steps, AsciiLetters())).report()}
+    return {"steps": _Reporter(StepsWriter(equations, AsciiLetters(), steps=steps)).report()}
 
 
 class _Reporter:

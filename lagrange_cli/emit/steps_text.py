@@ -6,8 +6,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from unicodedata import combining
 
+from lagrange_cli.emit.steps.board import Sections
 from lagrange_cli.emit.steps.letters import AsciiLetters, Letters, UnicodeLetters
-from lagrange_cli.emit.steps.sections import Block, Formula, Formulas, Law, Section
+from lagrange_cli.emit.steps.sections import Block, Formula, Formulas, Law, Title, Words
 from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
 from lagrange_cli.notation.one_line import OneLinePrinter
 from lagrange_cli.notation.page import Row, formula, words
@@ -23,9 +24,9 @@ def text_letters(*, ascii: bool) -> Letters:
     return AsciiLetters() if ascii else UnicodeLetters()
 
 
-def section_rows(sections: Iterable[Section], printer: OneLinePrinter) -> Iterator[list[Row]]:
+def section_rows(sections: Sections, printer: OneLinePrinter) -> Iterator[list[Row]]:
     """The rows of each section, its heading first."""
-    for section in sections:
+    for section in filter(None, (write() for _, write in sections)):
         body = [row for block in section.blocks for row in _rows(block, printer)]
         yield [Row(section.heading, role="heading"), *body]
 
@@ -33,6 +34,7 @@ def section_rows(sections: Iterable[Section], printer: OneLinePrinter) -> Iterat
 def _rows(block: Block, printer: OneLinePrinter) -> list[Row]:
     if isinstance(block, Formulas):
         return _aligned(block.rows, printer)
+    assert isinstance(block, Words | Title | Law)
     indent = _FORMULA_INDENT if isinstance(block, Law) else _WORDS_INDENT
     return [Row("", " " * indent, words(block.text))]
 

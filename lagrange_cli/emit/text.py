@@ -9,10 +9,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import (
-    SEARCHED,
-    between_impacts,
     certificate_line,
     choice_line,
+    conserved_reason,
     contacts_lines,
     counting,
     divisor_and_factor,
@@ -23,13 +22,14 @@ from lagrange_cli.emit.constraint_wording import (
     is_generalized_potential,
     multiplier_label,
     multipliers_line,
+    only_between_impacts,
     quantity_labels,
     remark_on,
     telling_definitions,
     undecided,
     without_line,
 )
-from lagrange_cli.emit.force_wording import FORCES_LINE, force_notes, force_rows, reaction_rows
+from lagrange_cli.emit.force_wording import force_notes, force_rows, forces_line, reaction_rows
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
@@ -135,20 +135,22 @@ class _Writer:
     def with_steps(self, form: str, steps: DerivationSteps) -> list[Iterable[Row | Block]]:
         """The derivation line by line."""
         from lagrange_cli.emit.steps.board import certified_line, conclusions, working
+        from lagrange_cli.emit.steps.writer import StepsWriter
         from lagrange_cli.emit.steps_text import section_rows, text_letters
 
         letters = text_letters(ascii=isinstance(self.printer, ScenePrinter))
+        board = StepsWriter(self.equations, letters, steps=steps)
         certificate = self.equations.certificate
         return [
             self.heading(),
             self.parameters(),
             self.account(positions=False),
             self.inputs(),
-            *section_rows(working(self.equations, steps, letters), self.printer),
+            *section_rows(working(board), self.printer),
             self.accelerations() if form == "explicit" else [],
             self.contacts(),
             self.constraint_forces(),
-            *section_rows(conclusions(self.equations, steps, letters), self.printer),
+            *section_rows(conclusions(board), self.printer),
             self.outputs(),
             [
                 _sentence(certificate_line(certificate)),
@@ -352,7 +354,7 @@ class _Writer:
             known = [] if multiplier is None else [(self._multiplier(name), multiplier)]
             groups.append((name, known + [(f"force on {on}", e) for on, e in sizes]))
         names = [escape_controls(name) for name, _ in groups]
-        lines = [Row("Constraint forces", "   ", words(FORCES_LINE), "heading")]
+        lines = [Row("Constraint forces", "   ", words(forces_line()), "heading")]
         for name, lead, (_, rows) in zip(names, _leads(names), groups, strict=True):
             for index, (label, expression) in enumerate(rows):
                 begin = (" " * columns(name) if index else name) + lead
@@ -382,11 +384,12 @@ class _Writer:
         if not self.equations.coordinates:
             return []
         rows = [self.conserved_row(c) for c in self.equations.conserved]
-        lines: list[Row | Block] = [Row("Conserved", " ", words(SEARCHED), "heading")]
+        searched = "among cyclic momenta and energy"
+        lines: list[Row | Block] = [Row("Conserved", " ", words(searched), "heading")]
         if rows:
             lines.append(Block(tuple(rows), "asides"))
         else:
-            lines = [Row("Conserved", "   ", words(f"none {SEARCHED}"), "heading")]
+            lines = [Row("Conserved", "   ", words(f"none {searched}"), "heading")]
         names = [
             "E" if n == "energy" else self.printer.symbol(n) for n in undecided(self.equations)
         ]
@@ -400,7 +403,8 @@ class _Writer:
             return []
         labels = quantity_labels(self.equations)
         label = labels["E" if balance.kind == "energy" else "h"]
-        rows = [Row("Energy", between_impacts(self.equations), role="heading")]
+        when = " between impacts" if only_between_impacts(self.equations) else ""
+        rows = [Row("Energy", when, role="heading")]
         if energy_is_sum(self.equations, balance):
             rows.append(Row(f"  {label}", f" = {labels['T']} + {labels['V']}", role="name"))
         else:
@@ -426,10 +430,10 @@ class _Writer:
         return labels[energy_letter(quantity)]
 
     def reason(self, quantity: Conserved) -> str:
-        if quantity.coordinate is None:
-            return quantity.reason.replace("L", quantity_labels(self.equations)["L"], 1)
-        symbol = self.printer.symbol(quantity.coordinate)
-        return quantity.reason.replace(quantity.coordinate, symbol, 1)
+        subject = quantity_labels(self.equations)["L"]
+        if quantity.coordinate is not None:
+            subject = self.printer.symbol(quantity.coordinate)
+        return conserved_reason(self.equations, quantity, subject, "t")
 
     def inputs(self) -> list[Row]:
         rows = [self.input_row(source) for source in self.equations.inputs]

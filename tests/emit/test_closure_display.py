@@ -150,8 +150,8 @@ def test_closures_of_both_kinds():
     assert "DOF = 2, 1 nonholonomic constraint" in text
     assert "(by the velocities where it holds them)" in " ".join(text.split())
     (latex,) = EMITTERS["latex"].emit(both()).values()
-    assert r"\sum_k \lambda_k \frac{\partial \varphi_k}{\partial q_j} + \sum_k" in latex
-    assert r"$\psi_k$ where they hold velocities" in latex
+    assert r"\sum_{k} \lambda_{k} \frac{\partial \varphi_{k}}{\partial q_{j}} + \sum_{k}" in latex
+    assert r"$\psi_{k}$ where they hold velocities" in latex
 
 
 @pytest.mark.parametrize("form", ["lagrange", "explicit"])
@@ -245,7 +245,7 @@ def test_residuals_read_back():
 
 def test_snippet_and_aligned_hold_the_closures():
     (snippet,) = EMITTERS["latex"].emit(closures.pendulum(), {"style": "snippet"}).values()
-    assert r"z\colon\quad & m \ddot{z} + m g - 2 \lambda_{\mathrm{rod}} z = 0 \\" in snippet
+    assert r"z\colon\quad & m \ddot{z} + m g - 2 \lambda_{\mathrm{rod}} z = 0 \label" in snippet
     assert r"\text{rod}\colon\quad & x^{2} + z^{2} - l^{2} = 0" in snippet
     aligned = equations_latex(closures.pendulum())
     assert aligned.count("= 0") == 3

@@ -131,11 +131,13 @@ def test_complementarity_in_latex() -> None:
     aligned = equations_latex(equations())
     assert r"& 0 \le \lambda_{\mathrm{sphere}} \perp x^{2} + z^{2} - R^{2} \ge 0" in aligned
     document = latex(equations(), "document")
-    assert r"\varphi_k \ge 0,\quad \lambda_k \ge 0,\quad \lambda_k \varphi_k = 0" in document
+    assert (
+        r"\varphi_{k} \ge 0,\quad \lambda_{k} \ge 0,\quad \lambda_{k} \varphi_{k} = 0" in document
+    )
     assert r"\text{2 one-sided constraints}" in document
     assert r"x^{2} + z^{2} \ge R^{2}" in document
     assert r"for sphere" in document
-    assert r"\sum_k \lambda_k \frac{\partial \varphi_k}{\partial q_j}" in document
+    assert r"\sum_{k} \lambda_{k} \frac{\partial \varphi_{k}}{\partial q_{j}}" in document
     assert r"\perp" in latex(equations(), "snippet")
 
 

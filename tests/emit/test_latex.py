@@ -101,8 +101,10 @@ def test_snippet_holds_the_equations_alone():
         "% Mass on a table tied through a hole to a hanging mass: "
         "equations of motion (needs amsmath)\n"
         "\\begin{align}\n"
-        "  r\\colon\\quad & (M + m) \\ddot{r} - M r \\dot{\\theta}^{2} + m g = 0 \\\\\n"
-        "  \\theta\\colon\\quad & M r^{2} \\ddot{\\theta} + 2 M r \\dot{r} \\dot{\\theta} = 0\n"
+        "  r\\colon\\quad & (M + m) \\ddot{r} - M r \\dot{\\theta}^{2} + m g = 0"
+        " \\label{eq:masses_through_hole:equations:1} \\\\\n"
+        "  \\theta\\colon\\quad & M r^{2} \\ddot{\\theta} + 2 M r \\dot{r} \\dot{\\theta} = 0"
+        " \\label{eq:masses_through_hole:equations:2}\n"
         "\\end{align}\n"
     )
 
@@ -298,6 +300,6 @@ def test_units_are_upright(text, latex):
 
 
 def test_values():
-    assert latex_words.value_latex(2.0) == "$2$"
-    assert latex_words.value_latex(-1e-31) == "$-10^{-31}$"
-    assert latex_words.value_latex(9.81, "9.810") == "$9.810$"
+    assert latex_words.value_latex(2.0) == "2"
+    assert latex_words.value_latex(-1e-31) == "-10^{-31}"
+    assert latex_words.value_latex(9.81, "9.810") == "9.810"

@@ -1,43 +1,42 @@
-"""Formulas of equations in LaTeX: rows of ``align`` environments, broken into lines."""
+"""Sections of a document as LaTeX: sentences, tables, displays broken into lines."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraint_wording import (
-    is_generalized_potential,
-    quantity_labels,
-    without_line,
+from lagrange_cli.emit.steps.sections import (
+    Block,
+    Bullets,
+    Formula,
+    Formulas,
+    Law,
+    Picture,
+    Section,
+    Table,
+    Title,
+    Words,
 )
-from lagrange_cli.mechanics.dynamics.accelerations import (
-    differentiated,
-    explicit_form,
-    forcing_with_reactions,
-)
-from lagrange_cli.notation.build import display, display_row, display_sum
 from lagrange_cli.notation.latex import LatexPrinter
-from lagrange_cli.notation.latex_escape import latex_text
-from lagrange_cli.notation.layout import Piece, added, break_lines, joined, prefixed, suffixed
-from lagrange_cli.notation.one_line import solid
-from lagrange_cli.notation.symbols import latex_name
-from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
-from lagrange_cli.notation.vocabulary import Vocabulary, unabbreviated, vocabulary
+from lagrange_cli.notation.layout import Piece, break_lines, prefixed, suffixed, width
 
-if TYPE_CHECKING:
-    from sympy import Expr
+#: Columns of half an em that a number takes beside a display, and that labels have at the least.
+_NUMBER, _LABEL = 5, 8
 
-    from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
-    from lagrange_cli.mechanics.equations import Coordinate, Equations
+#: Lines of a formula that stay on one page.
+_MOST_LINES = 6
 
-#: Columns of half an em that a line of the document holds beside its label and number.
-LINE = 70
+#: Rows of a table that is kept on one page.
+_LONGEST_TABLE = 24
+
+#: What takes no room of its own in a general formula.
+_NO_ROOM = re.compile(r"\\(?:mathbf|mathrm|text|dot|ddot|[dt]?frac)\b|\\,|[{}_^ ]|\\(?=[a-zA-Z])")
 
 
 @dataclass(frozen=True)
 class FormulaRow:
-    """A numbered formula: its label before the alignment, and the pieces after it.
+    """A formula: its label before the alignment, and the pieces after it.
 
     ``ends``: false if the next row continues it, which then has the number.
     """
@@ -49,201 +48,183 @@ class FormulaRow:
 
 @dataclass(frozen=True)
 class Typesetter:
-    """Writes formulas of some equations in LaTeX.
+    """Writes sections in LaTeX.
 
     Attributes
     ----------
-    equations
-        The equations.
-    words
-        Display names of their symbols.
-    printer
-        Prints display trees.
-    abbreviated
-        Names of the scene's abbreviations that what was set so far holds.
+    columns
+        Width of a line, in columns of half an em.
+    numbered
+        True if displays have numbers.
+    stem
+        The beginning of all labels.
+    counts
+        Part of the document → how many of its formulas have a label.
     """
 
-    equations: Equations
-    words: Vocabulary
-    printer: LatexPrinter
-    abbreviated: set[str] = field(default_factory=set)
+    columns: float = 83
+    numbered: bool = True
+    stem: str = ""
+    counts: dict[str, int] = field(default_factory=dict)
 
-    @classmethod
-    def of(cls, equations: Equations, *, abbreviating: bool = True) -> Typesetter:
-        """The typesetter; steps of a derivation are written without abbreviations."""
-        words = vocabulary(equations, abbreviating=abbreviating and equations.steps is None)
-        return cls(equations, words, LatexPrinter())
+    @property
+    def printer(self) -> LatexPrinter:
+        return LatexPrinter()
 
-    # -- parts --------------------------------------------------------------------
+    def section(self, section: Section) -> list[str]:
+        """The heading of a section and its blocks."""
+        return [rf"\section*{{{section.heading}}}", *self.blocks(section)]
 
-    def coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
-        return latex_name(coordinate.name, order, coordinate.latex)
+    def blocks(self, section: Section) -> list[str]:
+        """The blocks of a section without its heading."""
+        return [line for block in section.blocks for line in self._block(block, section.name)]
 
-    def inline(self, expression: Expr) -> str:
-        return joined(self.pieces(expression))
+    def _block(self, block: Block, part: str) -> list[str]:
+        match block:
+            case Words(text):
+                return [text]
+            case Title(text):
+                return ["", text]
+            case Law(text, ends):
+                return [rf"\[ {'' if ends else _UNBROKEN}{text} \]"]
+            case Formulas(_, result):
+                return self.display(self.rows(block), part, numbered=result and self.numbered)
+            case Table():
+                return _table(block)
+            case Bullets(items):
+                return [_BULLETS, *(rf"  \item {item}" for item in items), r"\end{itemize}"]
+            case Picture():
+                return []
 
-    def pieces(self, expression: Expr) -> list[Piece]:
-        return self.tree(display(expression, self.words))
+    # -- rows -----------------------------------------------------------------------
 
-    def tree(self, node: DisplayNode) -> list[Piece]:
-        """The pieces of a tree, whose abbreviations are noted."""
-        self._note(node)
-        return self.printer.pieces(node)
+    def rows(self, block: Formulas) -> list[FormulaRow]:
+        """Rows of a display, one or more for each formula."""
+        return [part for row in block.rows for part in self._rows(row)]
 
-    def _note(self, node: DisplayNode) -> None:
-        if self.words.named:
-            self.abbreviated.update(abbreviations_in(node))
-
-    def row(self, index: int) -> list[Piece]:
-        """Equation of motion ``index``: its left side and ``= 0``."""
-        shown = self.equations.shown[index]
-        if shown.momentum is None:
-            return suffixed(self.tree(display_row(shown, self.words)), " = 0", 3)
-        momentum = display(shown.momentum, self.words)
-        self._note(momentum)
-        return suffixed(self.printer.rate(momentum), " = 0", 3)
-
-    def definition(self, label: str, expression: Expr) -> FormulaRow:
-        """``label = expression``, aligned at the equality sign."""
-        return FormulaRow(label, prefixed(self.pieces(expression), "= ", 3))
-
-    def total(self, label: str, parts: Sequence[Expr]) -> FormulaRow:
-        """``label = Σ parts``, the parts in their order."""
-        tree = display_sum(parts, self.words)
-        return FormulaRow(label, prefixed(self.tree(tree), "= ", 3))
-
-    # -- groups of formulas ---------------------------------------------------------
-
-    def energies(self) -> list[FormulaRow]:
-        """T, V, the dissipation where there is one, and L."""
-        labels = quantity_labels(self.equations)
-        kinetic, lagrangian = latex_name(labels["T"]), latex_name(labels["L"])
-        potential = latex_name(labels["U" if is_generalized_potential(self.equations) else "V"])
-        rows = [
-            self.definition(kinetic, self.equations.kinetic),
-            self.definition(potential, self.equations.potential),
-            self._lagrangian(lagrangian, f"{kinetic} - {potential}"),
-        ]
-        if self.equations.dissipation != 0:
-            rows.append(self.definition(latex_name(labels["D"]), self.equations.dissipation))
-        return rows
-
-    def _lagrangian(self, label: str, difference: str) -> FormulaRow:
-        """L written out where it is short, else as the difference, less what is left out of it."""
-        head, short = Piece(f"= {difference}", 8), self.equations.short_lagrangian
-        whole = self.pieces(self.equations.lagrangian if short is None else short.expression)
-        is_long = sum(p.width for p in whole) > 3 * LINE
-        if short is not None:
-            less = [head, *added(self.pieces(-short.left_out))]
-            return FormulaRow(label, less if is_long else prefixed(whole, "= ", 3))
-        if is_long:
-            return FormulaRow(label, [head])
-        body = prefixed(whole, "= ", 3)
-        first = Piece(body[0].text, body[0].width, " ", "", 0)
-        return FormulaRow(label, [head, first, *body[1:]])
-
-    def without(self) -> str:
-        """Say what is left out of L; empty if nothing is."""
-        label = latex_name(quantity_labels(self.equations)["L"])
-        told = without_line(self.equations, "$t$")
-        return f"Here ${label}$ is {told}." if told else ""
-
-    def motion(self, form: str) -> list[FormulaRow]:
-        """Lagrange's equations, or accelerations and multipliers, with M and f where they stay
-        coupled."""
-        coordinates = self.equations.coordinates
-        if form != "explicit":
-            return [
-                FormulaRow(rf"{self.coordinate(c)}\colon\quad", self.row(i))
-                for i, c in enumerate(coordinates)
-            ]
-        explicit = explicit_form(self.equations)
-        labels = [
-            *(self.coordinate(c, 2) for c in coordinates),
-            *(self.inline(closure.multiplier) for closure in self.equations.closures),
-        ]
-        values = (*explicit.accelerations, *explicit.multipliers)
-        rows = [
-            self.definition(label, value)
-            for label, value in zip(labels, values, strict=True)
-            if value is not None
-        ]
-        return [*rows, *self._coupled(explicit.coupled), *self._differentiated(explicit)]
-
-    def _differentiated(self, explicit: ExplicitForm) -> Iterator[FormulaRow]:
-        """The closures beside accelerations that are not solved for, differentiated."""
-        for closure, value in zip(self.equations.closures, explicit.multipliers, strict=True):
-            if value is None:
-                left = display_row(differentiated(self.equations, closure), self.words)
-                yield FormulaRow("", suffixed(self.tree(left), " = 0", 3))
-
-    def closures(self) -> list[FormulaRow]:
-        """The closure equations, each with its name."""
+    def _rows(self, row: Formula) -> list[FormulaRow]:
+        """A formula on a line, or each of its sides on one where they are too long together."""
+        bodies = [self.printer.pieces(node) for node in row.chain]
+        label = rf"{row.name}\colon\quad {row.label}".rstrip() if row.name else row.label
+        if row.multiplier:
+            gap = suffixed(bodies[0], r" \ge 0", 4)
+            return [FormulaRow(label, prefixed(gap, rf"0 \le {row.multiplier} \perp ", 12))]
+        if row.is_rate:
+            return [FormulaRow(label, suffixed(self.printer.rate(row.chain[0]), " = 0", 3))]
+        if not row.label:
+            return [FormulaRow(label, _equated(bodies))]
+        middle = [[Piece(row.middle, room(row.middle))]] if row.middle else []
+        sides = [prefixed(side, "= ", 3) for side in (*middle, *bodies)] or [[Piece("", 0)]]
+        whole = [piece for side in sides for piece in (replace(side[0], separator=" "), *side[1:])]
+        if width(whole) <= self._available([label], numbered=True):
+            return [FormulaRow(label, [replace(whole[0], separator=""), *whole[1:]])]
+        labels = [label, *("" for _ in sides[1:])]
+        last = len(sides) - 1
         return [
-            FormulaRow(
-                rf"\text{{{latex_text(c.name)}}}\colon\quad",
-                suffixed(self.pieces(c.expression), " = 0", 3),
-            )
-            for c in self.equations.closures
+            FormulaRow(shown, side, ends=number == last)
+            for number, (shown, side) in enumerate(zip(labels, sides, strict=True))
         ]
 
-    def abbreviations(self) -> list[FormulaRow]:
-        """What the abbreviations stand for that were set, those of these among them."""
-        rows: list[FormulaRow] = []
-        for name, expression in reversed(self.equations.abbreviations):
-            if name in self.abbreviated:
-                setter = replace(self, words=unabbreviated(name, self.words))
-                rows.insert(0, setter.definition(latex_name(name), expression))
-        return rows
+    def _available(self, labels: Iterable[str], *, numbered: bool) -> float:
+        """Columns beside the widest label and the number."""
+        widest = max((room(label) for label in labels), default=0)
+        return self.columns - max(_LABEL, widest) - _NUMBER
 
-    def contacts(self) -> list[FormulaRow]:
-        """Complementarity of each contact: 0 ≤ λ ⊥ φ ≥ 0."""
-        rows = []
-        for contact in self.equations.contacts:
-            push = rf"0 \le {self.inline(contact.closure.multiplier)} \perp "
-            gap = suffixed(self.pieces(contact.closure.expression), r" \ge 0", 4)
-            label = rf"\text{{{latex_text(contact.name)}}}\colon\quad"
-            rows.append(FormulaRow(label, prefixed(gap, push, 12)))
-        return rows
+    # -- displays -------------------------------------------------------------------
 
-    def _coupled(self, indices: Sequence[int]) -> list[FormulaRow]:
-        """``Σ M a = f`` for coordinates whose accelerations are not solved for."""
-        rows, forcing = [], forcing_with_reactions(self.equations)
-        for i in indices:
-            terms: list[Piece] = []
-            for j in indices:
-                entry = self.equations.mass_matrix[i][j]
-                if entry != 0:
-                    product = self.tree(
-                        display(entry * self.equations.coordinates[j].a, self.words)
-                    )
-                    terms += product if not terms else added(product)
-            right = self.pieces(forcing[i])
-            equal = Piece(right[0].text, right[0].width + 3, " = ", "= ", 0)
-            rows.append(FormulaRow("", [*(terms or solid("0")), equal, *right[1:]]))
-        return rows
-
-    # -- layout ---------------------------------------------------------------------
-
-    def align(self, rows: Iterable[FormulaRow], *, numbered: bool = True) -> list[str]:
-        """Lines of an ``align`` environment; one number for each formula, or none."""
-        shown = [_lines(row, numbered) for row in rows]
-        if not shown:
+    def display(self, rows: Sequence[FormulaRow], part: str, *, numbered: bool) -> list[str]:
+        """Formulas as a display, with a number and a label each, or none."""
+        available = self._available([row.label for row in rows], numbered=numbered)
+        written = [_lines(row, available) for row in rows]
+        if not written:
             return []
-        name = "align" if numbered else "align*"
-        return [rf"\begin{{{name}}}", " \\\\\n".join(shown), rf"\end{{{name}}}"]
+        tags = [self._label(part) if numbered and row.ends else "" for row in rows]
+        star = "" if numbered else "*"
+        if len(rows) == 1 and len(written[0]) <= _MOST_LINES:
+            return _equation(written[0], tags[0], star)
+        gathered = all(
+            not row.label and len(lines) == 1 for row, lines in zip(rows, written, strict=True)
+        )
+        name = "gather" if gathered else "align"
+        shown = [
+            _numbered(lines, tag, numbered=numbered)
+            for lines, tag in zip(written, tags, strict=True)
+        ]
+        body = " \\\\\n".join(shown)
+        body = body.replace("  & ", "  ") if gathered else body
+        return [rf"\begin{{{name}{star}}}", body, rf"\end{{{name}{star}}}"]
 
-    def aligned(self, rows: Iterable[FormulaRow]) -> list[str]:
-        """The same as an ``aligned`` environment, which stands within a display."""
-        inner = self.align(rows, numbered=False)[1:-1]
-        return [r"\begin{aligned}", *inner, r"\end{aligned}"]
+    def aligned(self, rows: Sequence[FormulaRow]) -> list[str]:
+        """Formulas as an ``aligned`` environment, which stands within a display."""
+        available = self._available([row.label for row in rows], numbered=False)
+        shown = [line for row in rows for line in _lines(row, available)]
+        return [r"\begin{aligned}", " \\\\\n".join(shown), r"\end{aligned}"]
+
+    def _label(self, part: str) -> str:
+        number = self.counts[part] = self.counts.get(part, 0) + 1
+        return rf"\label{{eq:{self.stem}:{part}:{number}}}"
 
 
-def _lines(row: FormulaRow, numbered: bool) -> str:
-    """A formula broken into lines of an ``align``, the number at the last one."""
-    first, *others = break_lines(row.pieces, LINE, LINE - 4, step=2)
+#: Within a display that a sentence goes on after: no page ends there.
+_UNBROKEN = r"\postdisplaypenalty=10000 "
+
+_BULLETS = r"\begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
+
+
+def room(formula: str) -> float:
+    """Columns of half an em that a general formula takes, near enough to break lines by."""
+    return len(re.sub(r"[a-z]{2,}", "x", _NO_ROOM.sub("", formula)))
+
+
+def _equated(bodies: Sequence[list[Piece]]) -> list[Piece]:
+    """``left = 0``, or ``left = right``."""
+    if len(bodies) == 1:
+        return suffixed(bodies[0], " = 0", 3)
+    left, right = bodies
+    equal = Piece(right[0].text, right[0].width + 3, " = ", "= ", 0)
+    return [*left, equal, *right[1:]]
+
+
+def _lines(row: FormulaRow, available: float) -> list[str]:
+    """The lines of a formula, aligned after its label."""
+    first, *others = break_lines(row.pieces, available, available - 4, step=2)
     label = f"{row.label} " if row.label else ""
     lines = [f"  {label}& {first.text}"]
-    lines += [rf"  &\hspace{{{1.5 + 0.8 * line.level:g}em}} {{}} {line.text}" for line in others]
+    return lines + [
+        rf"  &\hspace{{{1.5 + 0.8 * line.level:g}em}} {{}} {line.text}" for line in others
+    ]
+
+
+def _equation(lines: Sequence[str], tag: str, star: str) -> list[str]:
+    """One formula, which stays on a page."""
+    body = "".join(lines).replace("& ", "", 1)
+    if len(lines) > 1:
+        body = "\n".join([r"\begin{split}", " \\\\\n".join(lines), r"\end{split}"])
+    return [rf"\begin{{equation{star}}}{tag}", body, rf"\end{{equation{star}}}"]
+
+
+def _numbered(lines: Sequence[str], tag: str, *, numbered: bool) -> str:
+    """The lines of one of several formulas, of which the last has its number."""
     end = " \\nonumber \\\\\n" if numbered else " \\\\\n"
-    return end.join(lines) + (" \\nonumber" if numbered and not row.ends else "")
+    return end.join(lines) + (f" {tag}" if tag else r" \nonumber" if numbered else "")
+
+
+def _table(table: Table) -> list[str]:
+    """A long one may run over pages, for which LaTeX needs a second run to align its columns."""
+    columns = "".join(r"p{0.45\textwidth}" if head == table.prose else "l" for head in table.heads)
+    long = len(table.rows) > _LONGEST_TABLE
+    opening = r"\begin{longtable}[l]" if long else r"\begin{tabular}"
+    return [
+        "" if long else r"\par\medskip",
+        f"{opening}{{@{{}}{columns}@{{}}}}",
+        r"  \toprule",
+        _cells(table.heads),
+        r"  \midrule" + (r" \endhead" if long else ""),
+        *map(_cells, table.rows),
+        r"  \bottomrule",
+        r"\end{longtable}" if long else r"\end{tabular}",
+    ]
+
+
+def _cells(row: Sequence[str]) -> str:
+    return "  " + " & ".join(row) + r" \\"

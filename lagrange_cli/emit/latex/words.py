@@ -138,8 +138,8 @@ def _unit_part(match: re.Match[str]) -> str:
 
 
 def value_latex(number: float, literal: str | None = None) -> str:
-    """Write a parameter's value in math mode, as the scene wrote it if that is known."""
+    """Write a value for math mode, as the scene wrote it if that is known."""
     text = literal if literal is not None else repr(number)
     text = text.removesuffix(".0")
     sign, digits = ("-", text[1:]) if text.startswith("-") else ("", text)
-    return f"${sign}{latex_number(digits)}$"
+    return f"{sign}{latex_number(digits)}"

@@ -2,61 +2,66 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import TYPE_CHECKING, TypeAlias
 
+from lagrange_cli.emit.language import ENGLISH, Language
 from lagrange_cli.emit.steps import by_dalembert, by_lagrange, energies, particles
 from lagrange_cli.emit.steps.conservation import conservation
-from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.emit.steps.sections import Section
 from lagrange_cli.emit.steps.writer import StepsWriter
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.step_values import DerivationSteps
 
+#: The part of a document that a section belongs to, and what writes it.
 _TO_LAGRANGE = (
-    particles.positions,
-    particles.velocities,
-    energies.kinetic_energy,
-    energies.potential_energy,
-    energies.lagrangian,
-    energies.generalized_forces,
-    energies.dissipation,
-    by_lagrange.constraints,
-    by_lagrange.lagrange_equations,
+    ("energies equations", particles.positions),
+    ("energies", particles.velocities),
+    ("energies", energies.kinetic_energy),
+    ("energies", energies.potential_energy),
+    ("energies", energies.lagrangian),
+    ("equations", energies.generalized_forces),
+    ("energies", energies.dissipation),
+    ("equations constraints", by_lagrange.constraints),
+    ("equations", by_lagrange.lagrange_equations),
+    ("forces", by_dalembert.newton_equations),
 )
 
 _TO_DALEMBERT = (
-    particles.positions,
-    particles.velocities,
-    particles.accelerations,
-    particles.displacements,
-    by_dalembert.applied_forces,
-    by_lagrange.constraints,
-    by_dalembert.principle,
-    by_dalembert.comparison,
+    ("energies equations", particles.positions),
+    ("equations", particles.velocities),
+    ("equations", particles.accelerations),
+    ("equations", particles.displacements),
+    ("equations", by_dalembert.applied_forces),
+    ("equations constraints", by_lagrange.constraints),
+    ("equations", by_dalembert.principle),
+    ("energies", by_dalembert.comparison),
+    ("forces", by_dalembert.newton_equations),
 )
 
+#: Parts of a document, each with what writes a section of it.
+Sections: TypeAlias = Iterator[tuple[str, Callable[[], Section | None]]]
 
-def working(equations: Equations, steps: DerivationSteps, letters: Letters) -> list[Section]:
+
+def working(writer: StepsWriter) -> Sections:
     """The sections from positions to the equations of motion, and Newton's beside them."""
-    writer = StepsWriter(equations, steps, letters)
-    order = _TO_LAGRANGE if steps.way == "lagrange" else _TO_DALEMBERT
-    sections = [write(writer) for write in (*order, by_dalembert.newton_equations)]
-    return [s for s in sections if s is not None]
+    order = _TO_LAGRANGE if writer.steps.way == "lagrange" else _TO_DALEMBERT
+    return ((parts, partial(write, writer)) for parts, write in order)
 
 
-def conclusions(equations: Equations, steps: DerivationSteps, letters: Letters) -> list[Section]:
+def conclusions(writer: StepsWriter) -> Sections:
     """The sections after the equations of motion."""
-    section = conservation(StepsWriter(equations, steps, letters))
-    return [] if section is None else [section]
+    yield "conserved", partial(conservation, writer)
 
 
-def certified_line(steps: DerivationSteps, digits: int) -> str:
+def certified_line(steps: DerivationSteps, digits: int, say: Language = ENGLISH) -> str:
     """``Every line ... was compared ...``"""
-    noun = "state" if steps.states == 1 else "states"
-    mismatch = f"{steps.mismatch:.0e}" if steps.mismatch else "0"
-    return (
-        f"Every line of the steps compared at {steps.states} of these {noun} to {digits} digits,"
-        f" largest mismatch {mismatch}"
+    return say(
+        "Every line of the steps compared at {count} of these states to {digits} digits, largest"
+        " mismatch {mismatch}",
+        count=steps.states,
+        digits=digits,
+        mismatch=f"{steps.mismatch:.0e}" if steps.mismatch else "0",
     )

@@ -36,8 +36,8 @@ def applied_forces(writer: StepsWriter) -> Section | None:
         if rows:
             blocks += [writer.title(body.name)] if len(writer.steps.bodies) > 1 else []
             blocks.append(formulas(rows))
-    told = "" if blocks else "No applied force acts on a particle."
-    return section("Applied forces", writer.told(told), *blocks)
+    told = "" if blocks else writer.say("No applied force acts on a particle.")
+    return section(writer.say("Applied forces"), writer.told(told), *blocks)
 
 
 def principle(writer: StepsWriter) -> Section | None:
@@ -45,12 +45,14 @@ def principle(writer: StepsWriter) -> Section | None:
     coordinates = writer.equations.coordinates
     if not coordinates:
         return None
-    letters = writer.letters
+    letters, say = writer.letters, writer.say
     displaced = letters.virtual(letters.vector("r"))
     work = f"{_effective_force(writer)}{letters.dot_product}{displaced}"
     return section(
-        "d'Alembert's principle",
-        Words("Constraint forces do no work in virtual displacements that the constraints allow:"),
+        say("d'Alembert's principle"),
+        Words(
+            say("Constraint forces do no work in virtual displacements that the constraints allow:")
+        ),
         Law(f"{letters.total('i', work)} = 0"),
         Words(_independent(writer)),
         *_further_terms(writer),
@@ -67,11 +69,13 @@ def principle(writer: StepsWriter) -> Section | None:
 def _independent(writer: StepsWriter) -> str:
     name = writer.letters.inline(writer.letters.virtual(writer.letters.symbol("q_j")))
     if writer.equations.pushing:
-        return (
-            f"The {name} are restricted by the constraints that are kept: with a multiplier for"
-            f" each of these, every coefficient vanishes."
+        return writer.say(
+            "The {listed} are restricted by the constraints that are kept: with a multiplier for"
+            " each of these, every coefficient vanishes.",
+            listed=name,
         )
-    return f"The {name} are independent, so the coefficient of each vanishes."
+    told = "The {listed} are independent, so the coefficient of each vanishes."
+    return writer.say(told, listed=name)
 
 
 def _further_terms(writer: StepsWriter) -> Iterator[Block]:
@@ -80,11 +84,18 @@ def _further_terms(writer: StepsWriter) -> Iterator[Block]:
     terms = list(multiplier_terms(writer))
     if names:
         listed = ", ".join(map(letters.words, names))
-        clause = "is written in coordinates and acts on no particle: its"
-        if len(names) > 1:
-            clause = "are written in coordinates and act on no particle: their"
         further = letters.symbol(f"{writer.inertia_letter}_j")
-        yield Words(f"{listed} {clause} inertia less force is {letters.inline(further)}.")
+        yield Words(
+            writer.say.counted(
+                len(names),
+                "{listed} is written in coordinates and acts on no particle: its inertia less force"
+                " is {further}.",
+                "{listed} are written in coordinates and act on no particle: their inertia less"
+                " force is {further}.",
+                listed=listed,
+                further=letters.inline(further),
+            )
+        )
     if names or terms:
         place = letters.partial(letters.vector("r"), letters.symbol("q_j"))
         effective = _effective_force(writer)
@@ -105,7 +116,7 @@ def _coefficient(
 ) -> Iterator[Block]:
     letters = writer.letters
     place = writer.coordinate(coordinate)
-    yield Title(f"For {letters.inline(letters.virtual(place))}:")
+    yield Title(writer.say("For {place}:", place=letters.inline(letters.virtual(place))))
     slope = letters.partial(letters.vector("r"), place)
     inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))
     rows: list[Formula] = []
@@ -125,15 +136,14 @@ def comparison(writer: StepsWriter) -> Section | None:
     """Say that Lagrange's equations are the same, as was found by numbers."""
     if not writer.steps.balances:
         return None
-    steps, labels = writer.steps, writer.labels
-    noun = "state" if steps.states == 1 else "states"
-    size = "nothing"
+    steps, labels, say = writer.steps, writer.labels, writer.say
+    size = say("nothing")
     if steps.difference:
         difference = writer.letters.inline(writer.letters.number(steps.difference))
-        size = f"{difference} at most, relative to their terms"
+        size = say("{difference} at most, relative to their terms", difference=difference)
     potential = "U" if is_generalized_potential(writer.equations) else "V"
     return section(
-        "The same by Lagrange's equations",
+        say("The same by Lagrange's equations"),
         formulas(
             [
                 writer.row(labels["T"], writer.equations.kinetic),
@@ -142,9 +152,16 @@ def comparison(writer: StepsWriter) -> Section | None:
         ),
         Law(lagrange_law(writer)),
         Words(
-            f"Evaluated from {writer.letters.inline(labels['L'])} at {steps.states} random {noun}"
-            f" in {writer.equations.certificate.digits} digits, these differ from the coefficients"
-            f" above by {size}: both ways give the same equations."
+            say.counted(
+                steps.states,
+                "Evaluated from {lagrangian} at {count} random state in {digits} digits, these"
+                " differ from the coefficients above by {size}: both ways give the same equations.",
+                "Evaluated from {lagrangian} at {count} random states in {digits} digits, these"
+                " differ from the coefficients above by {size}: both ways give the same equations.",
+                lagrangian=writer.letters.inline(labels["L"]),
+                digits=writer.equations.certificate.digits,
+                size=size,
+            )
         ),
     )
 
@@ -164,9 +181,9 @@ def newton_equations(writer: StepsWriter) -> Section | None:
     if not blocks:
         return None
     return section(
-        "Newton's equations",
+        writer.say("Newton's equations"),
         Law(f"{inertia} = {letters.vector(writer.force_letter)} + {letters.vector('f')}"),
-        Words("The constraint forces that make up the difference are listed below."),
+        Words(writer.say("The constraint forces that make up the difference are listed below.")),
         *blocks,
     )
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 def constraints(writer: StepsWriter) -> Section | None:
     """Closure equations with the derivatives by which their multipliers push."""
-    equations = writer.equations
+    equations, say = writer.equations, writer.say
     rows: list[Formula] = []
     for closure in equations.pushing:
         left = writer.constraint(closure)
@@ -40,18 +40,24 @@ def constraints(writer: StepsWriter) -> Section | None:
     told = []
     if equations.closures:
         names = writer.listed([writer.constraint(c) for c in equations.closures])
-        verb = "vanishes" if len(equations.closures) == 1 else "vanish"
-        told.append(f"Beside the equations of motion {names} {verb}.")
+        told.append(
+            say.counted(
+                len(equations.closures),
+                "Beside the equations of motion {listed} vanishes.",
+                "Beside the equations of motion {listed} vanish.",
+                listed=names,
+            )
+        )
     if equations.contacts:
         gaps = writer.listed([writer.constraint(c.closure) for c in equations.contacts])
-        noun = "the gap of a contact" if len(equations.contacts) == 1 else "gaps of contacts"
-        told.append(f"{gaps} {'is' if len(equations.contacts) == 1 else 'are'} {noun}.")
-    line = multipliers_line(equations)
+        one, many = "{listed} is the gap of a contact.", "{listed} are gaps of contacts."
+        told.append(say.counted(len(equations.contacts), one, many, listed=gaps))
+    line = multipliers_line(equations, say)
     return section(
-        "Constraints with multipliers",
+        say("Constraints with multipliers"),
         writer.told(*told),
         formulas(rows),
-        writer.told(f"{line}." if line else ""),
+        writer.told(say("{text}.", text=line) if line else ""),
     )
 
 
@@ -72,7 +78,7 @@ def lagrange_equations(writer: StepsWriter) -> Section | None:
         )
         for block in _coordinate(writer, c, steps, shown)
     ]
-    return section("Lagrange's equations", Law(lagrange_law(writer)), *blocks)
+    return section(writer.say("Lagrange's equations"), Law(lagrange_law(writer)), *blocks)
 
 
 def lagrange_law(writer: StepsWriter) -> str:
@@ -103,7 +109,7 @@ def _coordinate(
     letters, labels = writer.letters, writer.labels
     place, speed = writer.coordinate(coordinate), writer.coordinate(coordinate, 1)
     momentum = letters.partial(labels["L"], speed)
-    yield Title(f"For {letters.inline(place)}:")
+    yield Title(writer.say("For {place}:", place=letters.inline(place)))
     rows = [
         writer.row(momentum, steps.momentum),
         writer.row(letters.rate(momentum), steps.momentum_rate),
@@ -117,12 +123,15 @@ def _coordinate(
 
 def equation(writer: StepsWriter, steps: CoordinateSteps, shown: ShownEquation) -> Iterator[Block]:
     """An equation of motion before a factor is divided out, and after."""
-    yield Words("so that")
+    yield Words(writer.say("so that"))
     divisor, factor = divisor_and_factor(shown)
     done = divisor if divisor is not None else factor
     if done is not None:
         whole = replace(shown, terms=steps.terms)
         yield formulas([Formula("", (display_row(whole, writer.words),))])
         told = writer.letters.inline(writer.letters.formula(display(done, writer.words)))
-        yield Words(f"and, {'divided' if divisor is not None else 'multiplied'} by {told},")
+        if divisor is not None:
+            yield Words(writer.say("and, divided by {factor},", factor=told))
+        else:
+            yield Words(writer.say("and, multiplied by {factor},", factor=told))
     yield formulas([Formula("", (display_row(shown, writer.words),))], result=True)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import sympy
 
-from lagrange_cli.emit.constraint_wording import energy_is_sum
+from lagrange_cli.emit.constraint_wording import energy_is_sum, only_between_impacts
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter
 
@@ -16,11 +16,13 @@ def conservation(writer: StepsWriter) -> Section | None:
     """What ∂L/∂q = 0 and ∂L/∂t = 0 say."""
     if not writer.equations.coordinates:
         return None
-    return section("Cyclic coordinates, momenta and energy", *_momenta(writer), *_energy(writer))
+    heading = writer.say("Cyclic coordinates, momenta and energy")
+    return section(heading, *_momenta(writer), *_energy(writer))
 
 
 def _momenta(writer: StepsWriter) -> Iterator[Block]:
-    equations, letters = writer.equations, writer.letters
+    equations, letters, say = writer.equations, writer.letters, writer.say
+    whole = letters.inline(writer.labels["L"])
     conserved = {c.coordinate: c for c in equations.conserved if c.kind == "momentum"}
     absent = [
         c
@@ -29,20 +31,27 @@ def _momenta(writer: StepsWriter) -> Iterator[Block]:
     ]
     driven = [writer.coordinate(c) for c in absent if c.name not in conserved]
     if not absent and not equations.open_questions:
-        yield Words(f"{letters.inline(writer.labels['L'])} depends on every coordinate.")
+        yield Words(say("{lagrangian} depends on every coordinate.", lagrangian=whole))
     if driven:
-        verb = "does" if len(driven) == 1 else "do"
-        what = "its momentum" if len(driven) == 1 else "their momenta"
         yield Words(
-            f"{writer.listed(driven)} {verb} not stand in {letters.inline(writer.labels['L'])},"
-            f" but forces or constraints change {what}."
+            say.counted(
+                len(driven),
+                "{listed} does not stand in {lagrangian}, but forces or constraints change its"
+                " momentum.",
+                "{listed} do not stand in {lagrangian}, but forces or constraints change their"
+                " momenta.",
+                listed=writer.listed(driven),
+                lagrangian=whole,
+            )
         )
     for c in absent:
         if c.name not in conserved:
             continue
         slope = letters.inline(f"{letters.partial(writer.labels['L'], writer.coordinate(c))} = 0")
         name = letters.inline(writer.coordinate(c))
-        yield Words(f"{name} is cyclic, {slope}, and its momentum is conserved,")
+        yield Words(
+            say("{name} is cyclic, {slope}, and its momentum is conserved,", name=name, slope=slope)
+        )
         momentum = letters.partial(writer.labels["L"], writer.coordinate(c, 1))
         label = letters.below("p", writer.coordinate(c))
         row = writer.row(label, conserved[c.name].expression)
@@ -51,6 +60,7 @@ def _momenta(writer: StepsWriter) -> Iterator[Block]:
 
 def _energy(writer: StepsWriter) -> Iterator[Block]:
     equations, letters, labels = writer.equations, writer.letters, writer.labels
+    say, both = writer.say, letters.inline(f"{labels['T']} + {labels['V']}")
     held = next((c for c in equations.conserved if c.kind != "momentum"), None)
     momentum = letters.partial(labels["L"], letters.symbol("q_j", 1))
     function = letters.total("j", letters.times(letters.symbol("q_j", 1), momentum))
@@ -59,24 +69,24 @@ def _energy(writer: StepsWriter) -> Iterator[Block]:
     if reported is not None:
         label = labels["E" if reported.kind == "energy" else "h"]
         row = Formula(label, row.chain, middle=row.label)
-    yield Words("The energy function is")
+    yield Words(say("The energy function is"))
     yield formulas([row], result=True)
     if held is None:
         if equations.balance is not None:
-            yield Words("It changes at the rate")
+            yield Words(say("It changes at the rate"))
             yield formulas([writer.row(letters.rate(label), equations.balance.rate)])
         return
     slope = letters.inline(f"{letters.partial(labels['L'], letters.symbol('t'))} = 0")
-    told = f"It is conserved, since {slope}"
+    told = say("It is conserved, since {slope}", slope=slope)
     if equations.forces or equations.dissipation != 0:
-        told += " and the forces do no work"
-    elif "between impacts" in held.reason:
-        told += ", between impacts"
+        told += say(" and the forces do no work")
+    elif only_between_impacts(equations):
+        told += say(", between impacts")
     if energy_is_sum(equations, held):
-        told += f"; it is {letters.inline(labels['T'] + ' + ' + labels['V'])}"
+        told += say("; it is {energy}", energy=both)
     elif held.kind == "jacobi" and not equations.potential.free_symbols & _velocities(writer):
-        told += f"; it is not {letters.inline(labels['T'] + ' + ' + labels['V'])}"
-    yield Words(f"{told}.")
+        told += say("; it is not {energy}", energy=both)
+    yield Words(say("{text}.", text=told))
 
 
 def _velocities(writer: StepsWriter) -> set[sympy.Symbol]:

@@ -34,7 +34,7 @@ def kinetic_energy(writer: StepsWriter) -> Section | None:
     rows = [*squares, *(_term(writer, term) for term in steps.kinetic)]
     written = [*map(_half_square, steps.bodies), *(term.written for term in steps.kinetic)]
     return section(
-        "Kinetic energy",
+        writer.say("Kinetic energy"),
         formulas(rows),
         formulas(
             [writer.row(writer.labels["T"], sympy.Add(*written), writer.equations.kinetic)],
@@ -73,7 +73,9 @@ def _term(writer: StepsWriter, term: TermSteps) -> Formula:
 def potential_energy(writer: StepsWriter) -> Section | None:
     """Each potential over the names that the scene has for it and over the coordinates, then V."""
     velocity_dependent = is_generalized_potential(writer.equations)
-    heading = "Generalized potential" if velocity_dependent else "Potential energy"
+    heading = writer.say("Potential energy")
+    if velocity_dependent:
+        heading = writer.say("Generalized potential")
     label = writer.labels["U" if velocity_dependent else "V"]
     terms, potential = writer.steps.potentials, writer.equations.potential
     if len(terms) == 1:
@@ -94,11 +96,14 @@ def lagrangian(writer: StepsWriter) -> Section | None:
     if short is not None and row.chain:
         row = writer.sum_row(labels["L"], short.expression)
         inline = writer.letters.inline
-        told = without_line(writer.equations, inline(writer.letters.symbol("t")))
-        told = f"Here {inline(labels['L'])} is {told}, which change no equation of motion."
-        return section("Lagrangian", formulas([row], result=True), Words(told))
+        told = writer.say(
+            "Here {lagrangian} is {without}, which change no equation of motion.",
+            lagrangian=inline(labels["L"]),
+            without=without_line(writer.equations, inline(writer.letters.symbol("t")), writer.say),
+        )
+        return section(writer.say("Lagrangian"), formulas([row], result=True), Words(told))
     row = replace(row, middle=f"{labels['T']} - {potential}")
-    return section("Lagrangian", formulas([row], result=True))
+    return section(writer.say("Lagrangian"), formulas([row], result=True))
 
 
 def dissipation(writer: StepsWriter) -> Section | None:
@@ -106,7 +111,7 @@ def dissipation(writer: StepsWriter) -> Section | None:
     if writer.equations.dissipation == 0:
         return None
     row = writer.row(writer.labels["D"], writer.equations.dissipation)
-    return section("Dissipation function", formulas([row], result=True))
+    return section(writer.say("Dissipation function"), formulas([row], result=True))
 
 
 def generalized_forces(writer: StepsWriter) -> Section | None:
@@ -114,8 +119,8 @@ def generalized_forces(writer: StepsWriter) -> Section | None:
     if not writer.steps.forces:
         return None
     return section(
-        "Generalized forces",
-        Words("The virtual work of the forces defines them:"),
+        writer.say("Generalized forces"),
+        Words(writer.say("The virtual work of the forces defines them:")),
         *_virtual_work(writer),
         *(block for force in writer.steps.forces for block in _force(writer, force)),
         *_several(writer),
@@ -145,7 +150,8 @@ def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Block]:
     letters = writer.letters
     on_body = _acts_on_body(writer, force)
     on = letters.words(force.on) if on_body else letters.inline(writer.cartesian(force.on))
-    yield Title(f"The force {letters.words(force.name)} on {on}:")
+    name = letters.words(force.name)
+    yield Title(writer.say("The force {name} on {place}:", name=name, place=on))
     parts = {p.name: dict(p.partials) for b in writer.steps.bodies for p in b.components}
     names = {c.q: c for c in writer.equations.coordinates}
     rows = []
@@ -166,7 +172,7 @@ def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Block]:
     if rows:
         yield formulas(rows)
     if not force.generalized:
-        yield Words("It does no virtual work.")
+        yield Words(writer.say("It does no virtual work."))
 
 
 def _several(writer: StepsWriter) -> Iterator[Block]:
@@ -181,5 +187,5 @@ def _several(writer: StepsWriter) -> Iterator[Block]:
         if len(shares.get(c.q, ())) > 1
     ]
     if rows:
-        yield Title("Together:")
+        yield Title(writer.say("Together:"))
         yield formulas(rows)

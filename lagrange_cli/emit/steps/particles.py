@@ -20,10 +20,10 @@ def positions(writer: StepsWriter) -> Section | None:
     own = dict.fromkeys(writer.cartesian(part.name) for part in parts if is_own_coordinate(part))
     told = ""
     if own:
-        verb = "is a coordinate itself" if len(own) == 1 else "are coordinates themselves"
-        told = f"{writer.listed(list(own))} {verb}."
+        one, many = "{listed} is a coordinate itself.", "{listed} are coordinates themselves."
+        told = writer.say.counted(len(own), one, many, listed=writer.listed(list(own)))
     return section(
-        "Positions",
+        writer.say("Positions"),
         writer.told(told),
         *_by_body(writer, lambda part: [writer.row(writer.cartesian(part.name), part.position)]),
     )
@@ -50,10 +50,10 @@ def velocities(writer: StepsWriter) -> Section | None:
     if _is_rheonomic(writer):
         law += f" + {letters.partial(letters.vector('r'), letters.symbol('t'))}"
     return section(
-        "Velocities",
-        Words("By the chain rule"),
+        writer.say("Velocities"),
+        Words(writer.say("By the chain rule")),
         Law(law),
-        Words("Partial derivatives that are not written vanish."),
+        Words(writer.say("Partial derivatives that are not written vanish.")),
         *blocks,
     )
 
@@ -68,8 +68,8 @@ def accelerations(writer: StepsWriter) -> Section | None:
     blocks = list(_by_body(writer, rows))
     if not blocks:
         return None
-    told = Words("The velocities are differentiated by time once more.")
-    return section("Accelerations", told, *blocks)
+    told = Words(writer.say("The velocities are differentiated by time once more."))
+    return section(writer.say("Accelerations"), told, *blocks)
 
 
 def displacements(writer: StepsWriter) -> Section | None:
@@ -90,8 +90,8 @@ def displacements(writer: StepsWriter) -> Section | None:
     if not blocks:
         return None
     return section(
-        "Virtual displacements",
-        Words("Coordinates are displaced at a fixed time:"),
+        writer.say("Virtual displacements"),
+        Words(writer.say("Coordinates are displaced at a fixed time:")),
         Law(f"{letters.virtual(letters.vector('r'))} = {letters.total('j', chain)}"),
         *blocks,
     )

@@ -1,4 +1,4 @@
-"""Sections of a board: words, laws, labelled formulas."""
+"""Sections of a board or document: words, laws, labelled formulas, tables, lists."""
 
 from __future__ import annotations
 
@@ -25,14 +25,18 @@ class Title:
 
 @dataclass(frozen=True)
 class Law:
-    """A general formula on a line of its own, in the letters of its format."""
+    """A general formula on a line of its own, in the letters of its format.
+
+    ``ends``: false if the sentence goes on after it.
+    """
 
     text: str
+    ends: bool = True
 
 
 @dataclass(frozen=True)
 class Formula:
-    """``label = middle = first = second``, or ``first = 0`` without a label.
+    """``label = middle = first = second``; without a label ``first = 0`` or ``first = second``.
 
     Attributes
     ----------
@@ -42,11 +46,20 @@ class Formula:
         Equal expressions; none where the middle says it all.
     middle
         A general formula in the letters of the format, or empty.
+    name
+        What stands before it with a colon, in the letters of the format, or empty.
+    multiplier
+        λ of a contact, whose gap is the chain: ``0 ≤ λ ⊥ gap ≥ 0``; else empty.
+    is_rate
+        True if the rate of the chain vanishes: ``d/dt (first) = 0``.
     """
 
     label: str
     chain: tuple[DisplayNode, ...]
     middle: str = ""
+    name: str = ""
+    multiplier: str = ""
+    is_rate: bool = False
 
 
 @dataclass(frozen=True)
@@ -65,19 +78,62 @@ class Formulas:
     result: bool = False
 
 
-Block: TypeAlias = Words | Title | Law | Formulas
+@dataclass(frozen=True)
+class Table:
+    """A table in the letters of the format.
+
+    Attributes
+    ----------
+    heads, rows
+        Its first line and the others.
+    prose
+        The head of the column that may hold sentences.
+    """
+
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    prose: str = ""
+
+    def kept(self) -> Table:
+        """The columns in which something stands."""
+        used = [i for i in range(len(self.heads)) if any(row[i] for row in self.rows)]
+        picked = [tuple(row[i] for i in used) for row in (self.heads, *self.rows)]
+        return Table(picked[0], tuple(picked[1:]), self.prose)
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """A list, its items in the letters of the format."""
+
+    items: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The sketch of the system, which a format draws in its way."""
+
+
+Block: TypeAlias = Words | Title | Law | Formulas | Table | Bullets | Picture
+"""A part of a section; steps have no tables, bullets and pictures."""
 
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, and what stands below it."""
+    """A heading, and what stands below it.
+
+    Attributes
+    ----------
+    heading
+        In the letters of the format.
+    blocks
+        What stands below it.
+    name
+        The name of the part of a document that it is, by which labels are told apart.
+    """
 
     heading: str
     blocks: tuple[Block, ...]
-
-
-def _is_empty(block: Block) -> bool:
-    return isinstance(block, Formulas) and not block.rows
+    name: str = ""
 
 
 def section(heading: str, *blocks: Block | None) -> Section | None:

@@ -1,15 +1,16 @@
-"""What all sections of a board are written with: equations, their steps, symbols, letters."""
+"""What sections are written with: equations, letters of a format, a language; for steps these."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import sympy
 
 from lagrange_cli.emit.constraint_wording import free_letter, quantity_labels
+from lagrange_cli.emit.language import ENGLISH, Language
 from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.emit.steps.sections import Formula, Title, Words
 from lagrange_cli.notation.build import display
@@ -28,26 +29,95 @@ _MOST_TERMS = 12
 
 
 @dataclass(frozen=True)
-class StepsWriter:
-    """Writes labels and rows of the steps of some equations.
+class Writer:
+    """Writes labels and rows of some equations.
 
     Attributes
     ----------
-    equations, steps
-        The equations, and the steps that lead to them.
+    equations
+        The equations.
     letters
         Letters of the format.
+    say
+        The language of the words between formulas.
     """
 
     equations: Equations
-    steps: DerivationSteps
     letters: Letters
+    say: Language = ENGLISH
+
+    @cached_property
+    def words(self) -> Vocabulary:
+        """Display names of all symbols."""
+        return vocabulary(self.equations)
+
+    def tree(self, expression: Expr) -> DisplayNode:
+        """An expression as it is displayed."""
+        return display(expression, self.words)
+
+    # -- labels ---------------------------------------------------------------------
 
     @cached_property
     def labels(self) -> dict[str, str]:
         """Labels of T, V, L and so on that differ from all names of the scene."""
         names = quantity_labels(self.equations)
         return {short: self.letters.symbol(name) for short, name in names.items()}
+
+    def coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
+        return self.letters.symbol(coordinate.name, order, coordinate.latex)
+
+    def inline(self, expression: Expr) -> str:
+        """An expression within a sentence."""
+        return self.letters.inline(self.letters.formula(self.tree(expression)))
+
+    def listed(self, formulas: Sequence[str]) -> str:
+        """Formulas within a sentence: ``x, y and z``."""
+        inline = [self.letters.inline(f) for f in formulas]
+        if len(inline) < 2:
+            return "".join(inline)
+        return self.say("{first} and {last}", first=", ".join(inline[:-1]), last=inline[-1])
+
+    # -- rows -----------------------------------------------------------------------
+
+    def row(self, label: str, *chain: Expr) -> Formula:
+        """``label = first = second``; an expression that reads as the one before is left out."""
+        shown: list[DisplayNode] = []
+        for expression in chain:
+            node = self.tree(expression)
+            if not shown or shown[-1] != node:
+                shown.append(node)
+        return Formula(label, tuple(shown))
+
+    def sum_row(self, label: str, whole: Expr) -> Formula:
+        """``label = whole``, or the label alone where the sum is long."""
+        node = self.tree(whole)
+        short = not isinstance(node, DisplaySum) or len(as_terms(node)) <= _MOST_TERMS
+        return Formula(label, (node,) if short else ())
+
+    # -- paragraphs -----------------------------------------------------------------
+
+    def told(self, *sentences: str) -> Words | None:
+        """A paragraph of the sentences that are not empty."""
+        kept = [s for s in sentences if s]
+        return Words(" ".join(kept)) if kept else None
+
+    def title(self, name: str) -> Title:
+        """What the formulas below are about: a name of the scene."""
+        return Title(self.say("{text}:", text=self.letters.words(name)))
+
+
+@dataclass(frozen=True)
+class StepsWriter(Writer):
+    """Writes labels and rows of the steps of some equations.
+
+    Attributes
+    ----------
+    steps
+        The steps that lead to the equations.
+    """
+
+    _: KW_ONLY
+    steps: DerivationSteps
 
     @cached_property
     def words(self) -> Vocabulary:
@@ -67,9 +137,6 @@ class StepsWriter:
         return Vocabulary(atoms, usual.literals)
 
     # -- labels ---------------------------------------------------------------------
-
-    def coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
-        return self.letters.symbol(coordinate.name, order, coordinate.latex)
 
     def variable(self, symbol: Symbol) -> str:
         """A coordinate or t, as what is differentiated by."""
@@ -110,44 +177,9 @@ class StepsWriter:
 
     def factor(self, expression: Expr) -> str:
         """An expression as a factor of a label."""
-        node = display(expression, self.words)
+        node = self.tree(expression)
         written = self.letters.formula(node)
         return self.letters.group(written) if isinstance(node, DisplaySum) else written
-
-    def listed(self, formulas: Sequence[str]) -> str:
-        """Formulas within a sentence: ``x, y and z``."""
-        inline = [self.letters.inline(f) for f in formulas]
-        if len(inline) < 2:
-            return "".join(inline)
-        return f"{', '.join(inline[:-1])} and {inline[-1]}"
-
-    # -- rows -----------------------------------------------------------------------
-
-    def row(self, label: str, *chain: Expr) -> Formula:
-        """``label = first = second``; an expression that reads as the one before is left out."""
-        shown: list[DisplayNode] = []
-        for expression in chain:
-            node = display(expression, self.words)
-            if not shown or shown[-1] != node:
-                shown.append(node)
-        return Formula(label, tuple(shown))
-
-    def sum_row(self, label: str, whole: Expr) -> Formula:
-        """``label = whole``, or the label alone where the sum is long."""
-        node = display(whole, self.words)
-        short = not isinstance(node, DisplaySum) or len(as_terms(node)) <= _MOST_TERMS
-        return Formula(label, (node,) if short else ())
-
-    # -- paragraphs -----------------------------------------------------------------
-
-    def told(self, *sentences: str) -> Words | None:
-        """A paragraph of the sentences that are not empty."""
-        kept = [s for s in sentences if s]
-        return Words(" ".join(kept)) if kept else None
-
-    def title(self, name: str) -> Title:
-        """What the formulas below are about: a name of the scene."""
-        return Title(f"{self.letters.words(name)}:")
 
 
 def displacement(coordinate: Coordinate) -> Symbol:

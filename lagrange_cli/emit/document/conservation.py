@@ -1,0 +1,102 @@
+"""What is conserved and why, and the rate of an energy that is not."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.constraint_wording import (
+    conserved_reason,
+    energy_is_sum,
+    energy_letter,
+    only_between_impacts,
+    undecided,
+)
+from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas, section
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.findings import Conserved
+
+
+def conserved(writer: DocumentWriter) -> Section | None:
+    """Conserved quantities, each with its reason."""
+    equations, say, letters = writer.equations, writer.say, writer.letters
+    if not equations.coordinates:
+        return None
+    heading = say("Conserved quantities")
+    names = ", ".join(letters.inline(_named(writer, name)) for name in undecided(equations))
+    doubts = writer.told(say("Of {names} this is not decided.", names=names) if names else "")
+    if not equations.conserved:
+        return section(heading, Words(say("None among cyclic momenta and energy.")), doubts)
+    told = [
+        say(
+            "{reason}, so {symbol} is conserved",
+            reason=_reason(writer, c),
+            symbol=letters.inline(_symbol(writer, c)),
+        )
+        for c in equations.conserved
+    ]
+    return section(
+        heading,
+        Words(say("Among cyclic momenta and energy: {listed}:", listed="; ".join(told))),
+        formulas([_row(writer, c) for c in equations.conserved], result=True),
+        doubts,
+    )
+
+
+def balance(writer: DocumentWriter) -> Section | None:
+    """The rate of the energy where that is not conserved."""
+    equations, say, letters, labels = writer.equations, writer.say, writer.letters, writer.labels
+    change = equations.balance
+    if change is None:
+        return None
+    label = labels["E" if change.kind == "energy" else "h"]
+    whole = label
+    if energy_is_sum(equations, change):
+        whole += f" = {labels['T']} + {labels['V']}"
+    told = say("Along a motion {energy} changes at the given rate", energy=letters.inline(label))
+    if only_between_impacts(equations):
+        told += say(" between impacts")
+    rate = letters.differential(label)
+    if change.is_dissipation:
+        rate += f" = -2 {labels['D']}"
+    return section(
+        say("Energy"),
+        Words(say("{text}:", text=told)),
+        formulas(
+            [
+                writer.total(whole, change.parts or (equations.energy,)),
+                writer.row(rate, change.rate),
+            ],
+            result=True,
+        ),
+    )
+
+
+def _named(writer: DocumentWriter, name: str) -> str:
+    """The symbol of ``energy`` or of a momentum ``p_NAME``."""
+    return writer.labels["E"] if name == "energy" else writer.letters.symbol(name)
+
+
+def _reason(writer: DocumentWriter, quantity: Conserved) -> str:
+    """A reason with the quantities it names as formulas."""
+    named = {c.name: writer.coordinate(c) for c in writer.equations.coordinates}
+    subject = writer.letters.inline(named.get(quantity.coordinate or "", writer.labels["L"]))
+    time = writer.letters.inline("t")
+    return conserved_reason(writer.equations, quantity, subject, time, writer.say)
+
+
+def _symbol(writer: DocumentWriter, quantity: Conserved) -> str:
+    if quantity.kind != "momentum":
+        return writer.labels[energy_letter(quantity)]
+    for coordinate in writer.equations.coordinates:
+        if coordinate.name == quantity.coordinate:
+            return writer.letters.below("p", writer.coordinate(coordinate))
+    return writer.letters.symbol(quantity.name)
+
+
+def _row(writer: DocumentWriter, quantity: Conserved) -> Formula:
+    label = _symbol(writer, quantity)
+    if energy_is_sum(writer.equations, quantity):
+        label += f" = {writer.labels['T']} + {writer.labels['V']}"
+    return writer.total(label, quantity.parts or (quantity.expression,))

@@ -1,0 +1,116 @@
+"""The parts of a document: their names, their order, and which stand in it by default."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import replace
+from typing import TypeAlias
+
+from lagrange_cli.emit.document.certificate import certificate
+from lagrange_cli.emit.document.conservation import balance, conserved
+from lagrange_cli.emit.document.energies import energies, generalized_forces
+from lagrange_cli.emit.document.freedom import freedom
+from lagrange_cli.emit.document.motion import closures, contacts, motion, result
+from lagrange_cli.emit.document.reactions import constraint_forces
+from lagrange_cli.emit.document.start import start
+from lagrange_cli.emit.document.system import inputs, outputs, system
+from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.steps.board import conclusions, working
+from lagrange_cli.emit.steps.sections import Picture, Section, Words, formulas, section
+from lagrange_cli.emit.steps.writer import StepsWriter
+
+
+def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[Section]:
+    """The sections of a document in their order, each named by the part that it belongs to.
+
+    ``parts``: names of :data:`.emit.base.SECTIONS`. Steps are written where there are some.
+    """
+    steps = writer.equations.steps
+    if steps is None:
+        above, below = _above(writer, parts, form), _below(writer, parts, form)
+    else:
+        board = StepsWriter(writer.equations, writer.letters, writer.say, steps=steps)
+        above = _above_with_steps(writer, board, parts, form)
+        below = _below_with_steps(writer, board, parts, form)
+    first, last = list(_chosen(above, parts)), list(_chosen(below, parts))
+    # What is abbreviated is known when all else is written.
+    rows = writer.abbreviations()
+    whole = first or last
+    if rows and whole:
+        here = Words(writer.say("Here")), formulas(rows)
+        whole[-1] = replace(whole[-1], blocks=(*whole[-1].blocks, *here))
+    return [*first, *last]
+
+
+_Parts: TypeAlias = Iterable[tuple[str, Callable[[], Section | None]]]
+
+
+def _chosen(sections: _Parts, parts: Collection[str]) -> Iterator[Section]:
+    """The sections that belong to a part that is wanted, and hold anything."""
+    for names, write in sections:
+        wanted = [name for name in names.split() if name in parts]
+        written = write() if wanted else None
+        if written is not None:
+            yield replace(written, name=wanted[0])
+
+
+def _above(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
+    return (
+        ("system", lambda: system(writer)),
+        ("sketch", lambda: _sketch(writer)),
+        ("account constraints", lambda: freedom(writer, parts)),
+        ("system", lambda: inputs(writer)),
+        ("energies", lambda: energies(writer)),
+        ("equations", lambda: generalized_forces(writer)),
+        ("equations", lambda: motion(writer, form)),
+        ("equations constraints", lambda: closures(writer)),
+        ("equations constraints", lambda: contacts(writer)),
+    )
+
+
+def _below(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
+    return (
+        ("result", lambda: None if "equations" in parts and form == "explicit" else result(writer)),
+        ("forces", lambda: constraint_forces(writer)),
+        ("conserved", lambda: conserved(writer)),
+        ("conserved", lambda: balance(writer)),
+        *_ending(writer),
+    )
+
+
+def _ending(writer: DocumentWriter) -> _Parts:
+    return (
+        ("initial", lambda: start(writer)),
+        ("equations", lambda: outputs(writer)),
+        ("certificate", lambda: certificate(writer)),
+    )
+
+
+def _above_with_steps(
+    writer: DocumentWriter, board: StepsWriter, parts: Collection[str], form: str
+) -> _Parts:
+    """The derivation line by line."""
+    return (
+        ("system", lambda: system(writer)),
+        ("sketch", lambda: _sketch(writer)),
+        ("account constraints", lambda: freedom(writer, parts, positions=False)),
+        ("system", lambda: inputs(writer)),
+        *working(board),
+        ("equations", lambda: motion(writer, form) if form == "explicit" else None),
+        ("equations constraints", lambda: contacts(writer)),
+    )
+
+
+def _below_with_steps(
+    writer: DocumentWriter, board: StepsWriter, parts: Collection[str], form: str
+) -> _Parts:
+    return (
+        ("result", lambda: None if "equations" in parts and form == "explicit" else result(writer)),
+        ("forces", lambda: constraint_forces(writer)),
+        *conclusions(board),
+        *_ending(writer),
+    )
+
+
+def _sketch(writer: DocumentWriter) -> Section | None:
+    return section(writer.say("Sketch"), Picture())

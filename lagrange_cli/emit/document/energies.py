@@ -1,0 +1,75 @@
+"""T, V, L and the dissipation function, and generalized forces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lagrange_cli.emit.constraint_wording import is_generalized_potential, without_line
+from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas, section
+
+
+def energies(writer: DocumentWriter) -> Section | None:
+    """T, V, L, and the dissipation function where there is one."""
+    equations, labels, say = writer.equations, writer.labels, writer.say
+    dissipates, generalized = equations.dissipation != 0, is_generalized_potential(equations)
+    told = {
+        (False, False): say("The kinetic energy, the potential and the Lagrangian are"),
+        (True, False): say("The kinetic energy, the generalized potential and the Lagrangian are"),
+        (False, True): say(
+            "The kinetic energy, the potential, the Lagrangian and the dissipation function are"
+        ),
+        (True, True): say(
+            "The kinetic energy, the generalized potential, the Lagrangian and the dissipation"
+            " function are"
+        ),
+    }[generalized, dissipates]
+    potential = labels["U" if generalized else "V"]
+    rows = [
+        writer.row(labels["T"], equations.kinetic),
+        writer.row(potential, equations.potential),
+        _lagrangian(writer, f"{labels['T']} - {potential}"),
+    ]
+    if dissipates:
+        rows.append(writer.row(labels["D"], equations.dissipation))
+    without = without_line(equations, writer.letters.inline("t"), say)
+    if without:
+        whole = writer.letters.inline(labels["L"])
+        without = say("Here {lagrangian} is {without}.", lagrangian=whole, without=without)
+    rows_below = formulas(rows, result=True)
+    return section(say("Lagrangian"), Words(told), rows_below, writer.told(without))
+
+
+def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:
+    """L = T − V, written out where it is short, less what is left out of it."""
+    label, short = writer.labels["L"], writer.equations.short_lagrangian
+    if short is None:
+        return replace(writer.sum_row(label, writer.equations.lagrangian), middle=difference)
+    row = writer.sum_row(label, short.expression)
+    if row.chain:
+        return row
+    less = writer.letters.formula(writer.tree(-short.left_out))
+    less = f"- {less[1:]}" if less.startswith("-") else f"+ {less}"
+    return replace(row, middle=f"{difference} {less}")
+
+
+def generalized_forces(writer: DocumentWriter) -> Section | None:
+    """Generalized forces of the scene's forces, one after the other."""
+    equations, letters, say = writer.equations, writer.letters, writer.say
+    rows = [
+        writer.row(letters.below("Q", writer.coordinate(c)), q)
+        for force in equations.forces
+        for c, q in zip(equations.coordinates, force.generalized, strict=True)
+        if q != 0
+    ]
+    if not rows:
+        return None
+    listed = ", ".join(
+        say("{name} on {place}", name=letters.words(f.name), place=letters.words(f.on))
+        for f in equations.forces
+    )
+    return section(
+        say("Generalized forces"),
+        Words(say("Of the non-conservative forces ({listed}), in this order:", listed=listed)),
+        formulas(rows, result=True),
+    )

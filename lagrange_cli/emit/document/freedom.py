@@ -1,0 +1,129 @@
+"""The account of degrees of freedom: what is counted, constraints, coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.constraint_wording import (
+    counting,
+    implied_line,
+    remark_on,
+    telling_definitions,
+)
+from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.steps.sections import (
+    Block,
+    Bullets,
+    Law,
+    Section,
+    Words,
+    formulas,
+    section,
+)
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Coordinate
+
+
+def freedom(
+    writer: DocumentWriter, parts: Collection[str], *, positions: bool = True
+) -> Section | None:
+    """Count the degrees of freedom; name constraints and coordinates, with ``positions``.
+
+    ``parts``: ``account``, ``constraints`` or both.
+    """
+    say, counted = writer.say, "account" in parts
+    listed = list(_constraints(writer, alone=not counted)) if "constraints" in parts else []
+    if not counted:
+        return section(say("Constraints"), *listed)
+    return section(
+        say("Degrees of freedom"),
+        _counts(writer),
+        *listed,
+        *_coordinates(writer, positions=positions),
+        *_singular(writer),
+    )
+
+
+def _counts(writer: DocumentWriter) -> Block:
+    counts = counting(writer.equations, writer.say)
+    if not any(" = " in count for count in counts):
+        # In words alone they are too long for a line.
+        return Words(writer.say("There are {listed}.", listed=", ".join(counts)))
+    return Law(writer.letters.comma.join(_counted(writer, count) for count in counts))
+
+
+def _counted(writer: DocumentWriter, phrase: str) -> str:
+    """A count in math mode; its words in upright letters."""
+    label, equals, number = phrase.partition(" = ")
+    if not equals:
+        return writer.letters.upright(phrase)
+    return phrase if label in ("3N", "K") else f"{writer.letters.upright(label)} = {number}"
+
+
+def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
+    """The constraints as the scene writes them, with what is to be said of each."""
+    say, letters, account = writer.say, writer.letters, writer.equations.account
+    implied = implied_line(account, say)
+    if not account.lines:
+        if implied or alone:
+            yield Words(say("There are {listed}.", listed=implied) if implied else say("None."))
+        return
+    items = []
+    for line in account.lines:
+        written = ", ".join(map(letters.statement, line.equations))
+        remark = letters.words(remark_on(line, say))
+        item = say("{name}: {value}", name=letters.words(line.name), value=written)
+        items.append(f"{item} ({remark})" if remark else item)
+    if not alone:
+        yield Words(say("Constraints:"))
+    yield Bullets((*items, *([implied] if implied else [])))
+
+
+def _coordinates(writer: DocumentWriter, *, positions: bool) -> Iterator[Block]:
+    say, equations, letters = writer.say, writer.equations, writer.letters
+    coordinates = equations.coordinates
+    if not coordinates:
+        yield Words(say("No coordinate is left: nothing can move."))
+        return
+    names = ", ".join(_described(writer, c) for c in coordinates)
+    if equations.account.chosen_automatically:
+        one = "Generalized coordinate (chosen automatically): {listed}."
+        yield Words(say.counted(len(coordinates), one, _CHOSEN, listed=names))
+    else:
+        one, many = "Generalized coordinate: {listed}.", "Generalized coordinates: {listed}."
+        yield Words(say.counted(len(coordinates), one, many, listed=names))
+    definitions = telling_definitions(equations) if positions else ()
+    if definitions:
+        yield Words(say("The positions are"))
+        yield formulas(
+            writer.row(letters.symbol(c.name, 0, c.latex), c.position) for c in definitions
+        )
+
+
+_CHOSEN = "Generalized coordinates (chosen automatically): {listed}."
+
+
+def _described(writer: DocumentWriter, coordinate: Coordinate) -> str:
+    letters = writer.letters
+    text = letters.inline(writer.coordinate(coordinate))
+    told = [letters.words(coordinate.description)] if coordinate.description else []
+    if coordinate.unit:
+        told.append(letters.unit(coordinate.unit))
+    return f"{text} ({', '.join(told)})" if told else text
+
+
+def _singular(writer: DocumentWriter) -> Iterator[Block]:
+    """Say where the coordinates have no meaning, a sentence each."""
+    letters = writer.letters
+    named = {c.name: writer.coordinate(c) for c in writer.equations.coordinates}
+    for place in writer.equations.singular:
+        zero = f"{letters.formula(writer.tree(place.where))} = 0"
+        yield Words(
+            writer.say(
+                "The motion of {names} is singular where {zero}.",
+                names=writer.listed([named[name] for name in place.coordinates]),
+                zero=letters.inline(zero),
+            )
+        )

@@ -1,0 +1,77 @@
+"""Particles, parameters, and what drives the system."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.steps.sections import Block, Section, Table, Words, formulas, section
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import ParticleMotion
+
+
+def system(writer: DocumentWriter) -> Section | None:
+    """The particles with their masses, and the parameters with their values."""
+    say, particles = writer.say, writer.equations.particles
+    listed = "; ".join(_particle(writer, p) for p in particles)
+    told = say.counted(len(particles), "Particle: {listed}.", "Particles: {listed}.", listed=listed)
+    return section(say("System"), Words(told) if particles else None, _parameters(writer))
+
+
+def _particle(writer: DocumentWriter, particle: ParticleMotion) -> str:
+    letters = writer.letters
+    place = ", ".join(letters.symbol(c) for c in particle.components)
+    return writer.say(
+        "{name} of mass {mass} at {place}",
+        name=letters.words(particle.name),
+        mass=writer.inline(particle.mass),
+        place=letters.inline(f"({place})"),
+    )
+
+
+def _parameters(writer: DocumentWriter) -> Table | None:
+    say, letters = writer.say, writer.letters
+    literals = dict(writer.equations.literals)
+    rows = []
+    for p in writer.equations.parameters:
+        value = ""
+        if p.value is not None:
+            value = letters.inline(letters.value(p.value, literals.get(Fraction(repr(p.value)))))
+        symbol = letters.inline(letters.symbol(p.name, 0, p.latex))
+        meaning, unit = letters.words(p.description or ""), letters.unit(p.unit or "")
+        rows.append((symbol, meaning, value, unit))
+    heads = (say("Parameter"), say("Meaning"), say("Value"), say("Unit"))
+    return Table(heads, tuple(rows), prose=heads[1]).kept() if rows else None
+
+
+def inputs(writer: DocumentWriter) -> Section | None:
+    """Given functions of time, as formulas or in words."""
+    letters = writer.letters
+    told: list[Block] = [
+        Words(f"{letters.inline(letters.symbol(u.name))}: {letters.words(u.recording.described)}.")
+        for u in writer.equations.inputs
+        if u.recording is not None
+    ]
+    given = [(u.name, u.expression) for u in writer.equations.inputs if u.recording is None]
+    return _named(writer, writer.say("Inputs"), given, told)
+
+
+def outputs(writer: DocumentWriter) -> Section | None:
+    """Expressions that the scene asks for."""
+    return _named(writer, writer.say("Outputs"), writer.equations.outputs, [])
+
+
+def _named(
+    writer: DocumentWriter,
+    heading: str,
+    entries: Iterable[tuple[str, Expr | None]],
+    told: list[Block],
+) -> Section | None:
+    rows = [writer.row(writer.letters.symbol(name), e) for name, e in entries if e is not None]
+    return section(heading, formulas(rows), *told)

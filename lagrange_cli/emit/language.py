@@ -1,0 +1,49 @@
+"""Languages of the words between formulas; the program's own phrases are English."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from lagrange_cli.errors import InternalError, Problem
+
+
+@dataclass(frozen=True)
+class Language:
+    """A language that derivations are told in.
+
+    Attributes
+    ----------
+    code
+        ``en``, ``de`` or the like.
+    phrases
+        English phrase → the same in this language, with the same parts in braces. English has none.
+    """
+
+    code: str
+    phrases: Mapping[str, str] = field(default_factory=dict, repr=False)
+
+    def __call__(self, english: str, **parts: object) -> str:
+        """Say a phrase, its parts put in their places.
+
+        Raises
+        ------
+        InternalError
+            The table of the language does not have it.
+        """
+        phrase = english if self.code == "en" else self.phrases.get(english)
+        if phrase is None:
+            raise InternalError(Problem(f"no words of language '{self.code}' for '{english}'"))
+        return phrase.format(**parts)
+
+    def counted(self, count: int, one: str, many: str, **parts: object) -> str:
+        """Say a phrase of one thing or of several, with ``{count}`` as one of its parts."""
+        return self(one if count == 1 else many, count=count, **parts)
+
+    def first(self, is_first: bool, first: str, later: str, **parts: object) -> str:
+        """Say the first member of a list, or a later one, which may be shorter."""
+        return self(first if is_first else later, **parts)
+
+
+#: The language of the program, whose phrases stand in the code.
+ENGLISH = Language("en")

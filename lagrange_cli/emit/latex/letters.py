@@ -1,0 +1,83 @@
+"""Letters of mathematics in LaTeX, and texts of a scene within sentences."""
+
+from __future__ import annotations
+
+from lagrange_cli.emit.document.letters import DocumentLetters
+from lagrange_cli.emit.latex import words as latex_words
+from lagrange_cli.notation.latex import LatexPrinter, latex_number
+from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.notation.symbols import latex_name
+from lagrange_cli.notation.tree import DisplayNode
+
+
+class LatexLetters(DocumentLetters):
+    """Letters of mathematics in LaTeX."""
+
+    dot_product = r" \cdot "
+    virtual_work = r"\delta W"
+    comma = r",\quad "
+
+    def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
+        return latex_name(name, order, latex)
+
+    def vector(self, letter: str, order: int = 0) -> str:
+        bold = rf"\mathbf{{{letter}}}"
+        dots = ["", r"\dot", r"\ddot"][order]
+        return f"{dots}{{{bold}}}_i" if order else f"{bold}_i"
+
+    def partial(self, of: str, by: str) -> str:
+        return rf"\frac{{\partial {of}}}{{\partial {by}}}"
+
+    def rate(self, of: str) -> str:
+        return rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}} t}} {of}"
+
+    def differential(self, of: str) -> str:
+        return rf"\frac{{\mathrm{{d}} {of}}}{{\mathrm{{d}} t}}"
+
+    def virtual(self, of: str) -> str:
+        return rf"\delta {of}"
+
+    def square(self, of: str) -> str:
+        return f"{of}^{{2}}"
+
+    def size(self, of: str) -> str:
+        return f"|{of}|"
+
+    def below(self, letter: str, index: str) -> str:
+        return f"{letter}_{{{index}}}"
+
+    def total(self, index: str, body: str) -> str:
+        return rf"\sum_{{{index}}} {body}"
+
+    def times(self, first: str, second: str) -> str:
+        return rf"{first} \, {second}"
+
+    def at_least(self, of: str) -> str:
+        return rf"{of} \ge 0"
+
+    def named(self, name: str) -> str:
+        return rf"\text{{{latex_text(name)}}}"
+
+    def upright(self, phrase: str) -> str:
+        return rf"\text{{{phrase}}}"
+
+    def formula(self, node: DisplayNode) -> str:
+        return LatexPrinter().inline(node)
+
+    def number(self, value: float) -> str:
+        return latex_number(f"{value:.0e}") if value else "0"
+
+    def inline(self, formula: str) -> str:
+        return f"${formula}$"
+
+    def words(self, text: str) -> str:
+        return latex_text(text)
+
+    def statement(self, text: str) -> str:
+        return latex_words.scene_text_latex(text)
+
+    def unit(self, text: str) -> str:
+        return latex_words.unit_latex(text)
+
+    def value(self, number: float, literal: str | None = None) -> str:
+        return latex_words.value_latex(number, literal)
