@@ -71,6 +71,7 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
             for place in equations.singular
             for name in place.coordinates
         ],
+        "positive": [name for name, _ in equations.positive],
         "kinetic": say(equations.kinetic),
         "potential": say(equations.potential),
         "lagrangian": say(equations.lagrangian),

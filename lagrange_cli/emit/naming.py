@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Parameter
+    from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
 
 _C_WORDS = """
 alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor
@@ -121,6 +121,12 @@ def comment_text(text: str) -> str:
         while unsafe in printable:
             printable = printable.replace(unsafe, written)
     return " ".join(printable.split())
+
+
+def domain_note(equations: Equations) -> list[str]:
+    """A line that says what the scene declares positive; none where it declares nothing."""
+    names = ", ".join(comment_text(name) for name, _ in equations.positive)
+    return [f"All of this holds only where these are positive: {names}."] if names else []
 
 
 def described(quantity: Coordinate | Parameter) -> str:

@@ -218,7 +218,8 @@ class _Writer:
             yield Row(f"  {name}", " " * (width - len(name) + 3), pieces, "name")
 
     def coordinates(self, positions: Sequence[CartesianName]) -> Block:
-        names = [self.printer.symbol(c.name) for c in self.equations.coordinates] or ["none"]
+        symbols = ((self.printer.symbol(c.name), c) for c in self.equations.coordinates)
+        names = [f"{q} > 0" if c.is_positive else q for q, c in symbols] or ["none"]
         items = [f"{name}," for name in names[:-1]] + names[-1:]
         if self.equations.account.chosen_automatically:
             items += ["", "", "(chosen", "automatically)"]

@@ -139,6 +139,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         remarks=_remarks(derivation, initial),
         closures=derivation.closures,
         contacts=derivation.contacts,
+        positive=tuple(reduced.positive),
         chart=chart,
         units=_units(derivation, chart),
         motion=_motion(derivation, evidence, forcing),

@@ -128,6 +128,11 @@ class Coordinate:
     latex: str | None = None
     mark: Mark | None = None
 
+    @property
+    def is_positive(self) -> bool:
+        """True if the scene declares that it stays above zero."""
+        return bool(self.q.is_positive)
+
 
 @dataclass(frozen=True)
 class CartesianName:
@@ -415,6 +420,9 @@ class Equations:
         Formulation that was taken, None if there is one only.
     singular
         Configurations that the coordinates do not cover.
+    positive
+        Names that the scene declares positive, with their expressions over (q, t): the equations
+        hold where all of these are above zero.
     chart
         Coordinates that the present ones have replaced, None if there were none.
     open_questions
@@ -474,6 +482,7 @@ class Equations:
     steps: DerivationSteps | None = None
     choice: FormulationChoice | None = None
     singular: tuple[SingularConfiguration, ...] = ()
+    positive: tuple[tuple[str, Expr], ...] = ()
     chart: ReplacedChart | None = None
     open_questions: tuple[str, ...] = ()
     balance: EnergyBalance | None = None

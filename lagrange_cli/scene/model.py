@@ -169,6 +169,8 @@ class DeclaredCoordinate:
         Its name and its place.
     latex, unit, description
         Texts for readers, None if absent.
+    positive
+        True if the scene declares that it stays above zero.
     """
 
     name: str
@@ -176,6 +178,7 @@ class DeclaredCoordinate:
     latex: str | None = None
     unit: str | None = None
     description: str | None = None
+    positive: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -296,6 +299,8 @@ class Scene:
         Constraints by equations, and by inequalities.
     coordinates, coordinates_mark
         Declared coordinates and the place of their section, None if it is absent.
+    positive
+        Names of the coordinates that are declared positive, also if others replace them.
     eliminated
         Names of coordinates that constraints are to determine after all.
     starts
@@ -328,6 +333,7 @@ class Scene:
     unilateral: tuple[Unilateral, ...] = ()
     coordinates: tuple[DeclaredCoordinate, ...] | None = None
     coordinates_mark: Mark | None = None
+    positive: frozenset[str] = frozenset()
     eliminated: tuple[str, ...] = ()
     starts: tuple[tuple[str, str], ...] = ()
     definitions: tuple[Definition, ...] = ()

@@ -245,8 +245,14 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
         values["expect"] = replace(values["expect"], states=(), events=())
     values.setdefault("name", _identifier(PurePath(file).stem))
     mark = nodes["coordinates"].mark if "coordinates" in nodes else None
-    links = tuple(reading.links)
-    return Scene(file=file, digest=digest, coordinates_mark=mark, links=links, **values)
+    return Scene(
+        file=file,
+        digest=digest,
+        coordinates_mark=mark,
+        positive=frozenset(c.name for c in values.get("coordinates", ()) if c.positive),
+        links=tuple(reading.links),
+        **values,
+    )
 
 
 def _identifier(text: str) -> str:

@@ -273,8 +273,9 @@ def problem_of(
     buffer: Callable[[], SampleBuffer] | None = None,
 ) -> InitialValueProblem:
     """Build the initial value problem of a request."""
-    if request.accuracy is not None and functions.guarded is not None:
-        kept = guard_signs(model, float(request.times[0]), request.initial)
+    if functions.guarded is not None and _ends_at_borders(request):
+        start, promised = float(request.times[0]), request.accuracy is not None
+        kept = guard_signs(model, start, request.initial, barred=promised)
         functions = functions if kept is None else functions.guarded(kept)
     problem = InitialValueProblem(
         functions.rhs,
@@ -289,6 +290,11 @@ def problem_of(
         landmarks=functions.landmarks,
     )
     return replace(problem, wider=partial(_wider, model, problem, functions))
+
+
+def _ends_at_borders(request: Request) -> bool:
+    """Tell whether a right-hand side that does not exist beyond a border ends a run there."""
+    return request.method is None or request.method.shortens
 
 
 def _wider(

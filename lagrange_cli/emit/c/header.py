@@ -9,7 +9,7 @@ from lagrange_cli.emit.c.contacts import _reset_arguments, mode_target
 from lagrange_cli.emit.c.derivatives import derivative_declarations
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.initial_state import rates_note
-from lagrange_cli.emit.naming import comment_text, described
+from lagrange_cli.emit.naming import comment_text, described, domain_note
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.program import optional_outputs
 from lagrange_cli.version import __version__
@@ -124,6 +124,7 @@ def _comment(equations: Equations, target: CTarget) -> list[str]:
     n = len(equations.coordinates)
     for k, coordinate in enumerate(equations.coordinates):
         lines.append(f"  y[{k}], y[{n + k}]  {described(coordinate)}")
+    lines += domain_note(equations)
     positions = _listed("Positions", "out", [c.name for c in equations.cartesian_names])
     lines += positions or ["", "Positions: none, the scene names no Cartesian component."]
     lines += _listed("Inputs", "u", list(map(_input_text, equations.inputs)))

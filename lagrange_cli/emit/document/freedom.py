@@ -107,7 +107,8 @@ _CHOSEN = "Generalized coordinates (chosen automatically): {listed}."
 
 def _described(writer: DocumentWriter, coordinate: Coordinate) -> str:
     letters = writer.letters
-    text = letters.inline(writer.coordinate(coordinate))
+    domain = " > 0" if coordinate.is_positive else ""
+    text = letters.inline(f"{writer.coordinate(coordinate)}{domain}")
     told = [letters.words(coordinate.description)] if coordinate.description else []
     if coordinate.unit:
         told.append(letters.unit(coordinate.unit))

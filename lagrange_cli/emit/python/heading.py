@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.initial_state import rates_note, residual_labels, steps_per_row
-from lagrange_cli.emit.naming import comment_text, described, unique_identifiers
+from lagrange_cli.emit.naming import comment_text, described, domain_note, unique_identifiers
 from lagrange_cli.emit.python.contacts import contact_constants
 from lagrange_cli.emit.python.jacobian import pattern_constants
 from lagrange_cli.program.program import Program
@@ -49,6 +49,7 @@ def docstring(equations: Equations, notes: Sequence[str], *, projected: bool) ->
         *_statement(equations, projected),
         "the order of COORDINATES, then their velocities v. Every function takes (t, y, p) with",
         *notes,
+        *domain_note(equations),
         "",
         f"Made by lagrange {__version__} from the scene with SHA-256",
         comment_text(equations.digest),

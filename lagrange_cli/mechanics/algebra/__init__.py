@@ -14,6 +14,7 @@ __all__ = [
     "group_by_velocity",
     "identities",
     "polynomials",
+    "positive_roots",
     "printed_length",
     "shared_products",
     "shorten",

@@ -59,7 +59,12 @@ class ShapeClasses(Generic[_Result]):
     def of(self, expr: sp.Expr) -> ShapeInstance[_Result]:
         """Give the result for an expression, in terms of the first of its shape."""
         numbers = sorted({self._number[s] for s in expr.free_symbols if s in self._number})
-        places = {s: (k, d) for k, j in enumerate(numbers) for d, s in enumerate(self._symbols[j])}
+        # What is simplified for a positive symbol does not hold for another one.
+        places = {
+            s: (k, d, s.is_positive)
+            for k, j in enumerate(numbers)
+            for d, s in enumerate(self._symbols[j])
+        }
         key = shape(expr, places)
         if key not in self._known:
             self._known[key] = numbers, self._work_out(expr)

@@ -19,6 +19,7 @@ from lagrange_cli.mechanics.symbols.yaml_snippets import (
     near_snippet,
     undeclared_names,
 )
+from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
 #: Coordinates, particles or constraints of a system that is derived: a derivation takes about a
@@ -45,6 +46,12 @@ def nesting_error(scene: Scene) -> InputError:
     mark = scene.definitions[0].mark if scene.definitions else Mark(scene.file, 1, 1)
     message = "expressions nest too deeply once names stand for what they are defined as"
     return InputError(Problem(message, mark, "define fewer names by each other", rule="limit"))
+
+
+def not_positive(name: str, value: Expression) -> InputError:
+    """Refuse a value of a coordinate that is declared positive."""
+    message = f"coordinate '{name}' is declared positive, found {value.text}"
+    return InputError(Problem(message, value.mark(), rule="not-positive"))
 
 
 def require_enough(scene: Scene, elimination: Elimination) -> None:

@@ -115,7 +115,7 @@ def _closure(
 
 
 def _of_position(reduced: Reduced, stated: sp.Expr) -> _Parts:
-    phi = tidy(stated)
+    phi = reduced.drawn(tidy(stated))
     numbers = _held(reduced, stated)
     coordinates = [reduced.coordinates[j] for j in numbers]
     q, v, t = [c.q for c in coordinates], [c.v for c in coordinates], reduced.names.t

@@ -169,7 +169,7 @@ def _vanishes(
 
 def _zero(factor: sp.Expr, q: sp.Symbol, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
     """A value of one coordinate at which the factor is zero; None if none is certain."""
-    if q not in factor.free_symbols:
+    if q not in factor.free_symbols or factor.is_nonzero:
         return None
     if factor.func in (sp.sin, sp.cos):
         return _solved(factor.args[0], q, _ZERO if factor.func is sp.sin else sp.pi / 2)
@@ -182,7 +182,13 @@ def _zero(factor: sp.Expr, q: sp.Symbol, numbers: Mapping[sp.Symbol, sp.Expr]) -
             return None
         inverse = sp.asin if wave.func is sp.sin else sp.acos
         return _solved(wave.args[0], q, inverse(level))
-    return None if waves else _root(factor, q, None, numbers)
+    root = None if waves else _root(factor, q, None, numbers)
+    return root if root is None or _is_reached(root, q, numbers) else None
+
+
+def _is_reached(value: sp.Expr, q: sp.Symbol, numbers: Mapping[sp.Symbol, sp.Expr]) -> bool:
+    """Tell whether a coordinate can have a value: one that is positive, if it is proven to be."""
+    return not q.is_positive or bool(value.is_positive or value.xreplace(dict(numbers)).is_positive)
 
 
 def _solved(argument: sp.Expr, q: sp.Symbol, value: sp.Expr) -> sp.Expr | None:

@@ -1,10 +1,10 @@
 """The textbook form of the equations of motion.
 
 Terms are ordered by ddot, dot, none, multipliers. A common factor is divided out when it is
-a number, a mass or a ``positive`` parameter, since that can never hide
+a number, a mass, or a parameter or coordinate that is declared positive, since that can never hide
 anything. The equation of a cyclic coordinate is left as it is: it reads
 ṗ = 0 with the momentum that is reported beside it, and is printed so where its terms
-are longer. A coordinate is divided out
+are longer. Any other coordinate is divided out
 only where the scene's ``expect`` writes the equation so, since that hides a
 singular point.
 """
@@ -92,7 +92,7 @@ def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> Sh
     name = rows.derivation.reduced.coordinates[row].name
     groups = rows.groups(row)
     whole = rows.divisor(groups)
-    divisor = _harmless(whole, rows.parameters, cyclic)
+    divisor = _harmless(whole, rows.harmless, cyclic)
     if asked is not None and not cyclic and (whole / divisor).free_symbols:
         candidate = ShownEquation(name, _divided(groups, whole), whole)
         if asked(candidate.residual):
@@ -114,6 +114,8 @@ class _Rows:
             if any(t.is_Symbol and t not in reduced.names.parameters.values() for t in terms)
         ]
         self.parameters = frozenset(reduced.names.parameters.values())
+        #: Symbols that a common factor may hold which is divided out.
+        self.harmless = self.parameters.union(c.q for c in reduced.coordinates if c.is_positive)
         self.order = {c.v: k for k, c in enumerate(reduced.coordinates)}
         #: (entry of the gradient, multiplier) of the closures and gaps, by coordinate.
         self.pushes: list[list[tuple[sp.Expr, sp.Symbol]]] = [[] for _ in reduced.coordinates]
@@ -186,15 +188,16 @@ def _is_negative(coefficient: sp.Expr) -> bool:
     return bool((number < 0) != turned)
 
 
-def _harmless(whole: sp.Expr, parameters: frozenset[sp.Symbol], cyclic: bool) -> sp.Expr:
-    """The part of a common factor that is never zero: numbers, masses, positive parameters."""
+def _harmless(whole: sp.Expr, known: frozenset[sp.Symbol], cyclic: bool) -> sp.Expr:
+    """The part of a common factor that is never zero: numbers, masses, positive parameters and
+    coordinates."""
     if cyclic:
         return sp.Integer(1)
     number, symbolic = whole.as_coeff_Mul(rational=True)
     factors = [
         f
         for f in sp.Mul.make_args(symbolic)
-        if f.is_positive and (f.free_symbols <= parameters or isinstance(f, _POSITIVE))
+        if f.is_positive and (f.free_symbols <= known or isinstance(f, _POSITIVE))
     ]
     return scaled(number, sp.Mul(*factors))
 

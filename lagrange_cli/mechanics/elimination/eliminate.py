@@ -348,6 +348,8 @@ class Elimination:
 
     def _branch(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> sp.Expr:
         """Choose the branch that the reference configuration is on."""
+        if unknown.is_positive:
+            branches = [b for b in branches if not b.is_nonpositive] or branches
         at = self._at_reference(branches)
         real = [k for k, value in enumerate(at) if value is not None]
         never = all(b.is_real is False for b in branches)

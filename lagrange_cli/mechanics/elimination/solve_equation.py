@@ -259,4 +259,4 @@ def factor_branches(phi: sp.Expr, constants: frozenset[sp.Symbol]) -> list[sp.Ex
     if not _has_factors(phi.xreplace(dict(zip(symbols, _PLACES, strict=False)))):
         return [phi]
     factors = [f.as_base_exp()[0] for f in sp.Mul.make_args(factored_form(phi))]
-    return [f for f in factors if not f.free_symbols <= constants] or [phi]
+    return [f for f in factors if not (f.free_symbols <= constants or f.is_nonzero)] or [phi]

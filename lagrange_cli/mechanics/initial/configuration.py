@@ -40,6 +40,9 @@ class Configurations:
         If there are none: a configuration of least distance.
     values, misses
         Values that it has, and how far they are from the given ones.
+    beyond
+        A configuration that has the given values, but for coordinates that have to be positive
+        and are not; empty if none was reached.
     regular
         True if the targets determine the coordinates to first order at some iterate.
     """
@@ -48,6 +51,7 @@ class Configurations:
     nearest: list[mpf] = field(default_factory=list)
     values: list[mpf] = field(default_factory=list)
     misses: list[mpf] = field(default_factory=list)
+    beyond: list[mpf] = field(default_factory=list)
     regular: bool = False
 
 
@@ -103,7 +107,9 @@ class ConfigurationSearch:
                 continue
             values = self._run(self._tape, q)
             misses = self.misses(q)
-            if max(misses) <= tolerance:
+            if max(misses) <= tolerance and not self._has_signs(q):
+                outcome.beyond = outcome.beyond or q
+            elif max(misses) <= tolerance:
                 place = self._run(self._everything, q)
                 _keep(kept, self._turned_back(q), place, self._plain, self._length)
             elif not outcome.misses or max(misses) < max(outcome.misses):
@@ -114,6 +120,11 @@ class ConfigurationSearch:
             key=lambda q: sum(abs(x - y) for x, y in zip(q, guess, strict=True)),
         )
         return outcome
+
+    def _has_signs(self, q: Sequence[mpf]) -> bool:
+        """Tell whether coordinates that are declared positive are."""
+        pairs = zip(self._coordinates, q, strict=True)
+        return all(value > 0 for coordinate, value in pairs if coordinate.is_positive)
 
     def misses(self, q: Sequence[mpf]) -> list[mpf]:
         """Distances from the given values, then from the closures (φ beside its gradient)."""
@@ -135,11 +146,13 @@ class ConfigurationSearch:
         return tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0).values
 
     def _turned_back(self, q: list[mpf]) -> list[mpf]:
-        """Missing angles within half a turn of zero."""
+        """Missing angles within half a turn of zero, or in the first turn if positive."""
         turned = list(q)
         for j in self._missing:
             if self._coordinates[j].is_angle:
-                turned[j] -= 2 * mpmath.pi * mpmath.nint(turned[j] / (2 * mpmath.pi))
+                turns = turned[j] / (2 * mpmath.pi)
+                whole = mpmath.floor if self._coordinates[j].is_positive else mpmath.nint
+                turned[j] -= 2 * mpmath.pi * whole(turns)
         return turned
 
     def _plain(self, q: Sequence[mpf]) -> tuple[int, mpf]:
@@ -156,7 +169,7 @@ class ConfigurationSearch:
             for i, j in enumerate(self._missing):
                 step = mpmath.frac(k * mpmath.sqrt(2 + i)) - mpf(1) / 2
                 width = 2 * mpmath.pi if self._coordinates[j].is_angle else 2 * scale
-                start[j] = step * width
+                start[j] = abs(step * width) if self._coordinates[j].is_positive else step * width
             starts.append(start)
         return starts
 

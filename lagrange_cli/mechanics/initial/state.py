@@ -169,6 +169,11 @@ class _Initial:
     def solve(self) -> InitialState:
         start, moved = self._placed()
         self.placed = self._agrees(start)
+        if any(
+            c.is_positive and not x > 0
+            for c, x in zip(self.reduced.coordinates, start, strict=True)
+        ):
+            raise self._beyond(start)
         try:
             velocities = self._velocities(self._tape(1), start)
             velocities, turned = self.closures.tangent(start, velocities)
@@ -225,6 +230,8 @@ class _Initial:
         reached = search.configurations(guess, _TOLERANCE * length)
         if not reached.exact and reached.nearest:
             raise self._unreachable(symbols, reached)
+        if not reached.exact and reached.beyond:
+            raise self._beyond(reached.beyond)
         if not reached.exact and reached.regular:
             raise self.closures.nowhere()
         if not reached.exact:
@@ -262,6 +269,20 @@ class _Initial:
                     ]
                 ),
                 rule="initial-ambiguous",
+            )
+        )
+
+    def _beyond(self, q: Sequence[mpf]) -> InputError:
+        """Refuse a configuration with a coordinate that is declared positive and is not."""
+        below = (j for j, c in enumerate(self.reduced.coordinates) if c.is_positive and q[j] <= 0)
+        number = next(below)
+        name, value = self.reduced.coordinates[number].name, mpmath.nstr(q[number], 12)
+        entry = next((e for e in self.reduced.scene.initial if e.name == name), None)
+        return InconsistentStartError(
+            Problem(
+                f"the initial values ask for {name} = {value}, which is declared positive",
+                (entry or self.reduced.scene.initial[0]).mark,
+                rule="not-positive",
             )
         )
 

@@ -100,7 +100,7 @@ def _placed(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> _Poin
     moved = manifold.placed(point) if free else dict(point)
     if moved is None or any(x > RANK_TOLERANCE for x in manifold.violations(moved)):
         return None
-    return moved
+    return None if any(s.is_positive and not moved[s] > 0 for s in free) else moved
 
 
 def _rounded(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> set[sp.Symbol]:
@@ -133,7 +133,8 @@ def possible_start(reduced: Reduced) -> dict[str, str]:
         return _suggested_configuration(reduced, {}) or {}
     given = {e.name: e.value.text for e in scene.initial if e.order == 0}
     names = [*(c.name for c in reduced.coordinates), *(name for name, _ in scene.starts)]
-    return {name: given.get(name, "0") for name in names}
+    above = {*scene.positive, *(name for q, name in scene.starts if q in scene.positive)}
+    return {name: given.get(name, "1" if name in above else "0") for name in names}
 
 
 def other_start_hint(reduced: Reduced) -> str:

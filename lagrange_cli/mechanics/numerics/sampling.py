@@ -57,6 +57,8 @@ class Sampler:
     place
         Moves a point on to closures, or on to those of some numbers; returns None if it
         fails.
+    positive
+        Expressions over t, coordinates and parameters that are positive at a feasible point.
 
     Attributes
     ----------
@@ -77,6 +79,7 @@ class Sampler:
         domain: Sequence[sp.Expr],
         seed: str,
         place: Callable[[SamplePoint, Sequence[int] | None], SamplePoint | None] | None = None,
+        positive: Sequence[sp.Expr] = (),
     ) -> None:
         self.t = t
         self._place = place
@@ -91,7 +94,8 @@ class Sampler:
         self._spread = spread
         self._random = random.Random(seed)
         self._symbols = [t, *self.coordinates, *self._values, *self._free]
-        self._tape = Tape(domain, self._symbols)
+        self._above = len(positive)
+        self._tape = Tape([*positive, *domain], self._symbols)
 
     def draw(
         self,
@@ -113,24 +117,28 @@ class Sampler:
             point: SamplePoint | None = self.candidate(width, varied)
             if point is not None and self._place is not None:
                 point = self._place(point, closures)
-            if point is not None and self._is_real(point):
+            if point is not None and self._is_feasible(point):
                 return point
             # Around a given configuration shrink towards it; else keep looking.
             width = width * 3 / 4 if attempt % 4 == 3 and width > mpf(2) ** -20 else width
         return None
 
-    def _is_real(self, point: SamplePoint) -> bool:
+    def _is_feasible(self, point: SamplePoint) -> bool:
+        inputs = [(point[s], mpf(0), mpf(0)) for s in self._symbols]
         try:
-            self._tape.run([(point[s], mpf(0), mpf(0)) for s in self._symbols], order=0)
+            values = self._tape.run(inputs, order=0).values
         except (DomainError, ZeroDivisionError, OverflowError):
             return False
-        return True
+        return all(x > 0 for x in values[: self._above])
 
     def near(self, point: SamplePoint, width: mpf) -> SamplePoint:
         """Move the coordinates of a point at random by ``width`` times their spread."""
         moved = dict(point)
         for q in self.coordinates:
-            moved[q] += width * self._spread[q] * self._uniform(-1, 1)
+            reach = width * self._spread[q]
+            if q.is_positive:
+                reach = min(reach, abs(point[q]) / 2)
+            moved[q] += reach * self._uniform(-1, 1)
         return moved
 
     def around(self, point: SamplePoint, width: mpf) -> tuple[SamplePoint, SamplePoint]:
@@ -150,7 +158,8 @@ class Sampler:
         """Draw a random point that need not be feasible."""
         point = {self.t: self._uniform(0, 1)}
         for q in self.coordinates:
-            point[q] = self._center[q] + width * self._spread[q] * self._uniform(-1, 1)
+            value = self._center[q] + width * self._spread[q] * self._uniform(-1, 1)
+            point[q] = abs(value) if q.is_positive else value
         for p, value in self._values.items():
             point[p] = value * self._uniform(0.5, 1.5) if varied else value
             if varied and value == 0:

@@ -83,7 +83,18 @@ def sampler_of(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampl
         [*chart.geometry.resolved.values(), *_differences(chart.geometry.gaps), *domain],
         seed=names.scene.digest,
         place=manifold.placed if manifold.all else None,
+        positive=[e for _, e in positive_places(chart.geometry)],
     )
+
+
+def positive_places(geometry: Geometry) -> list[tuple[str, sp.Expr]]:
+    """What is declared to stay above zero: names with their expressions over coordinates.
+
+    A coordinate that the constraints have eliminated after all is an expression in the others.
+    """
+    moving = {q.name: q for q in geometry.coordinates}
+    places = {**{s.name: e for s, e in geometry.resolved.items()}, **moving}
+    return [(name, places[name]) for name in sorted(geometry.names.scene.positive & places.keys())]
 
 
 def _differences(closures: Sequence[ClosureEquation]) -> list[sp.Expr]:

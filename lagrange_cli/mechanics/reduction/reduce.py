@@ -17,7 +17,12 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, Mark, SingularError
 from lagrange_cli.mechanics.algebra.factor import tidy
-from lagrange_cli.mechanics.diagnosis.errors import remaining_coordinates, require_enough
+from lagrange_cli.mechanics.algebra.positive_roots import drawn_from_roots
+from lagrange_cli.mechanics.diagnosis.errors import (
+    not_positive,
+    remaining_coordinates,
+    require_enough,
+)
 from lagrange_cli.mechanics.diagnosis.inconsistency import (
     diagnose_no_configuration,
     proven_inconsistency,
@@ -80,7 +85,8 @@ def reduce(scene: Scene) -> Reduced:
     ------
     InputError
         Located and explained: too few or too many coordinates, constraints that
-        contradict each other, a branch that nothing chooses, a mass that is not positive.
+        contradict each other, a branch that nothing chooses, a mass that is not positive, or a
+        value of ``initial`` or ``near`` that is not where its coordinate has to be.
     """
     try:
         return _reduced_scene(scene)
@@ -100,8 +106,9 @@ def _with_starts(scene: Scene, coordinates: Sequence[str]) -> Scene:
             name = tagged(name, "_")
         starts[q] = name
         unit = declared[q].unit if q in declared else None
-        told = f"{q} at the start"
-        parameters.append(DeclaredParameter(name, place, unit=unit, description=told))
+        told, positive = f"{q} at the start", q in scene.positive
+        start = DeclaredParameter(name, place, unit=unit, positive=positive, description=told)
+        parameters.append(start)
     return replace(scene, parameters=tuple(parameters), starts=tuple(starts.items()))
 
 
@@ -240,7 +247,7 @@ def _reduced(basis: _Basis, stated: list[StatedEquation], strict: bool) -> Reduc
     scene, names, reference = basis.scene, basis.names, basis.reference
     elimination = _eliminate(names, scene, stated, reference, strict)
     symbols = _coordinate_symbols(names, elimination)
-    resolved = {s: _placed(elimination, s) for s in names.cartesian.values()}
+    resolved = {s: _placed(elimination, s, symbols) for s in names.cartesian.values()}
     geometry = Geometry(names, elimination, resolved, symbols, reference)
     chart = Chart(basis.values, geometry, tuple(generalized_coordinates(geometry, ())))
     chart, points, kept = _restricted(chart)
@@ -328,11 +335,15 @@ def _drawn(
     return points
 
 
-def _placed(elimination: Elimination, symbol: sp.Symbol) -> sp.Expr:
+def _placed(
+    elimination: Elimination, symbol: sp.Symbol, coordinates: Sequence[sp.Symbol]
+) -> sp.Expr:
     """r(q, t) of a raw symbol, with sums under roots collected."""
     expr = elimination.solved.get(symbol, symbol)
     rooted = any(p.exp.q != 1 and p.base.is_Add for p in expr.atoms(sp.Pow) if p.exp.is_Rational)
-    return tidy(expr) if rooted else expr
+    if not rooted:
+        return expr
+    return drawn_from_roots(tidy(expr), [q for q in coordinates if q.is_positive])
 
 
 def _stated(names: Names, written: _Written) -> StatedEquation:
@@ -350,6 +361,8 @@ def _reference(names: Names, values: ParameterValues, scene: Scene) -> dict[sp.S
         symbol = names.lookup(entry.name)
         if value is not None and symbol is not None and symbol.is_Symbol:
             reference[symbol] = evaluated(value, mpmath.mp.dps)
+            if symbol.is_positive and not reference[symbol] > 0:
+                raise not_positive(entry.name, entry.value)
     for name, value in values.exact.items():
         reference[names.parameters[name]] = evaluated(value, mpmath.mp.dps)
     start = scene.simulate.start

@@ -11,6 +11,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import Problem
+from lagrange_cli.mechanics.algebra.positive_roots import drawn_from_roots
 from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.findings import Account
 from lagrange_cli.mechanics.free_symbols import symbols_in
@@ -20,6 +21,7 @@ from lagrange_cli.mechanics.reduction.coordinates import (
     Chart,
     generalized_coordinates,
     manifold_of,
+    positive_places,
     sampler_of,
     scales,
 )
@@ -83,8 +85,13 @@ class Reduced:
         """``expr`` with raw symbols replaced by their r(q, t)."""
         if expr not in self._put_in:
             present = {s: self.resolved[s] for s in symbols_in(expr) if s in self.resolved}
-            self._put_in[expr] = expr.xreplace(present) if present else expr
+            self._put_in[expr] = self.drawn(expr.xreplace(present) if present else expr)
         return self._put_in[expr]
+
+    def drawn(self, expr: sp.Expr) -> sp.Expr:
+        """``expr`` with positive coordinates taken out of roots."""
+        positive = [c.q for c in self.coordinates if c.is_positive]
+        return drawn_from_roots(expr, positive) if positive else expr
 
     def convert(self, expression: Expression) -> sp.Expr:
         """Convert an expression of the scene over raw symbols, q, v and t."""
@@ -120,6 +127,11 @@ class Reduced:
     def gaps(self) -> tuple[ClosureEquation, ...]:
         """One-sided constraints, ``left`` ≥ ``right``."""
         return self.chart.geometry.gaps
+
+    @property
+    def positive(self) -> list[tuple[str, sp.Expr]]:
+        """Names that are declared to stay above zero, with their expressions over q and t."""
+        return positive_places(self.chart.geometry)
 
     @property
     def rate(self) -> Rate:

@@ -59,7 +59,7 @@ class Names:
             for p in scene.parameters
         }
         self.inputs = {term.name: sp.Symbol(term.name, real=True) for term in scene.inputs}
-        self.coordinates = {c.name: sp.Symbol(c.name, real=True) for c in scene.coordinates or ()}
+        self.coordinates = {c.name: self._place(c.name) for c in scene.coordinates or ()}
         self._definitions = {d.name: d.expression for d in scene.definitions}
         self._functions = {f.name: f for f in scene.functions}
         self._meanings: dict[str, sp.Expr] = {}
@@ -99,14 +99,19 @@ class Names:
         else:
             name = f"{_AXES[axis]}_{body.name}"
             self._position_entries[name] = entry
-        return self.cartesian.setdefault(name, sp.Symbol(name, real=True))
+        return self.cartesian.setdefault(name, self._place(name))
+
+    def _place(self, name: str) -> sp.Symbol:
+        """Make the symbol of a coordinate or component, positive if that is declared of it."""
+        declared = name in self.scene.positive
+        return sp.Symbol(name, positive=True) if declared else sp.Symbol(name, real=True)
 
     def _dependent(self, scene: Scene) -> Iterator[sp.Symbol]:
         """Declare the names that stand in ``kinetic`` and a constraint, and nowhere else."""
         own = {s.name for body in self.body_symbols for s in body}
         for name in name_table(scene).cartesian:
             if name not in own and name not in self.coordinates:
-                yield self.cartesian.setdefault(name, sp.Symbol(name, real=True))
+                yield self.cartesian.setdefault(name, self._place(name))
 
     def _is_bare_name(self, entry: Expression) -> bool:
         """Say whether an entry is a Cartesian name: fresh, a coordinate, or defined."""

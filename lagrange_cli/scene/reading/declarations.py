@@ -66,17 +66,13 @@ def _parameter(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredParam
     if not isinstance(node, Mapping):
         return DeclaredParameter(key.text, key.mark, reading.expression(node, what))
     fields = reading.fields(node, what, ("value", "unit", "positive", "description", "latex"))
-    value = positive = None
-    if "value" in fields:
-        value = reading.expression(fields["value"], what)
-    if "positive" in fields:
-        positive = reading.boolean(fields["positive"], f"'positive' of {what}")
+    value = reading.expression(fields["value"], what) if "value" in fields else None
     return DeclaredParameter(
         key.text,
         key.mark,
         value,
         _text(fields, "unit", what, reading),
-        bool(positive),
+        _positive(fields, what, reading),
         _text(fields, "description", what, reading),
         _latex(fields, what, reading),
     )
@@ -84,6 +80,11 @@ def _parameter(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredParam
 
 def _text(fields: dict[str, SourceNode], key: str, what: str, reading: Reading) -> str | None:
     return reading.text(fields[key], f"'{key}' of {what}") if key in fields else None
+
+
+def _positive(fields: dict[str, SourceNode], what: str, reading: Reading) -> bool:
+    node = fields.get("positive")
+    return node is not None and bool(reading.boolean(node, f"'positive' of {what}"))
 
 
 def _latex(fields: dict[str, SourceNode], what: str, reading: Reading) -> str | None:
@@ -223,16 +224,17 @@ def read_coordinates(node: SourceNode, reading: Reading) -> tuple[DeclaredCoordi
 
 def _coordinate(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredCoordinate:
     what = f"coordinate '{key.text}'"
-    mapping = reading.mapping(node, what, "a mapping {latex, unit, description}")
+    mapping = reading.mapping(node, what, "a mapping {latex, unit, positive, description}")
     if mapping is None:
         return DeclaredCoordinate(key.text, key.mark)
-    fields = reading.fields(mapping, what, ("latex", "unit", "description"))
+    fields = reading.fields(mapping, what, ("latex", "unit", "positive", "description"))
     return DeclaredCoordinate(
         key.text,
         key.mark,
         _latex(fields, what, reading),
         _text(fields, "unit", what, reading),
         _text(fields, "description", what, reading),
+        _positive(fields, what, reading),
     )
 
 

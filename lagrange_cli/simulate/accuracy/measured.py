@@ -31,15 +31,16 @@ class Disproof:
         Time from which nothing is promised.
     by
         ``energy``: a conserved energy changes; ``gap``: gaps are negative; ``impact``: an impact
-        adds energy; ``uniqueness``: the motion comes to rest where more than one follows.
+        adds energy; ``uniqueness``: the motion comes to rest where more than one follows;
+        ``positive``: what the scene declares positive is not.
     contacts
         Numbers of the contacts whose gaps or impacts they are.
     where
-        Equation in words that holds where the motion comes to rest.
+        Equation in words that holds where the motion comes to rest; name of what is not positive.
     """
 
     time: float
-    by: Literal["energy", "gap", "impact", "uniqueness"]
+    by: Literal["energy", "gap", "impact", "uniqueness", "positive"]
     contacts: tuple[int, ...] = ()
     where: str = ""
 

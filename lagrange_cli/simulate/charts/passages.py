@@ -272,6 +272,11 @@ def _as_far_as(
 ) -> Trajectory:
     """Cut a run behind the samples at which former coordinates have been found."""
     moves, m = _moves(chart, continued, run), len(continued.q)
+    left = _first_not_positive(chart, continued)
+    if left is not None and left[0] <= m:
+        m, name = left
+        said = f"'{name}' is declared positive, and reaches 0 after t = {run.t[m - 1]:.9g}"
+        return _until(run, m, said, "blow_up")
     if np.quantile(moves, _USUALLY) > _UNCERTAIN:
         m = max(1, int(np.argmax(moves > _UNCERTAIN)))
     if m == len(run.t):
@@ -288,6 +293,17 @@ def _as_far_as(
         return _until(run, m, f"stopped; what is kept ends at {last}", "stopped")
     said = f"{names} cannot be followed past {last}: the motion is too fast for {FINEST} samples"
     return _until(run, m, said, "accuracy_not_reached")
+
+
+def _first_not_positive(
+    chart: FormerChart, continued: ContinuedCoordinates
+) -> tuple[int, str] | None:
+    """Number of samples before a coordinate is not positive that is declared so, and its name."""
+    numbers = [chart.coordinates.index(name) for name in chart.positive]
+    below = np.argwhere(continued.q[:, numbers] <= 0)
+    if not len(below):
+        return None
+    return max(int(below[0, 0]), 1), chart.positive[below[0, 1]]
 
 
 def _with_costs(run: Trajectory, before: Sequence[Trajectory]) -> Trajectory:

@@ -198,6 +198,9 @@ class Integrator(ABC):
     traces
         It needs :mod:`.expressions` of the right-hand side, and raises :class:`UnfitError`
         where they are not to be had.
+    shortens
+        True if steps are made shorter where the right-hand side does not exist, so that a run ends
+        at the border; false if it ends where that is seen first.
     t, y, t_end
         Time and state, shape (2n,), of the run, and the time of its end.
     evaluations, steps, remade
@@ -223,6 +226,7 @@ class Integrator(ABC):
     repeats: ClassVar[bool] = False
     package: ClassVar[tuple[str, str] | None] = None
     traces: ClassVar[bool] = False
+    shortens: ClassVar[bool] = True
 
     t: float
     y: Array

@@ -153,6 +153,7 @@ class BDF(_ScipyImplicit):
     order = 5
     variable_order = True
     solver = "BDF"
+    shortens = False
 
     def _move(self, change: Array) -> None:
         # Row 0 is the state, the rows after it are backward differences: this moves the
@@ -174,6 +175,7 @@ class LSODA(_ScipyImplicit):
     solver = "LSODA"
     projects = False
     resumes = False
+    shortens = False
 
     def _jacobian_option(self) -> dict[str, Any]:
         return {}  # its own differences serve it as well

@@ -24,6 +24,7 @@ from lagrange_cli.simulate.model.charts import (
     coordinate_kinds,
     former_chart,
     guard_program,
+    positive_source,
     singular_source,
 )
 from lagrange_cli.simulate.model.expressions import outputs_program, with_accelerations
@@ -102,6 +103,7 @@ def _model_of(equations: Equations) -> Model:
         recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),
         driven=tuple(u.name for u in equations.inputs if u.driven),
         singular=chart_singularities(equations),
+        positive=tuple(name for name, _ in equations.positive),
         chart=former_chart(equations),
         massless=_massless(equations),
         steep=steep_places(substitute_inputs(equations)),
@@ -199,13 +201,15 @@ def _code(equations: Equations) -> Code:
     return Code(
         c=library_source(compiled) + guard_source(compiled, rates, C_DOUBLE),
         lanes=lanes + guard_source(compiled, rates, C_DOUBLE, lanes),
-        taylor="" if sided else taylor_source(programs),
+        # The series know nothing of the borders.
+        taylor="" if sided or equations.positive else taylor_source(programs),
         tables=lane_tables_source(programs),
         python=module_source(programs | _watched(equations)),
         work=workspace_size(compiled),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
         forces="" if forces is None else module_source({"outputs": forces}),
         singular=singular_source(equations),
+        positive=positive_source(equations),
         steep=steep_source(equations),
     )
 

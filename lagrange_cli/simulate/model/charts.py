@@ -41,16 +41,28 @@ def singular_source(equations: Equations) -> str:
     return module_source({"outputs": outputs_program(equations, places)})
 
 
+def positive_source(equations: Equations) -> str:
+    """Write a function whose numbers are positive where the equations hold; empty if the scene
+    declares nothing positive."""
+    if not equations.positive:
+        return ""
+    above = (expression for _, expression in equations.positive)
+    # Inputs move no coordinate.
+    return module_source({"outputs": outputs_program(replace(equations, inputs=()), above)})
+
+
 def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | None:
-    """A program whose numbers vanish where coordinates lose their meaning but do not end, and for
-    each such place the numbers, in the state, of the rates that move nothing there; None if
-    there is none."""
+    """A program whose numbers vanish where coordinates lose their meaning but do not end, and at
+    the border of what is positive; with, for each, the numbers in the state of the rates that move
+    nothing there. None if there is no such place."""
     places = [place for place in equations.singular if not place.infinite]
-    if not places:
+    above = [expression for _, expression in equations.positive]
+    if not (places or above):
         return None
     names = [c.name for c in equations.coordinates]
     rates = [[len(names) + names.index(name) for name in place.coordinates] for place in places]
-    return outputs_program(equations, (place.where for place in places)), rates
+    vanishing = [*(place.where for place in places), *above]
+    return outputs_program(equations, vanishing), [*rates, *([] for _ in above)]
 
 
 def former_chart(equations: Equations) -> FormerChart | None:
@@ -74,4 +86,5 @@ def former_chart(equations: Equations) -> FormerChart | None:
         None if start is None else (*start.positions, *start.velocities),
         module_source(programs),
         chart.steady,
+        tuple(c.name for c in chart.coordinates if c.is_positive),
     )

@@ -65,6 +65,9 @@ class Code:
     singular
         Python text whose function ``outputs`` gives numbers that vanish at singular
         configurations.
+    positive
+        Python text whose function ``outputs`` gives numbers that are positive where the equations
+        hold, if the scene says so.
     steep
         Text of :func:`.unbounded_slopes.steep_text`.
     taylor
@@ -80,6 +83,7 @@ class Code:
     factors: int
     forces: str = ""
     singular: str = ""
+    positive: str = ""
     steep: str = ""
     taylor: str = ""
     tables: str = ""
@@ -119,6 +123,8 @@ class FormerChart:
         their order, and their rates, for a state of these.
     steady
         Coordinates whose rates are proven to keep their signs, or to stay zero.
+    positive
+        Coordinates that the scene declares positive.
     """
 
     coordinates: tuple[str, ...]
@@ -126,6 +132,7 @@ class FormerChart:
     start: tuple[float, ...] | None
     python: str
     steady: tuple[str, ...] = ()
+    positive: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -179,6 +186,8 @@ class Model:
         :mod:`lagrange_cli.program.systems.contact_systems`.
     singular
         Places that the coordinates do not cover, as ``Code.singular`` finds them.
+    positive
+        Names that the scene declares positive, whose values ``Code.positive`` gives.
     chart
         Coordinates that these have replaced; None if there are none.
     massless
@@ -218,6 +227,7 @@ class Model:
     driven: tuple[str, ...] = ()
     contacts: tuple[str, ...] = ()
     singular: tuple[ChartSingularity, ...] = ()
+    positive: tuple[str, ...] = ()
     chart: FormerChart | None = None
     massless: tuple[str, ...] = ()
     steep: tuple[str, ...] = ()
@@ -269,7 +279,7 @@ class Model:
         fields = dict(value)
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
-        lists += ("steep", "initial_decimals", "driven")
+        lists += ("steep", "initial_decimals", "driven", "positive")
         for name in lists:
             fields[name] = tuple(fields[name])
         fields["parameters"] = tuple(ModelParameter(**p) for p in fields["parameters"])
@@ -305,9 +315,11 @@ def _chart(
     start: list[float] | None,
     python: str,
     steady: list[str],
+    positive: list[str],
 ) -> FormerChart:
     begun = None if start is None else tuple(start)
-    return FormerChart(tuple(coordinates), tuple(kinds), begun, python, tuple(steady))
+    kept = tuple(steady), tuple(positive)
+    return FormerChart(tuple(coordinates), tuple(kinds), begun, python, *kept)
 
 
 def _recording(mark: dict[str, Any], column_mark: dict[str, Any], **fields: Any) -> Recording:

@@ -17,9 +17,9 @@ from lagrange_cli.program.program import Program, result_count
 #: The program whose numbers vanish at singular configurations.
 GUARD_PROGRAM = "places"
 
-#: Right-hand sides that have a guarded form.
+#: Right-hand sides that have a guarded form, and what the names of perturbed ones hold.
 _GUARDED = ("rhs", "disturbed", "sided_rhs", "sided_disturbed")
-
+_PERTURBED = "disturbed"
 
 _TEST = """\
     if (side[{k}]*place[{k}] < 0 && (side[{k}]*side[{k}] > 1{moves})) {{
@@ -58,9 +58,15 @@ def guard_source(
         "@TESTS@": "\n".join(tests),
         "@NUMBERS@": str(2 * programs["rhs"].coordinates),
     }
+    # All perturbed ones are handed as many factors as the one that reads most.
+    most = max((p.parameters for name, p in programs.items() if _PERTURBED in name), default=0)
+    offsets = {
+        name: most if _PERTURBED in name else program.parameters
+        for name, program in programs.items()
+    }
     template = c_template("guarded" if lanes is None else "guarded_lanes")
     return "\n".join(
-        filled(template, {"@FUNCTION@": name, "@OFFSET@": str(programs[name].parameters), **values})
+        filled(template, {"@FUNCTION@": name, "@OFFSET@": str(offsets[name]), **values})
         for name in _GUARDED
         if name in programs and (lanes is None or f"system_{name}_lanes(" in lanes)
     )

@@ -25,14 +25,22 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Failure
+from lagrange_cli.simulate.system.singular_guard import positive_values
 
 #: Time by which an end is proposed earlier, as a part of the motion so far.
 _BEFORE = 0.01
+
+#: Time ahead of a failure, as a part of the motion so far, by which what is declared positive has
+#: reached zero if the failure is due to that; and the same in steps of a given length.
+_BEYOND, _STEPS_AHEAD = 1e-6, 2.0
 
 #: Contacts that are named in one sentence.
 _MOST_NAMED = 6
 
 Status = Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
+
+#: Says that a motion has come to the border of what is declared positive.
+_LEFT = "'{where}' is declared positive and reaches 0, where these equations end"
 
 _DISPROOFS = {
     "energy": "the energy is not what it was. A force acts in less than a step;"
@@ -43,6 +51,7 @@ _DISPROOFS = {
     " with a restitution of 0",
     "uniqueness": "the motion comes to rest where {where} and a force pushes away with an"
     " infinite slope, so that more than one motion follows",
+    "positive": _LEFT,
 }
 
 #: Why a motion with contacts cannot be continued: one is in the way, or several.
@@ -93,7 +102,7 @@ def status(problem: InitialValueProblem, measured: Measured) -> Status:
     if measured.stopped:
         return "stopped"
     if measured.disproved is not None:
-        return "accuracy_not_reached"
+        return "blow_up" if measured.disproved.by == "positive" else "accuracy_not_reached"
     return "blow_up" if measured.failure is not None else "accuracy_not_reached"
 
 
@@ -107,11 +116,11 @@ def reason(model: Model, problem: InitialValueProblem, measured: Measured, reque
         return f"stopped; what is kept ends at t = {last:.9g}"
     if measured.disproved is not None:
         what, at = _disproof(model, measured.disproved), measured.disproved.time
-        if request.accuracy is None or measured.disproved.by == "uniqueness":
+        if request.accuracy is None or measured.disproved.by in ("uniqueness", "positive"):
             return f"what is kept ends at t = {last:.9g}: {what}"
         return f"accuracy {request.accuracy:g} is disproved at t = {at:.9g}: {what}"
     if measured.failure is not None:
-        return _failed(model, problem, measured.failure)
+        return _failed(model, problem, measured.failure, request)
     holds = f"accuracy {request.accuracy:g} holds until t = {last:.9g} of {problem.until:.9g}"
     ends = [s for s in measured.switches if s.kind == "zeno" and s.t >= last]
     if not ends and measured.unclear is not None:
@@ -138,8 +147,11 @@ def _limiting_component(model: Model, component: LimitingComponent | None) -> st
     )
 
 
-def _failed(model: Model, problem: InitialValueProblem, failure: Failure) -> str:
+def _failed(model: Model, problem: InitialValueProblem, failure: Failure, request: Request) -> str:
     past = f"the motion cannot be continued past t = {failure.time:.9g}"
+    name = _reaching_zero(model, failure, _BEYOND * (failure.time - problem.start), request)
+    if name is not None:
+        return f"{past}: {_LEFT.format(where=name)}"
     if failure.reason in _STUCK and failure.contacts:
         says = _STUCK[failure.reason][len(failure.contacts) > 1]
         way_out = _WAYS_OUT[failure.reason].format(_listed(model, failure.contacts[-1:]))
@@ -151,6 +163,17 @@ def _failed(model: Model, problem: InitialValueProblem, failure: Failure) -> str
     kept = " a position where the constraints are singular," if projection(problem.rhs) else ""
     cause = f" (a singularity,{kept} or the edge of where the equations exist)"
     return f"{past}: {failure.reason}{cause}"
+
+
+def _reaching_zero(model: Model, failure: Failure, ahead: float, request: Request) -> str | None:
+    """Return what is declared positive and would not be so a short time ahead, or None."""
+    if failure.state is None or not model.positive:
+        return None
+    ahead, n = max(ahead, _STEPS_AHEAD * (request.step or 0.0)), len(model.coordinates)
+    moved = failure.state.copy()
+    moved[:n] += ahead * moved[n:]
+    later = positive_values(model)(failure.time + ahead, moved)
+    return next((name for name, x in zip(model.positive, later, strict=True) if not x > 0), None)
 
 
 def _unclear(model: Model, unclear: UnclearContacts) -> str:

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+import numpy as np
+
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start_integrator
@@ -40,11 +42,14 @@ class Failure:
         Phrase for a person.
     contacts
         Numbers of the contacts that are in the way.
+    state
+        The last state, shape (2n,), in doubles.
     """
 
     time: float
     reason: str
     contacts: tuple[int, ...] = ()
+    state: Array | None = None
 
 
 @contextmanager
@@ -172,7 +177,7 @@ class Run:
         failure = self.failure
         return {
             "filled": self.filled,
-            "failure": failure and (failure.time, failure.reason, failure.contacts),
+            "failure": failure and (failure.time, failure.reason, failure.contacts, failure.state),
             "samples": self._samples.state(self.filled),
             "integrator": self._integrator.state(),
         }
@@ -209,5 +214,6 @@ class Run:
             )
         self.filled += done.filled
         if done.failure is not None:
-            self.failure = Failure(self.t, done.failure, self._in_the_way)
+            state = np.array(self.y, dtype=float)
+            self.failure = Failure(self.t, done.failure, self._in_the_way, state)
         return not self.ended

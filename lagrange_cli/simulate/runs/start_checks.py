@@ -9,6 +9,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.system.singular_guard import positive_values
 
 #: Distance that a start may have from the constraints, as a part of the largest coordinate or
 #: velocity: more than the rounding of its numbers, less than anyone would call a start.
@@ -23,6 +24,12 @@ def require_a_start(model: Model, problem: InitialValueProblem) -> None:
     InputError
         It cannot be integrated from.
     """
+    for name, value in zip(
+        model.positive, positive_values(model)(problem.start, problem.y0), strict=True
+    ):
+        if not value > 0:
+            message = f"'{name}' is declared positive, at the start it is {value:.9g}"
+            raise InputError(Problem(message, hint="start elsewhere", rule="not-positive"))
     if not np.isfinite(problem.rhs(problem.start, problem.y0)).all():
         if model.massless:
             raise _massless(model)

@@ -199,13 +199,14 @@ def _with_contacts(
         count = len(model.contacts)
         return ContactRhs(flight, parts(pattern), name, parameters, first, count, of_contacts)
 
-    one, two = functions.perturbed
+    (one, two), guarded = functions.perturbed, functions.guarded
     return replace(
         functions,
         rhs=side(functions.rhs, 0),
         perturbed=(side(one, 1), side(two, 2)),
         wider=lambda: None,
         widens=False,
+        guarded=guarded and (lambda on: _with_contacts(model, guarded(on), parts, surfaces)),
     )
 
 

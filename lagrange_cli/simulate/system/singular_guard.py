@@ -29,13 +29,28 @@ def singular_factors(model: Model) -> Callable[[float, Array], Array]:
     return lambda t, y: np.asarray(function(t, y, parameters), dtype=float)
 
 
+def positive_values(model: Model) -> Callable[[float, Array], Array]:
+    """Make the function of t and [q, v] whose numbers are positive where the equations hold."""
+    if not model.positive:
+        return lambda t, y: np.empty(0)
+    parameters, function = model.numbers, functions_of(model.code.positive)["outputs"]
+    return lambda t, y: np.asarray(function(t, y, parameters), dtype=float)
+
+
+def _passable(model: Model) -> list[int]:
+    """Numbers of the singular configurations at which coordinates do not end."""
+    return [k for k, singularity in enumerate(model.singular) if not singularity.ends]
+
+
 def lost_rates(model: Model, singularity: ChartSingularity) -> list[int]:
     """Return the numbers, in a state, of the rates that move nothing at a singularity."""
     return [len(model.coordinates) + model.coordinates.index(name) for name in singularity.lost]
 
 
-def guard_signs(model: Model, t: float, y: Array) -> Array | None:
+def guard_signs(model: Model, t: float, y: Array, *, barred: bool) -> Array | None:
     """Find the sides of singular configurations on which a motion stays; None without any.
+
+    What is declared positive stays positive; singular configurations count if they are ``barred``.
 
     The momentum of a coordinate that is lost at one is its rate times an inertia that
     vanishes with the square of the factor. While it is not zero, the factor is not zero either:
@@ -45,16 +60,20 @@ def guard_signs(model: Model, t: float, y: Array) -> Array | None:
 
     Returns
     -------
-    A number for each one at which coordinates do not end: 0 if the motion begins there.
+    A number for each one at which coordinates do not end: 0 if the motion begins there; then one
+    for each of what is positive.
     """
-    numbers = [k for k, singularity in enumerate(model.singular) if not singularity.ends]
-    if not numbers:
+    numbers, above = _passable(model), [ALWAYS] * len(model.positive)
+    if not (above or (numbers and barred)):
         return None
+    if not (numbers and barred):
+        return np.array([*(0.0 for _ in numbers), *above])
     factors = singular_factors(model)(t, y)
     keeps = [
         ALWAYS if y[lost_rates(model, model.singular[k])].any() else WHILE_MOVING for k in numbers
     ]
-    return np.array([np.sign(factors[k]) * keep for k, keep in zip(numbers, keeps, strict=True)])
+    sides = [np.sign(factors[k]) * keep for k, keep in zip(numbers, keeps, strict=True)]
+    return np.array([*sides, *above])
 
 
 @dataclass(frozen=True)
@@ -75,12 +94,14 @@ class _BesidePlaces:
 
 def guarded_rhs(model: Model, kept: Array, rhs: Rhs) -> Rhs:
     """Make an interpreted right-hand side NaN on sides that ``kept`` (:func:`guard_signs`) bars."""
-    factors = singular_factors(model)
-    numbers = [k for k, singularity in enumerate(model.singular) if not singularity.ends]
+    numbers, above = _passable(model), positive_values(model)
+    factors = singular_factors(model) if numbers else None
     rates = [lost_rates(model, model.singular[k]) for k in numbers]
+    rates += [[] for _ in model.positive]
 
     def barred(t: float, y: Array) -> bool:
-        beyond = kept * factors(t, y)[numbers] < 0
+        vanishing = np.empty(0) if factors is None else factors(t, y)[numbers]
+        beyond = kept * np.concatenate([vanishing, above(t, y)]) < 0
         return any(
             abs(side) > WHILE_MOVING or bool(y[lost_rates].any())
             for side, lost_rates, there in zip(kept, rates, beyond, strict=True)

@@ -15,6 +15,7 @@ from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.samples.rows import RowSequence, first_rows, windows
 from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.system.singular_guard import positive_values
 from lagrange_cli.simulate.system.tracing import in_mpmath
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions, first_penetration
 from lagrange_cli.simulate.verification.energy_drift import (
@@ -34,7 +35,8 @@ def cut_at_disproof(
     model: Model, seen: MotionFunctions, t: RowSequence, measured: Measured, accuracy: float | None
 ) -> Measured:
     """Cut a motion at the first disproof: a conserved energy that changes although an accuracy is
-    promised, a negative gap, or an impact that adds energy.
+    promised, a value that is not positive although it is declared to be, a negative gap, or an
+    impact that adds energy.
 
     Parameters
     ----------
@@ -56,6 +58,10 @@ def _disproofs(
         first = _contradicted(model, seen, t, measured, accuracy)
         if first is not None:
             yield first, Disproof(float(t[first]), "energy")
+    if model.positive:
+        left = _not_positive(model, t, measured.states)
+        if left is not None:
+            yield left[0], Disproof(float(t[left[0] - 1]), "positive", where=left[1])
     if seen.contact is not None:
         kept = accuracy or _BELIEVED
         met = first_penetration(seen.contact, t, measured.states, kept, measured.scales)
@@ -66,6 +72,22 @@ def _disproofs(
         first = max(bisect_left(t, time), 1)
         if first < len(measured.states):
             yield first, Disproof(time, "impact", contacts)
+
+
+def _not_positive(model: Model, t: RowSequence, states: RowSequence) -> tuple[int, str] | None:
+    """Find the first sample at which something declared positive is not, and its name.
+
+    Right-hand sides do not exist there, but those that are evaluated as expressions, or while a
+    contact pushes, do not know that.
+    """
+    values, first = positive_values(model), 0
+    for times, part in windows(t, states):
+        rows = [values(s, y) > 0 for s, y in zip(times.tolist(), part, strict=True)]
+        below = np.argwhere(~np.array(rows))
+        if len(below):
+            return first + int(below[0, 0]), model.positive[below[0, 1]]
+        first += len(part)
+    return None
 
 
 def _contradicted(

@@ -34,6 +34,7 @@ class Sundials(Integrator):
 
     variable_order = True
     resumes = False
+    shortens = False
     package = "sksundae", "sundials"
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
