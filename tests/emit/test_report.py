@@ -16,8 +16,8 @@ from tests.emit.emit_scenes import HALF, build, coordinates, masses_through_hole
 
 KEYS = [
     "name", "cartesian", "extra", "constraints", "dof", "nonholonomic", "unilateral",
-    "coordinates", "formulation", "predicted", "singular", "kinetic", "potential", "lagrangian",
-    "equations",
+    "coordinates", "formulation", "predicted", "singular", "positive", "kinetic", "potential",
+    "lagrangian", "equations",
     "mass_matrix", "forcing", "cyclic", "conserved", "undecided", "energy_balance",
     "multipliers", "closure", "contacts", "inputs", "outputs", "facts", "certificate", "warnings",
 ]  # fmt: skip

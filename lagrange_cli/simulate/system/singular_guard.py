@@ -47,7 +47,7 @@ def lost_rates(model: Model, singularity: ChartSingularity) -> list[int]:
     return [len(model.coordinates) + model.coordinates.index(name) for name in singularity.lost]
 
 
-def guard_signs(model: Model, t: float, y: Array, *, barred: bool) -> Array | None:
+def guard_signs(model: Model, t: float, y: Array, *, barred: bool = True) -> Array | None:
     """Find the sides of singular configurations on which a motion stays; None without any.
 
     What is declared positive stays positive; singular configurations count if they are ``barred``.
