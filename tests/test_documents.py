@@ -1,0 +1,65 @@
+"""Documents of shipped scenes are typeset by other programs, which find what is wrong with them."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+#: Scenes with contacts, inputs, families, closures, and keys of LaTeX.
+SLICE = (
+    "contact/bouncing_ball",
+    "chains/toda_ring",
+    "oscillators/driven_spring",
+    "oscillators/calogero_moser",
+    "rolling/knife_edge_on_incline",
+)
+
+
+@pytest.fixture
+def documents(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The command as a module."""
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    return importlib.import_module("documents")
+
+
+def written(documents: ModuleType, to: str) -> list[object]:
+    """All documents of a few scenes in a format."""
+    return [
+        d
+        for name in SLICE
+        for path in documents.shipped(name)
+        for d in documents.documents(path, to)
+    ]
+
+
+def test_formulas_of_markdown_are_found(documents):
+    shown = "\\begin{aligned}\na &= \\text{\\$}\n\\end{aligned}"
+    page = f"# A\\$ $x_1$ and\n\n$$\n{shown}\n$$\n\nof $y\\$z$.\n"
+    assert documents.formulas(page) == [
+        ("x_1", False),
+        (shown, True),
+        ("y\\$z", False),
+    ]
+
+
+@pytest.mark.slow
+def test_katex_renders_every_formula_of_markdown(documents):
+    if not documents.has_katex():
+        pytest.skip("node does not find katex (npm install --no-save katex)")
+    outcome = documents.markdown(written(documents, "markdown"))
+    assert outcome.failures == []
+    assert int(outcome.counted.split()[0]) > 400
+
+
+def test_katex_refuses_what_is_not_its_language(documents):
+    if not documents.has_katex():
+        pytest.skip("node does not find katex (npm install --no-save katex)")
+    page = "of $x$ and $\\frac{1}$\n\n$$\n\\begin{align} a &= 1 \\end{align}\n$$\n\n$é$\n"
+    outcome = documents.markdown([documents.Document("it", page)])
+    assert outcome.counted == "4 formulas"
+    assert [line.split(":")[0] for line in outcome.failures] == ["it", "it"]
