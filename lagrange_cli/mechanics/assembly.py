@@ -23,6 +23,7 @@ from lagrange_cli.mechanics.depiction import (
     PlacedPoint,
     StatedRelation,
 )
+from lagrange_cli.mechanics.derivation_sources import DerivationSources
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
 from lagrange_cli.mechanics.dynamics.textbook_form import as_rates, shown_equations
@@ -41,7 +42,6 @@ from lagrange_cli.mechanics.formulation import replaced_chart, starting_state
 from lagrange_cli.mechanics.initial.rank_deficient_start import rank_deficiency_warning
 from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
 from lagrange_cli.mechanics.initial.suggestions import possible_start
-from lagrange_cli.mechanics.motion import Motion
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
@@ -142,14 +142,14 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         positive=tuple(reduced.positive),
         chart=chart,
         units=_units(derivation, chart),
-        motion=_motion(derivation, evidence, forcing),
+        sources=_sources(derivation, evidence, forcing),
         depiction=_depiction(reduced),
     )
 
 
-def _motion(
+def _sources(
     derivation: Uncertified, evidence: Evidence, forcing: tuple[sp.Expr, ...]
-) -> Motion | None:
+) -> DerivationSources | None:
     """The sources of the derivation, with a state at which it was certified."""
     if not evidence.states:
         return None
@@ -157,7 +157,7 @@ def _motion(
     positional = raw_terms(reduced).positional
     entries = [entry for row in derivation.mass for entry in row.values()]
     terms = sum(map(len, [*entries, *derivation.forcing]))
-    return Motion(
+    return DerivationSources(
         sp.Add(derivation.extra, *(-reduced.resolve(u) for u in positional)),
         forcing,
         terms if derivation.collected else None,

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from lagrange_cli.errors import Mark, Problem
     from lagrange_cli.files import Recording
     from lagrange_cli.mechanics.depiction import Depiction
-    from lagrange_cli.mechanics.motion import Motion
+    from lagrange_cli.mechanics.derivation_sources import DerivationSources
     from lagrange_cli.mechanics.reaction_values import ConstraintForces
     from lagrange_cli.mechanics.step_values import DerivationSteps
     from lagrange_cli.scene.defaults import SimulationDefaults
@@ -435,7 +435,7 @@ class Equations:
     units
         Finds the units of coordinates, Cartesian names, outputs and their rates, of ``t`` and
         ``energy``.
-    motion
+    sources
         The sources of another derivation of mass matrix and forcing.
     depiction
         The sources of a picture; None with more than :data:`.depiction.MOST_BODIES` bodies.
@@ -489,7 +489,7 @@ class Equations:
     short_lagrangian: ShortLagrangian | None = None
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
     units: Callable[[], Units] = Units
-    motion: Motion | None = field(default=None, compare=False, repr=False)
+    sources: DerivationSources | None = field(default=None, compare=False, repr=False)
     depiction: Depiction | None = field(default=None, compare=False, repr=False)
 
     @property

@@ -51,8 +51,8 @@ from lagrange_cli.program.systems.loops import ProgramPart
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
+    from lagrange_cli.mechanics.derivation_sources import DerivationSources
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.motion import Motion
 
 
 class ProgramKind(Enum):
@@ -212,25 +212,25 @@ _OF_DERIVATION = {*SYSTEMS, "mass_matrix", "forcing"}
 def _graph(equations: Equations, *, direct: bool) -> ValueGraph:
     """A graph over the inputs, with M and f derived on it if that is ``direct``."""
     inputs = _inputs(equations)
-    if not direct or equations.motion is None:
+    if not direct or equations.sources is None:
         return ValueGraph(inputs)
-    graphs = _DERIVED.setdefault(equations.motion, {})
+    graphs = _DERIVED.setdefault(equations.sources, {})
     if tuple(inputs) not in graphs:
-        _derive(equations, equations.motion)
+        _derive(equations, equations.sources)
     return graphs[tuple(inputs)].copy()
 
 
-def _derive(equations: Equations, motion: Motion) -> DirectDerivation:
+def _derive(equations: Equations, sources: DerivationSources) -> DirectDerivation:
     """Derive M and f on a graph over the inputs, which is kept."""
     inputs = _inputs(equations)
     derivation = DirectDerivation(ValueGraph(inputs), equations)
     derivation.define()
-    _DERIVED.setdefault(motion, {})[tuple(inputs)] = derivation.values
+    _DERIVED.setdefault(sources, {})[tuple(inputs)] = derivation.values
     return derivation
 
 
-#: Graphs with M and f on them, by motion and inputs.
-_DERIVED: WeakKeyDictionary[Motion, dict[tuple[tuple[Expr, str, int], ...], ValueGraph]]
+#: Graphs with M and f on them, by sources and inputs.
+_DERIVED: WeakKeyDictionary[DerivationSources, dict[tuple[tuple[Expr, str, int], ...], ValueGraph]]
 _DERIVED = WeakKeyDictionary()
 
 
@@ -242,26 +242,28 @@ _LARGEST_COUNTED = 16
 #: of points, whose collected equations are far shorter, 47 and more.
 _BEFORE_SHARING = 8
 
-#: Whether code for a motion takes M and f from the graph.
-_DIRECT: WeakKeyDictionary[Motion, bool] = WeakKeyDictionary()
+#: Whether code for some sources takes M and f from the graph.
+_DIRECT: WeakKeyDictionary[DerivationSources, bool] = WeakKeyDictionary()
 
 
 def _is_direct(equations: Equations) -> bool:
     """Tell whether M and f derived on the graph take fewer operations than the collected ones, with
     which they have to agree."""
-    motion = equations.motion
-    if motion is None or not is_derivable(equations) or is_large_system(equations):
+    sources = equations.sources
+    if sources is None or not is_derivable(equations) or is_large_system(equations):
         return False
-    if motion not in _DIRECT:
-        derivation = _derive(equations, motion)
-        fewer = _takes_fewer(equations, motion, derivation)
-        _DIRECT[motion] = fewer and derivation.agrees()
-    return _DIRECT[motion]
+    if sources not in _DIRECT:
+        derivation = _derive(equations, sources)
+        fewer = _takes_fewer(equations, sources, derivation)
+        _DIRECT[sources] = fewer and derivation.agrees()
+    return _DIRECT[sources]
 
 
-def _takes_fewer(equations: Equations, motion: Motion, derivation: DirectDerivation) -> bool:
+def _takes_fewer(
+    equations: Equations, sources: DerivationSources, derivation: DirectDerivation
+) -> bool:
     """Count operations both ways, unless one way is known to take fewer."""
-    terms, n = motion.collected_terms, len(equations.mass_matrix)
+    terms, n = sources.collected_terms, len(equations.mass_matrix)
     if terms is None:
         return True
     if not equations.pushing and n <= LARGEST_UNROLLED:

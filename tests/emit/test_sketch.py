@@ -338,7 +338,7 @@ def test_without_a_start_the_picture_says_what_it_shows():
     equations = loads(text).derive().equations
     assert equations.initial is None
     sketch = sketch_of(equations)
-    state = equations.motion.state
+    state = equations.sources.state
     assert (
         sketch.remarks[0] == "the scene gives no start: a configuration that its constraints allow"
     )

@@ -207,9 +207,9 @@ def _start(equations: Equations) -> tuple[dict[Symbol, float], Array] | None:
     if initial is not None:
         values = {p.symbol: p.value for p in parameters if p.value is not None}
         return values, np.array(initial.positions, dtype=float)
-    if equations.motion is None:
+    if equations.sources is None:
         return None
-    state = equations.motion.state
+    state = equations.sources.state
     known = {p.symbol: float(state[p.symbol]) for p in parameters if p.symbol in state}
     return known, np.array([float(state[c.q]) for c in equations.coordinates])
 

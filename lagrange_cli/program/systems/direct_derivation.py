@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
+    from lagrange_cli.mechanics.derivation_sources import DerivationSources
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.motion import Motion
     from lagrange_cli.program.graph.operands import Coefficient
 
 _ZERO: ScaledNode = (0, ONE)
@@ -67,8 +67,8 @@ class DirectDerivation:
 
     def __init__(self, values: ValueGraph, equations: Equations) -> None:
         self.values, self._equations = values, equations
-        assert equations.motion is not None
-        self._motion: Motion = equations.motion
+        assert equations.sources is not None
+        self._sources: DerivationSources = equations.sources
         coordinates = equations.coordinates[: len(equations.mass_matrix)]
         self._n = len(coordinates)
         self._v = [values.convert(c.v) for c in coordinates]
@@ -82,7 +82,7 @@ class DirectDerivation:
         self._masses: dict[tuple[int, int], list[ScaledNode]] = {}
         self._forces: list[list[ScaledNode]] = [[] for _ in range(self._n)]
         self._add_particles()
-        self._add_energy(values.convert(self._motion.rest))
+        self._add_energy(values.convert(self._sources.rest))
         self._add_forces()
         self.mass: list[dict[int, ScaledNode]] = [{} for _ in range(self._n)]
         for (j, k), terms in self._masses.items():
@@ -168,7 +168,7 @@ class DirectDerivation:
 
     def agrees(self) -> bool:
         """Compare M a − f with the residuals of the certificate, at one of its states."""
-        values, equations, motion = self.values.copy(), self._equations, self._motion
+        values, equations, sources = self.values.copy(), self._equations, self._sources
 
         def given(name: str) -> ScaledNode:
             return 1, values.intern(InputNode(name), _GIVEN)
@@ -189,12 +189,12 @@ class DirectDerivation:
                 numbers = evaluated(values, wanted, self._inputs(), _FUNCTIONS, _number)
             except ZeroDivisionError:
                 return False
-            pairs = zip(numbers, motion.residuals, strict=True)
+            pairs = zip(numbers, sources.residuals, strict=True)
             return all(abs(x - residual) <= _AGREE * size for x, (residual, size) in pairs)
 
     def _inputs(self) -> dict[str, Any]:
         """The state of the certificate, by the names of inputs."""
-        equations, state = self._equations, self._motion.state
+        equations, state = self._equations, self._sources.state
         symbols: dict[str, Expr] = {"t": equations.t}
         symbols |= {f"p{k}": p.symbol for k, p in enumerate(equations.parameters)}
         symbols |= {f"u{k}": u.symbol for k, u in enumerate(equations.inputs)}
@@ -220,4 +220,4 @@ _FUNCTIONS = {name: getattr(mpmath, name) for name in PROGRAM_FUNCTIONS.keys() -
 
 def is_derivable(equations: Equations) -> bool:
     """Tell whether mass matrix and forcing are still those of the derivation."""
-    return equations.motion is not None and equations.motion.forcing is equations.forcing
+    return equations.sources is not None and equations.sources.forcing is equations.forcing

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class DerivationSources:
     """The sources of the equations of motion beside positions and forces, for another derivation.
 
     Attributes
@@ -20,7 +20,7 @@ class Motion:
     rest
         The Lagrangian without ½ m ṙ² of the particles.
     forcing
-        The forcing that was derived from this; equations with another one are not of this motion.
+        The forcing that was derived from this; equations with another one are not of these sources.
     collected_terms
         Number of terms of mass matrix and forcing; None if sums were left factored.
     state
