@@ -18,29 +18,29 @@ KEPLER = Path(__file__).parents[2] / "systems" / "celestial" / "kepler.yaml"
 def equations():
     """Equations of which nothing tells how long they are: the graph's are taken if they agree."""
     equations = load(KEPLER).derive().equations
-    return replace(equations, motion=replace(equations.motion, collected_terms=None))
+    return replace(equations, sources=replace(equations.sources, collected_terms=None))
 
 
 def accelerations(equations, **changes):
     """Statements of the accelerations, with some fields of the sources replaced."""
-    motion = equations.motion and replace(equations.motion, **changes)
-    return build_program(replace(equations, motion=motion), ["acceleration"])
+    sources = equations.sources and replace(equations.sources, **changes)
+    return build_program(replace(equations, sources=sources), ["acceleration"])
 
 
 def test_sources_that_agree_are_taken(equations):
-    assert accelerations(equations) != accelerations(replace(equations, motion=None))
+    assert accelerations(equations) != accelerations(replace(equations, sources=None))
 
 
 def test_sources_that_do_not_agree_are_left(equations):
-    collected = accelerations(replace(equations, motion=None))
-    motion = equations.motion
-    (first, size), second = motion.residuals
+    collected = accelerations(replace(equations, sources=None))
+    sources = equations.sources
+    (first, size), second = sources.residuals
     off = ((first + size * mpf("1e-9"), size), second)
     assert accelerations(equations, residuals=off) == collected
-    assert accelerations(equations, rest=2 * motion.rest) == collected
+    assert accelerations(equations, rest=2 * sources.rest) == collected
 
 
 def test_a_state_at_which_the_graph_divides_by_zero_does_not_agree(equations):
     r = next(c.q for c in equations.coordinates if c.name == "r")
-    collected = accelerations(replace(equations, motion=None))
-    assert accelerations(equations, state={**equations.motion.state, r: mpf(0)}) == collected
+    collected = accelerations(replace(equations, sources=None))
+    assert accelerations(equations, state={**equations.sources.state, r: mpf(0)}) == collected
