@@ -73,6 +73,8 @@ def by_parameters(
     return sp.Add(
         *(
             next(_in_front(group, constants, velocities), sp.Add(*group))
+            if len(group) > 1
+            else group[0]
             for group in groups.values()
         )
     )
@@ -92,12 +94,15 @@ def _in_front(
     It leaves terms with integers: ``½ m l² (3 θ̇1² + θ̇2²)``, ``½ (m + I/R²) ṡ²``.
     """
     whole = common_factor(list(terms))
+    if whole == 1:
+        return
     number, common = whole.as_coeff_Mul(rational=True)
-    rest = [term / common / number for term in terms]
+    divisor = 1 / whole
+    rest = [term * divisor for term in terms]
     is_integer = all(t.as_coeff_Mul(rational=True)[0].is_Integer for t in rest)
     unweighted = common.free_symbols <= constants and all(_weight(t, constants) == 1 for t in rest)
     still = all(t.free_symbols <= constants for t in rest)
-    if whole == 1 or not is_integer or not (unweighted or still):
+    if not is_integer or not (unweighted or still):
         return
     if all(t.could_extract_minus_sign() for t in rest):
         number, rest = -number, [-t for t in rest]

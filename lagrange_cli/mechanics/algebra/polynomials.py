@@ -36,7 +36,54 @@ _DEGREE = 128
 @lru_cache(maxsize=_KEPT)
 def factored_form(expr: sp.Expr) -> sp.Expr:
     """Write an expression as a product; itself beyond the budget."""
+    factors = sp.Mul.make_args(expr)
+    if all(_is_plainly_irreducible(f) if f.is_Add else f.is_Atom for f in factors):
+        return expr
     return sp.factor(expr) if _is_within_budget(expr) else expr
+
+
+#: Functions that are unknowns of their own, as SymPy's algorithms have it.
+_UNKNOWN_FUNCTIONS = (sp.sin, sp.cos, sp.sinh, sp.cosh)
+
+
+def _is_plainly_irreducible(expr: sp.Expr) -> bool:
+    """Tell whether a sum has no factors, since an unknown x stands in one term a·x or a·x² alone.
+
+    A factor without x divides a and all other terms: none does where each unknown of a is missing
+    in one of these, and no number divides all. Two factors with x are (u x + v)(u x − v), whose
+    squares u² and −v² have different signs: not all terms have one sign then.
+    """
+    terms = [_powers(term) for term in expr.args] if expr.is_Add else []
+    known = [powers for powers in terms if powers is not None]
+    if len(known) < len(terms) or not terms:
+        return False
+    numbers = [term.as_coeff_Mul(rational=True)[0] for term in expr.args]
+    if any(n.q != 1 for n in numbers) or sp.igcd(0, *(n.p for n in numbers)) != 1:
+        return False
+    highest = 2 if len({n > 0 for n in numbers}) == 1 else 1
+    for powers in known:
+        others = [p for p in known if p is not powers]
+        missing = {x: all(x not in p for p in others) for x in powers}
+        if any(missing[x] and powers[x] <= highest for x in powers) and all(
+            any(y not in p for p in others) for y in powers
+        ):
+            return True
+    return False
+
+
+def _powers(term: sp.Expr) -> dict[sp.Expr, int] | None:
+    """The unknowns of a term with their powers; None if it is no product of such powers."""
+    powers = {}
+    for factor in sp.Mul.make_args(term):
+        base, exponent = factor.as_base_exp()
+        if factor.is_Rational:
+            continue
+        if not (base.is_Symbol or isinstance(base, _UNKNOWN_FUNCTIONS)):
+            return None
+        if not (exponent.is_Integer and exponent.is_positive):
+            return None
+        powers[base] = int(exponent)
+    return powers
 
 
 def cancelled(expr: sp.Expr) -> sp.Expr:

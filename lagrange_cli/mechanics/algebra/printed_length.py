@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import sympy as sp
 
+#: Expressions whose length is kept: those of parts that ways to write a sum share.
+_KEPT = 2**13
 
+
+@lru_cache(maxsize=_KEPT)
 def printed_length(expr: sp.Expr) -> int:
     """Count letters, numbers, functions, exponents and signs between terms.
 

@@ -42,9 +42,11 @@ def _cancelled(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
         return numerator / denominator
     if _rooted(numerator) or _rooted(denominator):
         return numerator / denominator
-    if term_count(denominator) == 1 and term_count(numerator) > _SHORT:
+    if term_count(denominator) == 1 and not 1 < term_count(numerator) <= _SHORT:
         return numerator / denominator  # common monomials have cancelled
-    above, below = sp.fraction(cancelled(numerator / denominator))
+    above, below = numerator, denominator
+    if denominator != 1:
+        above, below = sp.fraction(cancelled(numerator / denominator))
     candidates = [_collected(above) / _collected(below), numerator / denominator]
     candidates += [factored_form(_collected(above)) / factored_form(_collected(below))]
     return min(candidates, key=sp.count_ops)

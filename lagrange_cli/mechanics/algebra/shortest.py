@@ -8,6 +8,7 @@ squares of sines and cosines. Nothing searches: each way is made once.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
 from lagrange_cli.mechanics.algebra.polynomials import factored_form
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
+from lagrange_cli.mechanics.free_symbols import symbols_in
 
 #: Most terms of a sum that is written in other ways. Set by hand.
 _MOST_TERMS = 40
@@ -29,6 +31,9 @@ _TERM_BUDGET = 40
 #: Most terms and most letters of a sum that is tried for factors. Set by hand.
 _FACTOR_TERMS = 6
 _FACTOR_SYMBOLS = 3
+
+#: Sums and terms of which what was found is kept.
+_KEPT = 2**12
 
 #: Functions that are part of what moves; others, roots and denominators scale it.
 _HEADS = (sp.sin, sp.cos, sp.tan, sp.sinh, sp.cosh, sp.exp)
@@ -100,20 +105,34 @@ def _square_rules(u: sp.Expr) -> Iterator[dict[sp.Expr, sp.Expr]]:
 def _bracketed(terms: Sequence[sp.Expr], brackets: Sequence[sp.Expr]) -> list[sp.Expr]:
     """Put together the terms that are a multiple of a bracket: ``k (y - l0)``."""
     kept = list(terms)
+    present = frozenset[sp.Symbol]().union(*map(symbols_in, terms))
     for bracket in brackets:
-        first, *others = sorted(bracket.args, key=sp.default_sort_key, reverse=True)
-        letters = first.free_symbols
+        if not symbols_in(bracket) <= present:
+            continue
+        first, *others = _ordered_terms(bracket)
+        divisors = _bases(first)
         for term in kept:
-            if not letters <= term.free_symbols:
+            if not divisors <= _bases(term):
                 continue
             cofactor = term / first
-            members = [term, *(cofactor * other for other in others)]
-            if all(m in kept for m in members):
+            if all(cofactor * other in kept for other in others):
+                members = [term, *(cofactor * other for other in others)]
                 number, product = cofactor.as_coeff_Mul(rational=True)
                 kept = [t for t in kept if t not in members]
                 kept.append(scaled(number, product * bracket))
                 break
     return kept
+
+
+@lru_cache(maxsize=_KEPT)
+def _ordered_terms(bracket: sp.Expr) -> list[sp.Expr]:
+    return sorted(bracket.args, key=sp.default_sort_key, reverse=True)
+
+
+@lru_cache(maxsize=_KEPT)
+def _bases(term: sp.Expr) -> frozenset[sp.Expr]:
+    """What a product holds powers of."""
+    return frozenset(f.as_base_exp()[0] for f in sp.Mul.make_args(term) if not f.is_Number)
 
 
 # -- ways to gather terms -----------------------------------------------------
@@ -140,12 +159,13 @@ class _Parts(NamedTuple):
 _head, _parameters = attrgetter("head"), attrgetter("parameters")
 
 
+@lru_cache(maxsize=_KEPT)
 def _parts(term: sp.Expr, constants: frozenset[sp.Symbol]) -> _Parts:
     parameters, heads, tails = [], [], []
     for f in sp.Mul.make_args(term):
         base, exponent = f.as_base_exp()
         is_power = exponent.is_Integer and exponent.is_positive
-        if f.free_symbols <= constants:
+        if symbols_in(f) <= constants:
             parameters += [] if f.is_Rational else [f]
         elif isinstance(f, sp.exp) or (is_power and (base.is_Symbol or isinstance(base, _HEADS))):
             heads.append(f)

@@ -143,8 +143,33 @@ class _Natures:
         symbols = sorted(e.free_symbols, key=str)
         if not e.is_rational_function(*symbols) or sp.count_ops(e) > _RADICAND_BUDGET:
             return False
+        held = [s for s in symbols if s in self.moving]
+        if e.is_polynomial(*symbols) and all(_is_square_free_in(e, s) for s in held):
+            return True
         above, below = sp.cancel(e).as_numer_denom()
         if above.is_positive and below.is_positive:
             return True
         moving = [s for s in symbols if s in self.moving and s in (above * below).free_symbols]
         return not moving or bool(sp.Poly(above * below, *moving).is_sqf)
+
+
+def _is_square_free_in(e: sp.Expr, symbol: sp.Symbol) -> bool:
+    """Say whether a polynomial has no square of a factor with a symbol, as numbers show it.
+
+    With numbers for all other symbols a square of a factor stays one, if the degree does.
+    """
+    others = sorted(e.free_symbols - {symbol}, key=str)
+    numbers = {s: sp.Integer(k * k + 2) for k, s in enumerate(others, 1)}
+    polynomial = sp.Poly(e.xreplace(numbers), symbol)
+    return bool(polynomial.degree() == _degree_bound(e, symbol) and polynomial.is_sqf)
+
+
+def _degree_bound(e: sp.Expr, symbol: sp.Symbol) -> int:
+    """The degree of a polynomial in a symbol, if no powers of it cancel."""
+    if e.is_Add:
+        return max(_degree_bound(a, symbol) for a in e.args)
+    if e.is_Mul:
+        return sum(_degree_bound(a, symbol) for a in e.args)
+    if e.is_Pow:
+        return int(e.exp) * _degree_bound(e.base, symbol)
+    return int(e == symbol)
