@@ -8,7 +8,7 @@ steps both ways; each derivation is written in both forms. What a program refuse
 exit code is 1 where there is anything.
 
 Formulas of Markdown are rendered by KaTeX in strict mode, which needs node and, in this checkout,
-``npm install --no-save katex``.
+``npm install --no-save katex``. Typst is compiled by PyPI's package ``typst``.
 """
 
 from __future__ import annotations
@@ -118,8 +118,44 @@ def markdown(written: Sequence[Document]) -> Outcome:
     return Outcome(f"{len(pairs)} formulas", lines)
 
 
+#: Points between the margins of a page.
+_TEXT_WIDTH = 160 / 25.4 * 72
+
+#: Added to a document: the widths of its displays in points.
+_WIDTHS = """
+#show math.equation.where(block: true): it => {
+  it
+  context [#metadata(measure(math.equation(math.display(it.body))).width.pt()) <width>]
+}
+"""
+
+
+def displays_too_wide(document: str) -> list[float]:
+    """Compile a document of Typst; return the widths in points of displays that do not fit."""
+    import typst as compiler
+
+    widths = compiler.query((_WIDTHS + document).encode(), "<width>", field="value", one=False)
+    return [points for points in json.loads(widths) if points > _TEXT_WIDTH]
+
+
+def typst(written: Sequence[Document]) -> Outcome:
+    """Compile every document with Typst; displays must fit between the margins."""
+    lines = []
+    for document in written:
+        try:
+            wide = displays_too_wide(document.text)
+        except RuntimeError as refusal:
+            lines.append(f"{document.name}: {refusal}")
+        else:
+            lines += [f"{document.name}: a display of {points:.0f} points" for points in wide]
+    return Outcome(f"{len(written)} documents", lines)
+
+
 #: Format → what reads its documents.
-READERS: dict[str, Callable[[Sequence[Document]], Outcome]] = {"markdown": markdown}
+READERS: dict[str, Callable[[Sequence[Document]], Outcome]] = {
+    "markdown": markdown,
+    "typst": typst,
+}
 
 
 def main() -> int:

@@ -43,7 +43,7 @@ RESULTS = "results.json"
 EXCERPT, WIDTH = 12, 160
 
 #: Every choice of `derive` but those of the arithmetic of the certificate.
-DERIVE_FORMATS = ("text", "latex", "markdown", "json")
+DERIVE_FORMATS = ("text", "latex", "markdown", "typst", "json")
 DERIVE_FORMS = ("lagrange", "explicit", "multiplier")
 
 #: Every choice of `emit`, by format; `minimal` is for the most part what `auto` chooses, and is
@@ -59,6 +59,7 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
         "--steps": (None, ""),
         "--by": (None, "dalembert"),
     },
+    "typst": {"--form": ("lagrange", "explicit"), "--by": (None, "lagrange", "dalembert")},
     "c": {
         "--real": ("float", "double", "long-double"),
         "--main": (None, ""),

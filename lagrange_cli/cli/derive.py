@@ -1,4 +1,4 @@
-"""``lagrange derive``: the derivation as text, LaTeX or JSON."""
+"""``lagrange derive``: the derivation as text, a document or JSON."""
 
 from __future__ import annotations
 

@@ -31,6 +31,12 @@ def _markdown(equations: Equations, options: Mapping[str, OptionValue]) -> dict[
     return emit_markdown(equations, options)
 
 
+def _typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.typst.document import emit_typst
+
+    return emit_typst(equations, options)
+
+
 def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.emit.c.module import emit_c
 
@@ -94,6 +100,15 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".md",),
             single_file=True,
             run=_markdown,
+            shows_steps=True,
+            options=(_FORM,),
+        ),
+        Emitter(
+            name="typst",
+            title="Typst: a document that compiles",
+            extensions=(".typ",),
+            single_file=True,
+            run=_typst,
             shows_steps=True,
             options=(_FORM,),
         ),

@@ -15,6 +15,9 @@ __all__ = [
     "scene_language",
     "symbols",
     "tree",
+    "typeset",
+    "typst",
+    "typst_symbols",
     "unicode",
     "vocabulary",
 ]

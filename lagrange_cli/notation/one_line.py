@@ -185,7 +185,7 @@ class OneLinePrinter(ABC):
         return solid(self.number(node))
 
     def atom(self, node: DisplaySymbol) -> list[Piece]:
-        return solid(self.symbol(node.name, node.order))
+        return solid(node.name if node.spelled else self.symbol(node.name, node.order))
 
     def fraction(self, node: DisplayNode) -> list[Piece]:
         assert isinstance(node, DisplayFraction)

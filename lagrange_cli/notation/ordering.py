@@ -11,6 +11,8 @@ powers of coordinates ascending, functions last, else by order of declaration:
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from lagrange_cli.notation.factor_order import TRIGONOMETRIC, key_beside, value_of
 from lagrange_cli.notation.term_order import term_key
 from lagrange_cli.notation.tree import (
@@ -56,6 +58,11 @@ def symbol_of(
     """A symbol with its place in the order of declaration, and its role in products."""
     degree = 1 if level in (Dependence.TIME, Dependence.COORDINATE) else 0
     return DisplaySymbol(name, order, latex, OrderTraits(level, degree, 0, f"{rank:06d}"), role)
+
+
+def spelled_symbol(text: str, level: Dependence, rank: int) -> DisplaySymbol:
+    """A symbol that is in the letters of the format already."""
+    return replace(symbol_of(text, level, rank), spelled=True)
 
 
 def abbreviation_of(name: str, level: Dependence, rank: int) -> DisplaySymbol:

@@ -98,6 +98,8 @@ class DisplaySymbol:
         What it stands for.
     abbreviates
         True if the scene defines it by an expression.
+    spelled
+        True if the name is in the letters of the format that the tree is for.
     """
 
     name: str
@@ -106,6 +108,7 @@ class DisplaySymbol:
     traits: OrderTraits = field(compare=False)
     role: Role = field(default=Role.OTHER, compare=False)
     abbreviates: bool = False
+    spelled: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -138,7 +138,8 @@ class TypesetPrinter(OneLinePrinter):
         return self.name(name, order)
 
     def atom(self, node: DisplaySymbol) -> list[Piece]:
-        return [Piece(self.name(node.name, node.order, node.latex), _symbol_width(node))]
+        text = node.name if node.spelled else self.name(node.name, node.order, node.latex)
+        return [Piece(text, _symbol_width(node))]
 
     def separator(self, before: DisplayNode, after: str) -> str:
         if after[0].isdigit() or after.startswith(self.ratio_opening):
@@ -240,6 +241,8 @@ class TypesetPrinter(OneLinePrinter):
 
 
 def _symbol_width(node: DisplaySymbol) -> float:
+    if node.spelled:
+        return 1.2 * len(re.sub(r"\\?[A-Za-z.]{2,}|[{}_^\s]", "x", node.name))
     if node.latex is not None:
         return 1.2 * len(re.sub(r"\\[A-Za-z]+|[{}_^\s]", "x", node.latex))
     parts = split_name(node.name)
@@ -250,11 +253,11 @@ def _symbol_width(node: DisplaySymbol) -> float:
 
 def _is_word(node: DisplayNode) -> bool:
     base = node.base if isinstance(node, DisplayPower) else node
-    return (
-        isinstance(base, DisplaySymbol)
-        and base.latex is None
-        and not split_name(base.name).is_letter
-    )
+    return isinstance(base, DisplaySymbol) and not _is_letter(base)
+
+
+def _is_letter(symbol: DisplaySymbol) -> bool:
+    return symbol.spelled or symbol.latex is not None or split_name(symbol.name).is_letter
 
 
 def _is_bare(node: DisplayNode) -> bool:
@@ -264,6 +267,4 @@ def _is_bare(node: DisplayNode) -> bool:
         return isinstance(number, DisplayNumber) and number.denominator == 1 and _is_bare(letter)
     if isinstance(node, DisplayPi):
         return True
-    return isinstance(node, DisplaySymbol) and (
-        node.latex is not None or split_name(node.name).is_letter
-    )
+    return isinstance(node, DisplaySymbol) and _is_letter(node)

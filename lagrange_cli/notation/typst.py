@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from lagrange_cli.notation.tree import DisplayCall, DisplayNumber
 from lagrange_cli.notation.typeset import TypesetPrinter
-from lagrange_cli.notation.typst_symbols import EMPTY, typst_name
+from lagrange_cli.notation.typst_symbols import EMPTY, typst_name, typst_scripted
 
 #: Function of the scene language → its name in Typst.
 TYPST_FUNCTIONS = {
@@ -21,8 +21,6 @@ TYPST_FUNCTIONS = {
 
 #: Begins a line that goes on with a sign, which then stands between two terms.
 CONTINUED = f"{EMPTY} "
-
-_SOLID_EXPONENT = re.compile(r"\d+|[A-Za-z]")
 
 #: A string or an escaped character, or a parenthesis.
 _PART = re.compile(r'"(?:\\.|[^"\\])*"|\\.|[()]')
@@ -49,7 +47,7 @@ class TypstPrinter(TypesetPrinter):
         return typst_name(name, order, latex)
 
     def function(self, node: DisplayCall) -> str:
-        return typst_name(node.function, 0, node.latex, node.order or 0)
+        return typst_name(node.function, 0, node.latex, node.order or 0) + " "
 
     def decimal(self, literal: str) -> str:
         return typst_number(literal)
@@ -67,13 +65,13 @@ class TypstPrinter(TypesetPrinter):
         return f"abs({body})"
 
     def exponential(self, exponent: str) -> str:
-        return f"upright(e)^({exponent})"
+        return typst_scripted("upright(e)", "^", exponent)
 
     def slashed(self, node: DisplayNumber) -> str:
         return rf"{node.numerator}\/{node.denominator}"
 
     def raised(self, exponent: str) -> str:
-        return f"^{exponent}" if _SOLID_EXPONENT.fullmatch(exponent) else f"^({exponent})"
+        return typst_scripted("", "^", exponent)
 
     def exponent_width(self, exponent: str) -> float:
         return 0.8 * len(re.sub(r"[A-Za-z]{2,}", "x", re.sub(r'[()^\s"]', "", exponent)))

@@ -64,6 +64,9 @@ _MACROS = {
 #: A symbol that prints nothing: scripts need one that bears them, signs one on each side.
 EMPTY = '""'
 
+#: What needs no parentheses as an index or exponent.
+_SOLID = re.compile(r'\d+|[A-Za-z]+|"[^"\\]*"')
+
 _LATEX_PART = re.compile(r"\\([A-Za-z]+|.)|(\s+)|(.)")
 
 #: Punctuation of ASCII that stands for itself anywhere in a paragraph.
@@ -93,6 +96,8 @@ def typst_string(text: str) -> str:
 def typst_name(name: str, order: int = 0, override: str | None = None, primes: int = 0) -> str:
     """A name in Typst's mathematics: ``dot(theta)_1``, ``x_"bob"``, ``V'_1``.
 
+    A parenthesis that follows an index without a blank would belong to it.
+
     Parameters
     ----------
     name
@@ -111,10 +116,12 @@ def typst_name(name: str, order: int = 0, override: str | None = None, primes: i
     base = (f"{_DOTS[order]}({base})" if order else base) + "'" * primes
     if not parts.subscripts:
         return base
-    if len(parts.subscripts) == 1 and parts.subscripts[0].isdecimal():
-        return f"{base}_{parts.subscripts[0]}"
-    # In parentheses, since what follows a letter in parentheses would belong to the index.
-    return f"{base}_({', '.join(_subscript(part) for part in parts.subscripts)})"
+    return typst_scripted(base, "_", ", ".join(_subscript(part) for part in parts.subscripts))
+
+
+def typst_scripted(base: str, sign: str, script: str) -> str:
+    """A base with an index or exponent, in parentheses where it is more than a word."""
+    return f"{base}{sign}{script}" if _SOLID.fullmatch(script) else f"{base}{sign}({script})"
 
 
 def _overridden(latex: str, order: int) -> str:
@@ -155,14 +162,14 @@ def typst_unit(unit: str) -> str:
         if symbol:
             parts.append(f"upright({typst_string(symbol)})")
         elif between is not None:
-            parts.append("thin")
+            parts.append(" thin ")
         elif power or short_power:
             exponent = (power or short_power).replace("/", r"\/")
-            parts.append(f"{parts.pop() if parts else EMPTY}^({exponent})")
+            parts.append(typst_scripted(parts.pop() if parts else EMPTY, "^", exponent))
         else:
             parts.append(number or rf"\{sign}")
         place = part.end()
-    return " ".join(parts)
+    return "".join(parts)
 
 
 # -- ``latex`` keys -----------------------------------------------------------------------
@@ -182,7 +189,9 @@ def _group(parts: Iterator[re.Match[str]]) -> list[str]:
             break
         if text in ("_", "^", "'"):
             base = shown.pop() if shown and shown[-1] not in _SPACES.values() else EMPTY
-            shown.append(base + (text if text == "'" else f"{text}({_argument(parts)})"))
+            shown.append(
+                base + "'" if text == "'" else typst_scripted(base, text, _argument(parts))
+            )
         elif not part[2]:
             shown += _symbol(part, parts)
     return shown

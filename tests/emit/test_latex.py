@@ -270,7 +270,7 @@ def test_every_hostile_character_alone(tmp_path):
         ("x^sin(y) = 2", r"$x^{\sin(y)} = 2$"),
         ("x = 1.5e-3", r"$x = 1.5 \times 10^{-3}$"),
         ("dot(x) = R*dot(phi)", r"$\dot{x} = R \, \dot{\phi}$"),
-        ("dot(x_1)^2 = ddot(z)", r"$\dot{x_{1}}^{2} = \ddot{z}$"),
+        ("dot(x_1)^2 = ddot(z)", r"$\dot{x}_{1}^{2} = \ddot{z}$"),
         ("dot(x + y) = 0", r"$\operatorname{dot}(x + y) = 0$"),
         ("dot(2) = dot", r"$\operatorname{dot}(2) = \operatorname{dot}$"),
         ("x; y", r"\texttt{x; y}"),

@@ -56,7 +56,9 @@ def printed(equations: Equations) -> list[str]:
     assert ascii.isascii()
     assert max(map(len, ascii.splitlines())) < 260
     assert derivation_report(equations)["steps"]["bodies"] is not None
-    return [text, ascii, latex(equations), latex(equations, "snippet"), markdown(equations)]
+    (typst,) = EMITTERS["typst"].emit(equations, {}).values()
+    documents = [latex(equations), latex(equations, "snippet"), markdown(equations), typst]
+    return [text, ascii, *documents]
 
 
 def is_certified(equations: Equations) -> bool:
@@ -237,7 +239,7 @@ def test_formats_without_steps_refuse_them(capsys: pytest.CaptureFixture[str]) -
     scene = str(SCENES["bead_on_parabola"])
     assert run(["emit", scene, "--to", "python", "--steps"]) == 2
     message = capsys.readouterr().err
-    assert "format 'python' has no steps; --steps is for latex and markdown" in message
+    assert "format 'python' has no steps; --steps is for latex and markdown and typst" in message
 
 
 def test_a_way_implies_the_steps(capsys: pytest.CaptureFixture[str]) -> None:

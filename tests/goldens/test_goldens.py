@@ -50,7 +50,7 @@ class Golden:
         further = dict(self.formats)
         emissions = {
             f"({to})": ["emit", scene, "--to", to, "-o", ".", *self.emit, *further.get(to, ())]
-            for to in ("c", "python", "latex")
+            for to in ("c", "python", "latex", "typst")
         }
         return derivations | emissions
 
@@ -120,4 +120,4 @@ def test_every_folder_of_outputs_has_its_scene_and_all_formats() -> None:
     assert {path.name for path in OUTPUTS.iterdir()} == set(GOLDENS)
     for folder in OUTPUTS.iterdir():
         suffixes = sorted(path.suffix for path in folder.iterdir())
-        assert suffixes == [".c", ".h", ".json", ".py", ".tex", ".txt"]
+        assert suffixes == [".c", ".h", ".json", ".py", ".tex", ".txt", ".typ"]

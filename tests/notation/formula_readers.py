@@ -156,8 +156,8 @@ class TypstReader(Reader):
         return base ** self.letter() if self.takes("^") else base
 
     def primary(self):
-        if self.takes("upright(e)^("):
-            return math.exp(self.closed())
+        if self.takes("upright(e)"):
+            return self.power(math.e)
         if self.takes("frac("):
             above = self.sum()
             assert self.takes(", ")

@@ -1,4 +1,4 @@
-"""Report of ``lagrange derive``: the derivation as text, LaTeX or JSON."""
+"""Report of ``lagrange derive``: the derivation as text, a document or JSON."""
 
 from __future__ import annotations
 
@@ -34,6 +34,12 @@ def _latex(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str)
     return written
 
 
+def _typst(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) -> str:
+    """The derivation as a Typst document."""
+    (written,) = derivation.emit("typst", form=form).values()
+    return written
+
+
 def _markdown(derivation: Derivation, form: str, _ascii_only: bool, _encoding: str) -> str:
     """The derivation as Markdown."""
     (written,) = derivation.emit("markdown", form=form).values()
@@ -46,5 +52,6 @@ FORMATS: Mapping[str, Callable[[Derivation, str, bool, str], str | Page]] = {
     "text": _text,
     "latex": _latex,
     "markdown": _markdown,
+    "typst": _typst,
     "json": _json,
 }

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
+from lagrange_cli.emit.document.rows import FormulaRow, RowSetter
 from lagrange_cli.emit.steps.sections import (
     Block,
     Bullets,
-    Formula,
     Formulas,
     Law,
     Picture,
@@ -19,10 +19,7 @@ from lagrange_cli.emit.steps.sections import (
     Words,
 )
 from lagrange_cli.notation.latex import LatexPrinter
-from lagrange_cli.notation.layout import Piece, break_lines, prefixed, suffixed, width
-
-#: Columns of half an em that a number takes beside a display, and that labels have at the least.
-_NUMBER, _LABEL = 5, 8
+from lagrange_cli.notation.layout import break_lines
 
 #: Lines of a formula that stay on one page.
 _MOST_LINES = 6
@@ -35,25 +32,11 @@ _NO_ROOM = re.compile(r"\\(?:mathbf|mathrm|text|dot|ddot|[dt]?frac)\b|\\,|[{}_^ 
 
 
 @dataclass(frozen=True)
-class FormulaRow:
-    """A formula: its label before the alignment, and the pieces after it.
-
-    ``ends``: false if the next row continues it, which then has the number.
-    """
-
-    label: str
-    pieces: Sequence[Piece]
-    ends: bool = True
-
-
-@dataclass(frozen=True)
-class Typesetter:
+class Typesetter(RowSetter):
     """Writes sections in LaTeX.
 
     Attributes
     ----------
-    columns
-        Width of a line, in columns of half an em.
     numbered
         True if displays have numbers.
     stem
@@ -62,14 +45,21 @@ class Typesetter:
         Part of the document → how many of its formulas have a label.
     """
 
-    columns: float = 83
     numbered: bool = True
     stem: str = ""
     counts: dict[str, int] = field(default_factory=dict)
 
+    colon = r"\colon\quad"
+    at_least = r"\ge"
+    at_most = r"\le"
+    complementary = r"\perp"
+
     @property
     def printer(self) -> LatexPrinter:
         return LatexPrinter()
+
+    def room(self, formula: str) -> float:
+        return len(re.sub(r"[a-z]{2,}", "x", _NO_ROOM.sub("", formula)))
 
     def section(self, section: Section) -> list[str]:
         """The heading of a section and its blocks."""
@@ -96,45 +86,11 @@ class Typesetter:
             case Picture():
                 return []
 
-    # -- rows -----------------------------------------------------------------------
-
-    def rows(self, block: Formulas) -> list[FormulaRow]:
-        """Rows of a display, one or more for each formula."""
-        return [part for row in block.rows for part in self._rows(row)]
-
-    def _rows(self, row: Formula) -> list[FormulaRow]:
-        """A formula on a line, or each of its sides on one where they are too long together."""
-        bodies = [self.printer.pieces(node) for node in row.chain]
-        label = rf"{row.name}\colon\quad {row.label}".rstrip() if row.name else row.label
-        if row.multiplier:
-            gap = suffixed(bodies[0], r" \ge 0", 4)
-            return [FormulaRow(label, prefixed(gap, rf"0 \le {row.multiplier} \perp ", 12))]
-        if row.is_rate:
-            return [FormulaRow(label, suffixed(self.printer.rate(row.chain[0]), " = 0", 3))]
-        if not row.label:
-            return [FormulaRow(label, _equated(bodies))]
-        middle = [[Piece(row.middle, room(row.middle))]] if row.middle else []
-        sides = [prefixed(side, "= ", 3) for side in (*middle, *bodies)] or [[Piece("", 0)]]
-        whole = [piece for side in sides for piece in (replace(side[0], separator=" "), *side[1:])]
-        if width(whole) <= self._available([label], numbered=True):
-            return [FormulaRow(label, [replace(whole[0], separator=""), *whole[1:]])]
-        labels = [label, *("" for _ in sides[1:])]
-        last = len(sides) - 1
-        return [
-            FormulaRow(shown, side, ends=number == last)
-            for number, (shown, side) in enumerate(zip(labels, sides, strict=True))
-        ]
-
-    def _available(self, labels: Iterable[str], *, numbered: bool) -> float:
-        """Columns beside the widest label and the number."""
-        widest = max((room(label) for label in labels), default=0)
-        return self.columns - max(_LABEL, widest) - _NUMBER
-
     # -- displays -------------------------------------------------------------------
 
     def display(self, rows: Sequence[FormulaRow], part: str, *, numbered: bool) -> list[str]:
         """Formulas as a display, with a number and a label each, or none."""
-        available = self._available([row.label for row in rows], numbered=numbered)
+        available = self.available([row.label for row in rows])
         written = [_lines(row, available) for row in rows]
         if not written:
             return []
@@ -156,7 +112,7 @@ class Typesetter:
 
     def aligned(self, rows: Sequence[FormulaRow]) -> list[str]:
         """Formulas as an ``aligned`` environment, which stands within a display."""
-        available = self._available([row.label for row in rows], numbered=False)
+        available = self.available([row.label for row in rows])
         shown = [line for row in rows for line in _lines(row, available)]
         return [r"\begin{aligned}", " \\\\\n".join(shown), r"\end{aligned}"]
 
@@ -169,20 +125,6 @@ class Typesetter:
 _UNBROKEN = r"\postdisplaypenalty=10000 "
 
 _BULLETS = r"\begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
-
-
-def room(formula: str) -> float:
-    """Columns of half an em that a general formula takes, near enough to break lines by."""
-    return len(re.sub(r"[a-z]{2,}", "x", _NO_ROOM.sub("", formula)))
-
-
-def _equated(bodies: Sequence[list[Piece]]) -> list[Piece]:
-    """``left = 0``, or ``left = right``."""
-    if len(bodies) == 1:
-        return suffixed(bodies[0], " = 0", 3)
-    left, right = bodies
-    equal = Piece(right[0].text, right[0].width + 3, " = ", "= ", 0)
-    return [*left, equal, *right[1:]]
 
 
 def _lines(row: FormulaRow, available: float) -> list[str]:

@@ -14,7 +14,7 @@ from lagrange_cli.emit.language import ENGLISH, Language
 from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.emit.steps.sections import Formula, Title, Words
 from lagrange_cli.notation.build import display
-from lagrange_cli.notation.ordering import symbol_of
+from lagrange_cli.notation.ordering import spelled_symbol, symbol_of
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
 from lagrange_cli.notation.vocabulary import Vocabulary, vocabulary
 
@@ -133,7 +133,7 @@ class StepsWriter(Writer):
             atoms[rate_symbol(name)] = symbol_of(name, Dependence.VELOCITY, rank, order=1)
         for rank, c in enumerate(self.equations.coordinates):
             text = self.letters.virtual(self.coordinate(c))
-            atoms[displacement(c)] = symbol_of(text, Dependence.ACCELERATION, rank, latex=text)
+            atoms[displacement(c)] = spelled_symbol(text, Dependence.ACCELERATION, rank)
         return Vocabulary(atoms, usual.literals)
 
     # -- labels ---------------------------------------------------------------------

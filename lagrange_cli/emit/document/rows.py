@@ -1,0 +1,97 @@
+"""Formulas of a display as rows of pieces, which a format breaks into lines."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from lagrange_cli.emit.steps.sections import Formula, Formulas
+from lagrange_cli.notation.layout import Piece, prefixed, suffixed, width
+from lagrange_cli.notation.typeset import TypesetPrinter
+
+#: Columns of half an em that a number takes beside a display, and that labels have at the least.
+_NUMBER, _LABEL = 5, 8
+
+
+@dataclass(frozen=True)
+class FormulaRow:
+    """A formula: its label before the alignment, and the pieces after it.
+
+    ``ends``: false if the next row continues it, which then has the number.
+    """
+
+    label: str
+    pieces: Sequence[Piece]
+    ends: bool = True
+
+
+@dataclass(frozen=True)
+class RowSetter(ABC):
+    """Makes rows of formulas.
+
+    ``colon`` stands after a name; ``at_least``, ``at_most`` and ``complementary`` are ≥, ≤ and ⊥.
+
+    Attributes
+    ----------
+    columns
+        Width of a line, in columns of half an em.
+    """
+
+    columns: float = 83
+
+    colon = ""
+    at_least = ">="
+    at_most = "<="
+    complementary = ""
+
+    @property
+    @abstractmethod
+    def printer(self) -> TypesetPrinter:
+        """What prints display trees."""
+
+    @abstractmethod
+    def room(self, formula: str) -> float:
+        """Columns of half an em that a general formula takes, near enough to break lines by."""
+
+    def rows(self, block: Formulas) -> list[FormulaRow]:
+        """Rows of a display, one or more for each formula."""
+        return [part for row in block.rows for part in self._rows(row)]
+
+    def available(self, labels: Iterable[str]) -> float:
+        """Columns beside the widest label and the number."""
+        widest = max((self.room(label) for label in labels), default=0)
+        return self.columns - max(_LABEL, widest) - _NUMBER
+
+    def _rows(self, row: Formula) -> list[FormulaRow]:
+        """A formula on a line, or each of its sides on one where they are too long together."""
+        bodies = [self.printer.pieces(node) for node in row.chain]
+        label = f"{row.name}{self.colon} {row.label}".rstrip() if row.name else row.label
+        if row.multiplier:
+            gap = suffixed(bodies[0], f" {self.at_least} 0", 4)
+            push = f"0 {self.at_most} {row.multiplier} {self.complementary} "
+            return [FormulaRow(label, prefixed(gap, push, 12))]
+        if row.is_rate:
+            return [FormulaRow(label, suffixed(self.printer.rate(row.chain[0]), " = 0", 3))]
+        if not row.label:
+            return [FormulaRow(label, _equated(bodies))]
+        middle = [[Piece(row.middle, self.room(row.middle))]] if row.middle else []
+        sides = [prefixed(side, "= ", 3) for side in (*middle, *bodies)] or [[Piece("", 0)]]
+        whole = [piece for side in sides for piece in (replace(side[0], separator=" "), *side[1:])]
+        if width(whole) <= self.available([label]):
+            return [FormulaRow(label, [replace(whole[0], separator=""), *whole[1:]])]
+        labels = [label, *("" for _ in sides[1:])]
+        last = len(sides) - 1
+        return [
+            FormulaRow(shown, side, ends=number == last)
+            for number, (shown, side) in enumerate(zip(labels, sides, strict=True))
+        ]
+
+
+def _equated(bodies: Sequence[list[Piece]]) -> list[Piece]:
+    """``left = 0``, or ``left = right``."""
+    if len(bodies) == 1:
+        return suffixed(bodies[0], " = 0", 3)
+    left, right = bodies
+    equal = Piece(right[0].text, right[0].width + 3, " = ", "= ", 0)
+    return [*left, equal, *right[1:]]

@@ -1,0 +1,59 @@
+"""Typst: a complete document, or the equations of motion alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.base import DEFAULT_SECTIONS
+from lagrange_cli.emit.document.contents import contents
+from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.typst.letters import TypstLetters
+from lagrange_cli.emit.typst.typesetter import Typesetter
+from lagrange_cli.notation.typst_symbols import typst_text
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.mechanics.equations import Equations
+
+_PREAMBLE = """#set page(paper: "a4", margin: 25mm, numbering: "1")
+#set text(font: "New Computer Modern", size: 11pt)
+#set par(justify: true)
+#set math.equation(number-align: end + bottom)
+#show math.equation.where(block: true): set align(start)
+#show math.equation.where(block: true): set block(breakable: true)
+#let numbered(body) = { set math.equation(numbering: "(1)"); body }
+"""
+
+
+def emit_typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    """Return ``NAME.typ``.
+
+    Parameters
+    ----------
+    equations
+        What a derivation yields; its steps are written if it has any.
+    options
+        ``form``: ``lagrange`` or ``explicit``.
+
+    Raises
+    ------
+    InternalError
+        An expression has no exact form in print.
+    """
+    setter, writer = Typesetter(stem=equations.name), DocumentWriter(equations, TypstLetters())
+    sections = contents(writer, DEFAULT_SECTIONS, str(options["form"]))
+    blocks = [_opening(equations), *map(setter.section, sections)]
+    return {f"{equations.name}.typ": "\n\n".join("\n".join(block) for block in blocks) + "\n"}
+
+
+def _opening(equations: Equations) -> list[str]:
+    title = typst_text(equations.title or equations.name)
+    lines = [
+        f"// {equations.name}: equations of motion, written by lagrange",
+        _PREAMBLE,
+        f"#align(center, text(size: 17pt)[{title}])",
+    ]
+    if equations.description:
+        lines += ["", typst_text(equations.description)]
+    return lines
