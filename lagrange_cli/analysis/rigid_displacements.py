@@ -1,0 +1,113 @@
+"""What a displacement of the coordinates does to the particles, where it moves all as one body.
+
+A field ξ moves a particle at r by Σ ∂r/∂q ξ. If that is a + ω × r, with one a and one ω for all
+particles at all states, ξ is a translation, a rotation, or a boost where it grows with time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+import sympy as sp
+
+from lagrange_cli.analysis.sampled_values import Array, SampledValues
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.equations import Equations
+
+#: States at which displacements are compared.
+_STATES = 12
+
+#: Relative difference up to which they are the same.
+_SAME = 1e-8
+
+Kind: TypeAlias = Literal["translation", "rotation", "boost"]
+
+_AXES = "xyz"
+_STEMS = {"translation": "P", "rotation": "L", "boost": "boost"}
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """A rigid displacement along or around a coordinate axis.
+
+    Attributes
+    ----------
+    kind
+        ``rotation`` is around the axis through the origin.
+    axis
+        0, 1, 2 for x, y, z.
+    sense
+        1, or -1 against the axis.
+    """
+
+    kind: Kind
+    axis: int
+    sense: int = 1
+
+    @property
+    def name(self) -> str:
+        """The usual name of the conserved quantity."""
+        return f"{_STEMS[self.kind]}_{_AXES[self.axis]}"
+
+
+def displacement(equations: Equations, field: Sequence[sp.Expr]) -> Displacement | None:
+    """Return the unit displacement that a field is; None if it is none, or moves by more."""
+    moving = [p for p in equations.particles if p.mass != 0]
+    if not moving:
+        return None
+    places = [r for p in moving for r in p.position]
+    shifts = [
+        sp.Add(*(derivative(r, c.q) * x for c, x in zip(equations.coordinates, field, strict=True)))
+        for r in places
+    ]
+    held = {s for r in places for s in r.free_symbols}
+    if any(x != 0 and c.q not in held for c, x in zip(equations.coordinates, field, strict=True)):
+        return None  # it turns what is no particle as well
+    samples = SampledValues(equations, _STATES, seed=2)
+    values = samples.of([*places, *shifts, equations.t])
+    number = values.shape[1]
+    if not number:
+        return None
+    shape = len(moving), 3, number
+    r, moved = (values[k * len(places) : (k + 1) * len(places)].reshape(shape) for k in (0, 1))
+    grows = equations.t in {s for x in field for s in x.free_symbols}
+    if grows:
+        moved = moved / values[-1]
+    along, around = _rigid(r, moved)
+    if along is None or around is None:
+        return None
+    if around.any():
+        return None if grows or along.any() else _unit("rotation", around)
+    return _unit("boost" if grows else "translation", along)
+
+
+def _rigid(r: Array, moved: Array) -> tuple[Array | None, Array | None]:
+    """a and ω with displacements a + ω × r; None if there are none."""
+    x, y, z = (r[:, k].ravel() for k in range(3))
+    one, zero = np.ones_like(x), np.zeros_like(x)
+    rows = np.concatenate(
+        [
+            np.stack([one, zero, zero, zero, z, -y], axis=1),
+            np.stack([zero, one, zero, -z, zero, x], axis=1),
+            np.stack([zero, zero, one, y, -x, zero], axis=1),
+        ]
+    )
+    wanted = np.concatenate([moved[:, k].ravel() for k in range(3)])
+    # Of several, the one that turns and moves least: in a plane two axes move nothing.
+    found, *_ = np.linalg.lstsq(rows, wanted, rcond=_SAME)
+    if np.abs(rows @ found - wanted).max() > _SAME * max(1.0, np.abs(wanted).max()):
+        return None, None
+    found[np.abs(found) < _SAME] = 0.0
+    return found[:3], found[3:]
+
+
+def _unit(kind: Kind, vector: Array) -> Displacement | None:
+    """The displacement by a unit vector along an axis; None if it is along none."""
+    (present,) = np.nonzero(vector)
+    if len(present) != 1 or abs(abs(vector[present[0]]) - 1) > _SAME:
+        return None
+    axis = int(present[0])
+    return Displacement(kind, axis, 1 if vector[axis] > 0 else -1)

@@ -1,0 +1,127 @@
+"""Values of expressions at many random states at once, in doubles.
+
+They only suggest what may hold: whatever is found from them is proven afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.unknown_functions import is_unknown, name_and_order
+from lagrange_cli.program.graph.evaluation import evaluated
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
+from lagrange_cli.program.graph.value_graph import ValueGraph
+
+Array: TypeAlias = NDArray[np.float64]
+
+_OTHERS: dict[str, Callable[..., Any]] = {
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "asinh": np.arcsinh,
+    "acosh": np.arccosh,
+    "atanh": np.arctanh,
+    "atan2": np.arctan2,
+    "pow": np.power,
+    "min": np.minimum,
+    "max": np.maximum,
+}
+_FUNCTIONS = {name: getattr(np, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
+
+#: States that are drawn for each that is wanted: at some an expression is not real.
+_DRAWN = 3
+
+#: Where to look for states: any of size 1, else nearer and nearer to the initial state.
+_WIDTHS = (None, 0.3, 0.03)
+
+
+class SampledValues:
+    """Random states of a system: q, v and t differ from state to state, parameters do not.
+
+    Parameters
+    ----------
+    number
+        States that are wanted.
+    seed
+        Of the random numbers, so that results are the same from run to run.
+
+    Attributes
+    ----------
+    parameters
+        Symbol → its number. Numbers of size 1 are drawn, so that none is lost beside another, where
+        expressions have values with them; else they are near those of the scene.
+    states
+        Symbol of q, v, t or an input → its numbers, shape (states,).
+    """
+
+    def __init__(self, equations: Equations, number: int, seed: int = 1) -> None:
+        self._equations, self._number = equations, number
+        self._random = np.random.default_rng(seed)
+        self.parameters: dict[sp.Symbol, float] = {}
+        self.states: dict[sp.Symbol, Array] = {}
+        self._draw(None)
+
+    def _draw(self, width: float | None) -> None:
+        """Draw states of size 1, or around the initial one and with the scene's parameters."""
+        equations, random = self._equations, self._random
+        coordinates = equations.coordinates
+        symbols = [equations.t, *(u.symbol for u in equations.inputs)]
+        symbols += [s for c in coordinates for s in (c.q, c.v)]
+        numbers = [p.value if width else None for p in equations.parameters]
+        self.parameters = {
+            p.symbol: float(random.uniform(1.0, 2.0) if x is None else x * random.uniform(0.9, 1.1))
+            for p, x in zip(equations.parameters, numbers, strict=True)
+        }
+        start: dict[sp.Symbol, float] = {}
+        if width and equations.initial is not None:
+            start = dict(zip((c.q for c in coordinates), equations.initial.positions, strict=False))
+        shape = _DRAWN * self._number
+        reach = 2.0 * (width or 1.0)
+        self.states = {s: start.get(s, 0.0) + random.uniform(-reach, reach, shape) for s in symbols}
+
+    def of(self, expressions: Sequence[sp.Expr]) -> Array:
+        """Evaluate expressions at as many states as are wanted, shape (expressions, states).
+
+        Parameters and states are those that expressions have values at; they are kept. Fewer
+        states, or none, if there are no more.
+        """
+        stood_in = [_with_stand_ins(e) for e in expressions]
+        for width in _WIDTHS:
+            self._draw(width)
+            found = self._values(stood_in)
+            kept = np.flatnonzero(np.isfinite(found).all(axis=0))[: self._number]
+            if len(kept) == self._number:
+                break
+        self.states = {s: x[kept] for s, x in self.states.items()}
+        return found[:, kept]
+
+    def _values(self, expressions: Sequence[sp.Expr]) -> Array:
+        inputs = [(s, f"p{k}", 1) for k, s in enumerate(self.parameters)]
+        inputs += [(s, f"q{k}", 2) for k, s in enumerate(self.states)]
+        numbers = [*self.parameters.values(), *self.states.values()]
+        values = ValueGraph(inputs)
+        wanted = [values.convert(e) for e in expressions]
+        named = {name: x for (_, name, _), x in zip(inputs, numbers, strict=True)}
+        with np.errstate(all="ignore"):
+            rows = evaluated(values, wanted, named, _FUNCTIONS, float)
+        count = _DRAWN * self._number
+        return np.array([np.broadcast_to(row, (count,)) for row in rows]).reshape(-1, count)
+
+
+def _with_stand_ins(expression: sp.Expr) -> sp.Expr:
+    """Put a smooth function in place of each unknown one."""
+    unknown = [e for e in sp.preorder_traversal(expression) if is_unknown(e)]
+    return expression.xreplace({e: _stand_in(e) for e in unknown}) if unknown else expression
+
+
+def _stand_in(applied: sp.Expr) -> sp.Expr:
+    name, order = name_and_order(applied)
+    x, phase = sp.Dummy(), sp.Rational(sum(map(ord, name)) % 97, 31)
+    smooth = sp.sin(sp.Rational(13, 10) * x + phase) + sp.sin(sp.Rational(7, 10) * x + 2 * phase)
+    return smooth.diff(x, order).xreplace({x: _with_stand_ins(applied.args[0])})
