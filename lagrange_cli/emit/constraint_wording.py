@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.language import ENGLISH, Language
 from lagrange_cli.mechanics.equations import tagged
 from lagrange_cli.notation.symbols import multiplier_name
+from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -54,6 +55,7 @@ def free_letter(equations: Equations, letters: tuple[str, ...]) -> str:
 def _names(equations: Equations) -> set[str]:
     names = {p.name for p in equations.parameters}
     names |= {c.name for c in equations.coordinates}
+    names |= {*latex_overrides(equations).values()}
     names |= {c.name for c in equations.cartesian_names}
     names |= {name for name, _ in (*equations.abbreviations, *equations.outputs)}
     # Those that are given stand in their place, and are not printed.

@@ -61,6 +61,7 @@ from lagrange_cli.mechanics.symbols.values import (
     nearest_double,
 )
 from lagrange_cli.scene.language.expression import Equation
+from lagrange_cli.scene.latex_names import constraints, latex_names, stating
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.units import Units, units
 from lagrange_cli.stages import announce
@@ -140,6 +141,8 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         closures=derivation.closures,
         contacts=derivation.contacts,
         positive=tuple(reduced.positive),
+        latex=dict(_latex(derivation)),
+        indices=dict(_indices(derivation)),
         chart=chart,
         units=_units(derivation, chart),
         sources=_sources(derivation, evidence, forcing),
@@ -176,6 +179,7 @@ def _depiction(reduced: Reduced) -> Depiction | None:
             point.name,
             (x.name, y.name, z.name),
             (reduced.resolved[x], reduced.resolved[y], reduced.resolved[z]),
+            point.latex,
         )
         for point, (x, y, z) in zip(scene.points, names.point_symbols, strict=True)
     ]
@@ -259,6 +263,7 @@ def _particles(derivation: Uncertified) -> Iterator[ParticleMotion]:
             components=(x.name, y.name, z.name),
             position=(reduced.resolved[x], reduced.resolved[y], reduced.resolved[z]),
             velocity=(derivation.velocity[x], derivation.velocity[y], derivation.velocity[z]),
+            latex=particle.latex,
         )
 
 
@@ -274,6 +279,31 @@ def _cartesian_names(derivation: Uncertified) -> Iterator[CartesianName]:
         if velocity is None:
             velocity = total_derivative(position, reduced.names.t, motion)
         yield CartesianName(symbol.name, position, velocity)
+
+
+def _latex(derivation: Uncertified) -> Iterator[tuple[str, str]]:
+    """LaTeX by the names that formulas hold."""
+    scene = derivation.reduced.scene
+    # Constraints that are eliminated have multipliers among the constraint forces.
+    for constraint in constraints(scene):
+        shown = constraint.notation.multiplier_text()
+        if shown is not None:
+            yield f"lambda_{constraint.name}", shown
+    yield from ((name, latex) for name, latex, _ in latex_names(scene))
+    for closure in derivation.pushing:
+        known = stating(scene, closure.name)
+        shown = known and known[0].notation.multiplier_text(known[1])
+        if shown:
+            yield closure.multiplier.name, shown
+
+
+def _indices(derivation: Uncertified) -> Iterator[tuple[str, str]]:
+    """LaTeX of the names of closures and gaps below a letter."""
+    for closure in derivation.pushing:
+        known = stating(derivation.reduced.scene, closure.name)
+        shown = known and known[0].notation.index_text(known[1])
+        if shown:
+            yield closure.name, shown
 
 
 def _units(derivation: Uncertified, chart: ReplacedChart | None) -> Callable[[], Units]:

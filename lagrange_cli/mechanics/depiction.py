@@ -28,11 +28,14 @@ class PlacedPoint:
         Names of its x, y and z.
     position
         r(q, t), along x, y, z.
+    latex
+        LaTeX of the scene, None if absent.
     """
 
     name: str
     components: tuple[str, str, str]
     position: tuple[Expr, Expr, Expr]
+    latex: str | None = None
 
 
 @dataclass(frozen=True)

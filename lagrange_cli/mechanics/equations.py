@@ -166,6 +166,8 @@ class ParticleMotion:
         Names of its x, y and z.
     position, velocity
         r(q, t) and ṙ(q, v, t), each along x, y, z.
+    latex
+        LaTeX of the scene, None if absent.
     """
 
     name: str
@@ -173,6 +175,7 @@ class ParticleMotion:
     components: tuple[str, str, str]
     position: tuple[Expr, Expr, Expr]
     velocity: tuple[Expr, Expr, Expr]
+    latex: str | None = None
 
 
 @dataclass(frozen=True)
@@ -432,6 +435,11 @@ class Equations:
         For each number by which the motion is differentiated, the parameters that change with it,
         and their derivatives. Those of the n coordinates stand behind the coordinates, n for
         each; mass matrix and forcing are of the first n alone.
+    latex
+        LaTeX of the scene for names beside those of parameters and coordinates: of definitions,
+        components and multipliers (``lambda_rod``).
+    indices
+        LaTeX of the scene for the names of closures and contacts below a letter.
     units
         Finds the units of coordinates, Cartesian names, outputs and their rates, of ``t`` and
         ``energy``.
@@ -488,6 +496,8 @@ class Equations:
     balance: EnergyBalance | None = None
     short_lagrangian: ShortLagrangian | None = None
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
+    latex: Mapping[str, str] = field(default_factory=dict)
+    indices: Mapping[str, str] = field(default_factory=dict)
     units: Callable[[], Units] = Units
     sources: DerivationSources | None = field(default=None, compare=False, repr=False)
     depiction: Depiction | None = field(default=None, compare=False, repr=False)

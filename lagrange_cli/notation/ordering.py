@@ -65,13 +65,15 @@ def spelled_symbol(text: str, level: Dependence, rank: int) -> DisplaySymbol:
     return replace(symbol_of(text, level, rank), spelled=True)
 
 
-def abbreviation_of(name: str, level: Dependence, rank: int) -> DisplaySymbol:
+def abbreviation_of(
+    name: str, level: Dependence, rank: int, latex: str | None = None
+) -> DisplaySymbol:
     """A symbol for an expression of some dependence; one that moves counts as a function."""
     level = min(level, Dependence.COORDINATE)
     moves = int(level >= Dependence.TIME)
     # Behind the parameters.
     traits = OrderTraits(level, 0, moves, f"{rank + 500_000:06d}")
-    return DisplaySymbol(name, 0, None, traits, abbreviates=True)
+    return DisplaySymbol(name, 0, latex, traits, abbreviates=True)
 
 
 def power_of(base: DisplayNode, exponent: DisplayNode) -> DisplayNode:

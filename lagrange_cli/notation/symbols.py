@@ -109,6 +109,10 @@ def _in_text(word: str) -> str:
     return rf"\text{{{latex_text(word)}}}"
 
 
+#: One letter, and what stands below it: dots stand over the letter.
+_LETTER_BELOW = re.compile(r"(\\[A-Za-z]+|[A-Za-z])(_.+)")
+
+
 def latex_name(name: str, order: int = 0, override: str | None = None) -> str:
     """A name in LaTeX math with ``order`` dots over its base: ``\\dot{\\theta}_{1}``.
 
@@ -116,6 +120,9 @@ def latex_name(name: str, order: int = 0, override: str | None = None) -> str:
     against an allowlist of math macros.
     """
     if override is not None:
+        letter = _LETTER_BELOW.fullmatch(override) if order else None
+        if letter:
+            return f"{_DOT_MACROS[order]}{{{letter[1]}}}{letter[2]}"
         return f"{_DOT_MACROS[order]}{{{override}}}" if order else f"{{{override}}}"
     parts = split_name(name)
     base = _latex_word(parts.base)

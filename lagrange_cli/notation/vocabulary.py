@@ -71,7 +71,10 @@ def vocabulary(equations: Equations, *, abbreviating: bool = False) -> Vocabular
     for rank, closure in enumerate(equations.pushing, len(equations.parameters)):
         # With the underscores that tell the symbol from other names of the scene.
         name = multiplier_name(closure.multiplier.name.removeprefix("lambda_"))
-        atoms[closure.multiplier] = ordering.symbol_of(name, Dependence.PARAMETER, rank)
+        latex = equations.latex.get(closure.multiplier.name)
+        atoms[closure.multiplier] = ordering.symbol_of(
+            name, Dependence.PARAMETER, rank, latex=latex
+        )
     atoms[equations.t] = ordering.symbol_of("t", Dependence.TIME, 0)
     for rank, source in enumerate(equations.inputs, 1):
         atoms[source.symbol] = ordering.symbol_of(source.name, Dependence.TIME, rank)
@@ -82,6 +85,14 @@ def vocabulary(equations: Equations, *, abbreviating: bool = False) -> Vocabular
     functions = {f.name: f.latex for f in equations.functions}
     words = Vocabulary(atoms, dict(equations.literals), functions, _written(equations.sums))
     return replace(words, named=_named(equations, words)) if abbreviating else words
+
+
+def latex_overrides(equations: Equations) -> dict[str, str]:
+    """Names of the scene that it says how to print in LaTeX."""
+    names = dict(equations.latex)
+    names |= {p.name: p.latex for p in equations.parameters if p.latex is not None}
+    names |= {c.name: c.latex for c in equations.coordinates if c.latex is not None}
+    return names | {f.name: f.latex for f in equations.functions if f.latex is not None}
 
 
 def _written(
@@ -108,7 +119,7 @@ def _named(equations: Equations, words: Vocabulary) -> dict[sympy.Expr, tuple[Na
         if not exponent.is_Rational:
             base, exponent = expression, sympy.S.One
         levels = [words.atoms[s].traits.level for s in expression.free_symbols if s in words.atoms]
-        symbol = ordering.abbreviation_of(name, max(levels), rank)
+        symbol = ordering.abbreviation_of(name, max(levels), rank, equations.latex.get(name))
         factor = SignedNode(False, symbol), Fraction(int(exponent.q), int(exponent.p))
         named.setdefault(base, (factor,))
         if not base.is_Add:

@@ -94,12 +94,15 @@ class Particle:
         Its mass.
     position
         Its x, y and z; a name that stands alone there and is not declared is a Cartesian name.
+    latex
+        Text that it prints as, also below its components; None for its name.
     """
 
     name: str
     mark: Mark
     mass: Expression
     position: tuple[Expression, Expression, Expression]
+    latex: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,11 +115,43 @@ class Point:
         Its name and its place.
     position
         Its x, y and z.
+    latex
+        Text that it prints as, also below its components; None for its name.
     """
 
     name: str
     mark: Mark
     position: tuple[Expression, Expression, Expression]
+    latex: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ConstraintNotation:
+    """LaTeX for a constraint.
+
+    Attributes
+    ----------
+    index
+        Text that stands below λ and φ; None for the constraint's name.
+    multiplier
+        Text that its multiplier prints as; None for λ with the index.
+    """
+
+    index: str | None = None
+    multiplier: str | None = None
+
+    def multiplier_text(self, number: str = "") -> str | None:
+        """LaTeX of the multiplier, of one of several with its number; None for its name."""
+        if self.multiplier is not None:
+            return f"{{{self.multiplier}}}_{{{number}}}" if number else self.multiplier
+        index = self.index_text(number)
+        return None if index is None else rf"\lambda_{{{index}}}"
+
+    def index_text(self, number: str = "") -> str | None:
+        """LaTeX that stands below a letter of it; None for its name."""
+        if self.index is None:
+            return None
+        return f"{self.index},{number}" if number else self.index
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,11 +167,14 @@ class Constraint:
         Its name and its place.
     equations
         Its equations, between positions or between velocities.
+    notation
+        How it prints.
     """
 
     name: str
     mark: Mark
     equations: tuple[Equation, ...]
+    notation: ConstraintNotation = ConstraintNotation()
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,12 +189,15 @@ class Unilateral:
         The inequality as written.
     restitution
         Newton's coefficient of restitution, None for 0.
+    notation
+        How it prints.
     """
 
     name: str
     mark: Mark
     inequality: Equation
     restitution: Expression | None = None
+    notation: ConstraintNotation = ConstraintNotation()
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,11 +232,14 @@ class Definition:
         The defined name and its place.
     expression
         Its meaning.
+    latex
+        Text that the name prints as; None for that of the name.
     """
 
     name: str
     mark: Mark
     expression: Expression
+    latex: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -238,7 +238,7 @@ def test_names(name, order, text, latex):
 
 
 def test_latex_override():
-    assert latex_name("w", 1, r"\omega_{0}") == r"\dot{\omega_{0}}"
+    assert latex_name("w", 1, r"\omega_{0}") == r"\dot{\omega}_{0}"
     assert latex_name("w", 0, r"\omega_{0}") == r"{\omega_{0}}"
 
 

@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.steps.letters import Letters
+from lagrange_cli.notation.symbols import multiplier_symbol
+from lagrange_cli.notation.vocabulary import latex_overrides
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
 
 
 class DocumentLetters(Letters):
@@ -14,6 +21,14 @@ class DocumentLetters(Letters):
     """
 
     comma: str
+
+    def __init__(self, equations: Equations) -> None:
+        #: LaTeX of the names that the scene says how to print.
+        self.written: Mapping[str, str] = latex_overrides(equations)
+
+    def override(self, name: str) -> str | None:
+        """LaTeX of a name, as letters have it: that of a multiplier is ``lambda(rod)``."""
+        return self.written.get(multiplier_symbol(name))
 
     @abstractmethod
     def upright(self, phrase: str) -> str:

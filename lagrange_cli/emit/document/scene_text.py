@@ -7,7 +7,7 @@ text of a scene acts as a command.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -46,12 +46,15 @@ class SceneTextSpelling:
     at_most: str
     operator: str
 
-    def formula(self, text: str) -> str | None:
-        """Write an equation or expression of the scene language; None for any other text."""
-        tokens = _tokens(text)
-        return None if tokens is None else "".join(self._shown(tokens)).strip()
+    def formula(self, text: str, names: Mapping[str, str]) -> str | None:
+        """Write an equation or expression of the scene language; None for any other text.
 
-    def _shown(self, tokens: list[_Token]) -> Iterator[str]:
+        ``names``: LaTeX of names that do not print as their letters.
+        """
+        tokens = _tokens(text)
+        return None if tokens is None else "".join(self._shown(tokens, names)).strip()
+
+    def _shown(self, tokens: list[_Token], names: Mapping[str, str]) -> Iterator[str]:
         index = 0
         while index < len(tokens):
             kind, token = tokens[index]
@@ -61,13 +64,14 @@ class SceneTextSpelling:
                 inner = tokens[index:end]
                 if len(inner) > 2 and inner[0][1] == "(" and inner[-1][1] == ")":
                     inner = inner[1:-1]
-                yield self.printer.raised("".join(self._shown(inner)).strip())
+                yield self.printer.raised("".join(self._shown(inner, names)).strip())
                 index = end
             elif token in _DOTS and _is_of_a_name(tokens, index):
-                yield self.printer.name(tokens[index + 1][1], _DOTS[token])
+                name = tokens[index + 1][1]
+                yield self.printer.name(name, _DOTS[token], names.get(name))
                 index += 3
             else:
-                yield self._one(kind, token)
+                yield self._one(kind, token, names)
 
     def _operand_end(self, tokens: list[_Token], start: int) -> int:
         """Return the end of the exponent at ``start``: a sign, then a token or group."""
@@ -81,7 +85,7 @@ class SceneTextSpelling:
                 break
         return end
 
-    def _one(self, kind: str, token: str) -> str:
+    def _one(self, kind: str, token: str, names: Mapping[str, str]) -> str:
         if kind == "number":
             return self.printer.decimal(token)
         if kind == "sign":
@@ -92,7 +96,9 @@ class SceneTextSpelling:
             return self.printer.functions[token]
         if token in _OPERATORS:
             return self.operator.format(token)
-        return self.printer.pi if token == "pi" else self.printer.name(token)
+        if token == "pi":
+            return self.printer.pi
+        return self.printer.name(token, 0, names.get(token))
 
 
 def _tokens(text: str) -> list[_Token] | None:

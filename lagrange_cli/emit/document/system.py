@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
+    from lagrange_cli.emit.document.letters import DocumentLetters
     from lagrange_cli.mechanics.equations import ParticleMotion
 
 
@@ -29,10 +30,17 @@ def _particle(writer: DocumentWriter, particle: ParticleMotion) -> str:
     place = ", ".join(letters.symbol(c) for c in particle.components)
     return writer.say(
         "{name} of mass {mass} at {place}",
-        name=letters.words(particle.name),
+        name=_particle_name(letters, particle),
         mass=writer.inline(particle.mass),
         place=letters.inline(f"({place})"),
     )
+
+
+def _particle_name(letters: DocumentLetters, particle: ParticleMotion) -> str:
+    name = letters.words(particle.name)
+    if particle.latex is None:
+        return name
+    return f"{name} ({letters.inline(letters.symbol(particle.name, 0, particle.latex))})"
 
 
 def _parameters(writer: DocumentWriter) -> Table | None:

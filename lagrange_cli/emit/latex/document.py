@@ -32,7 +32,8 @@ _PREAMBLE = r"""\documentclass[11pt,a4paper]{article}
 def latex_document(equations: Equations, form: str = "lagrange") -> str:
     """A document that pdfLaTeX compiles by itself: system, freedom, L, motion, conservation."""
     setter = Typesetter(stem=equations.name)
-    sections = contents(DocumentWriter(equations, LatexLetters()), DEFAULT_SECTIONS, form)
+    writer = DocumentWriter(equations, LatexLetters(equations))
+    sections = contents(writer, DEFAULT_SECTIONS, form)
     spread = [] if equations.steps is None else [r"\setlength{\jot}{1ex}"]
     blocks = [_opening(equations), spread, *map(setter.section, sections), [r"\end{document}"]]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"

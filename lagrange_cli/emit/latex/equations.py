@@ -50,7 +50,8 @@ def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict
 def _latex_snippet(equations: Equations, form: str = "lagrange") -> str:
     """The equations of motion, or the steps to them, for pasting (amsmath)."""
     title = latex_text(equations.title or equations.name)
-    setter, writer = Typesetter(stem=equations.name), DocumentWriter(equations, LatexLetters())
+    setter = Typesetter(stem=equations.name)
+    writer = DocumentWriter(equations, LatexLetters(equations))
     if equations.steps is not None:
         return _steps_snippet(setter, writer, title)
     rows = accelerations(writer) if form == "explicit" else lagrange_equations(writer)
@@ -73,7 +74,7 @@ def _steps_snippet(setter: Typesetter, writer: DocumentWriter, title: str) -> st
 
 def equation_latex(equations: Equations, index: int) -> str:
     """One shown equation of motion on a line, without math delimiters or abbreviations."""
-    writer = DocumentWriter(equations, LatexLetters(), abbreviating=False)
+    writer = DocumentWriter(equations, LatexLetters(equations), abbreviating=False)
     (row,) = Typesetter().rows(formulas(lagrange_equations(writer)[index : index + 1]))
     return joined(row.pieces)
 
@@ -81,7 +82,7 @@ def equation_latex(equations: Equations, index: int) -> str:
 def equations_latex(equations: Equations) -> str:
     """All equations of motion, then those of closures and contacts and what abbreviations stand
     for, in an ``aligned`` environment, without math delimiters."""
-    writer, setter = DocumentWriter(equations, LatexLetters()), Typesetter()
+    writer, setter = DocumentWriter(equations, LatexLetters(equations)), Typesetter()
     held = [*lagrange_equations(writer), *closure_rows(writer), *contact_rows(writer)]
     rows = [f"& {joined(row.pieces)}" for row in setter.rows(formulas(held))]
     named = setter.rows(formulas(writer.abbreviations()))

@@ -18,7 +18,7 @@ class LatexLetters(DocumentLetters):
     comma = r",\quad "
 
     def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
-        return latex_name(name, order, latex)
+        return latex_name(name, order, latex or self.override(name))
 
     def vector(self, letter: str, order: int = 0) -> str:
         bold = rf"\mathbf{{{letter}}}"
@@ -74,7 +74,7 @@ class LatexLetters(DocumentLetters):
         return latex_text(text)
 
     def statement(self, text: str) -> str:
-        return latex_words.scene_text_latex(text)
+        return latex_words.scene_text_latex(text, self.written)
 
     def unit(self, text: str) -> str:
         return latex_words.unit_latex(text)

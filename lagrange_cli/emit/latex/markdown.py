@@ -66,7 +66,7 @@ def emit_markdown(equations: Equations, options: Mapping[str, OptionValue]) -> d
     InternalError
         An expression has no exact form in print.
     """
-    letters = MarkdownLetters()
+    letters = MarkdownLetters(equations)
     writer = DocumentWriter(equations, letters)
     paragraphs = [f"# {letters.words(equations.title or equations.name)}"]
     if equations.description:

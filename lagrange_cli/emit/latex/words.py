@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from types import MappingProxyType
 
 from lagrange_cli.emit.document.scene_text import SceneTextSpelling
 from lagrange_cli.notation.latex import LatexPrinter, latex_number
@@ -13,9 +15,12 @@ _SPELLING = SceneTextSpelling(
 )
 
 
-def scene_text_latex(text: str) -> str:
-    """Write an equation or expression of the scene language in math mode, other text as it is."""
-    written = _SPELLING.formula(text)
+def scene_text_latex(text: str, names: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Write an equation or expression of the scene language in math mode, other text as it is.
+
+    ``names``: LaTeX of names that do not print as their letters.
+    """
+    written = _SPELLING.formula(text, names)
     return rf"\texttt{{{latex_text(text)}}}" if written is None else f"${written}$"
 
 

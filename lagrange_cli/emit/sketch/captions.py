@@ -54,6 +54,6 @@ def particle_captions(equations: Equations) -> list[Caption]:
     return [
         symbol_caption(equations, p.mass)
         if p.mass.is_Symbol and counts[p.mass] == 1
-        else named(p.name)
+        else named(p.name, p.latex)
         for p in equations.particles
     ]

@@ -15,6 +15,7 @@ from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.emit.steps.sections import Formula, Title, Words
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.ordering import spelled_symbol, symbol_of
+from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
 from lagrange_cli.notation.vocabulary import Vocabulary, vocabulary
 
@@ -159,7 +160,9 @@ class StepsWriter(Writer):
 
     def constraint(self, closure: Closure) -> str:
         """The left side of a closure or gap: ``φ_rolling``."""
-        return self.letters.symbol(f"{self.constraint_letter}_{closure.name}")
+        letter, index = self.constraint_letter, self.equations.indices.get(closure.name)
+        latex = None if index is None else f"{latex_name(letter)}_{{{index}}}"
+        return self.letters.symbol(f"{letter}_{closure.name}", 0, latex)
 
     @cached_property
     def force_letter(self) -> str:

@@ -41,7 +41,8 @@ def emit_typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict
     InternalError
         An expression has no exact form in print.
     """
-    setter, writer = Typesetter(stem=equations.name), DocumentWriter(equations, TypstLetters())
+    setter = Typesetter(stem=equations.name)
+    writer = DocumentWriter(equations, TypstLetters(equations))
     sections = contents(writer, DEFAULT_SECTIONS, str(options["form"]))
     blocks = [_opening(equations), *map(setter.section, sections)]
     return {f"{equations.name}.typ": "\n\n".join("\n".join(block) for block in blocks) + "\n"}

@@ -29,7 +29,7 @@ class TypstLetters(DocumentLetters):
     comma = ", quad "
 
     def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
-        return typst_name(name, order, latex)
+        return typst_name(name, order, latex or self.override(name))
 
     def vector(self, letter: str, order: int = 0) -> str:
         bold = f"upright(bold({letter}))"
@@ -85,7 +85,7 @@ class TypstLetters(DocumentLetters):
         return typst_text(text)
 
     def statement(self, text: str) -> str:
-        written = _STATEMENTS.formula(text)
+        written = _STATEMENTS.formula(text, self.written)
         return self.words(text) if written is None else self.inline(*balanced([written]))
 
     def unit(self, text: str) -> str:

@@ -14,6 +14,7 @@ from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.reduction.angles import periodic_symbols
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.values import ParameterValues
+from lagrange_cli.scene.latex_names import latex_names
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ def generalized_coordinates(
     expressions = [geometry.resolved[s] for s in geometry.positions]
     expressions += [side for r in (*closures, *geometry.gaps) for side in (r.left, r.right)]
     periodic = periodic_symbols(expressions)
+    latex = {name: text for name, text, _ in latex_names(scene)}
     for q in geometry.coordinates:
         written = declared.get(q.name)
         unit = written.unit if written else None
@@ -55,7 +57,7 @@ def generalized_coordinates(
             is_angle=unit == "rad" or q in periodic,
             unit=unit,
             description=written.description if written else None,
-            latex=written.latex if written else None,
+            latex=(written.latex if written else None) or latex.get(q.name),
             mark=written.mark if written else scene.coordinates_mark,
         )
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.language.expression import Expression, Name, names_in
 from lagrange_cli.scene.language.problems import Problems
+from lagrange_cli.scene.latex_names import constraints, latex_names
 from lagrange_cli.scene.model import Particle, Point, Scene
 from lagrange_cli.scene.reading.declarations import AXES, component
 from lagrange_cli.scene.reading.overrides import initial_name
@@ -205,6 +206,8 @@ def _printed(scene: Scene, table: NameTable) -> Iterator[tuple[str, str, Mark]]:
     """Names with the text that they print as, and their places."""
     latex = {p.name: p.latex for p in scene.parameters}
     latex.update({c.name: c.latex for c in scene.coordinates or ()})
+    for name, text, _ in latex_names(scene):
+        latex[name] = latex.get(name) or text
     marks: dict[str, Mark] = {}
     declared = (table.parameters, table.inputs, table.coordinates, table.definitions)
     for kind in (*declared, table.cartesian):
@@ -214,6 +217,10 @@ def _printed(scene: Scene, table: NameTable) -> Iterator[tuple[str, str, Mark]]:
         marks.setdefault(term.name, term.mark)
     for name, mark in marks.items():
         yield name, latex.get(name) or name, mark
+    for constraint in constraints(scene):
+        multiplier = constraint.notation.multiplier_text()
+        if multiplier is not None:
+            yield f"lambda_{constraint.name}", multiplier, constraint.mark
 
 
 def _check_alike(printed: list[tuple[str, str, Mark]], problems: Problems) -> None:

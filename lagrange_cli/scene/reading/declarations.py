@@ -19,10 +19,10 @@ from lagrange_cli.scene.model import (
     Size,
 )
 from lagrange_cli.scene.reading.entries import Reading
-from lagrange_cli.scene.reading.latex import check_latex
 from lagrange_cli.scene.reading.overrides import given_size
 from lagrange_cli.scene.reading.recordings import RECORDED, read_recorded
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
+from lagrange_cli.scene.reading.texts import read_latex, read_text_field, with_indices
 
 AXES = ("x", "y", "z")
 
@@ -71,34 +71,16 @@ def _parameter(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredParam
         key.text,
         key.mark,
         value,
-        _text(fields, "unit", what, reading),
+        read_text_field(fields, "unit", what, reading),
         _positive(fields, what, reading),
-        _text(fields, "description", what, reading),
-        _latex(fields, what, reading),
+        read_text_field(fields, "description", what, reading),
+        read_latex(fields, what, reading),
     )
-
-
-def _text(fields: dict[str, SourceNode], key: str, what: str, reading: Reading) -> str | None:
-    return reading.text(fields[key], f"'{key}' of {what}") if key in fields else None
 
 
 def _positive(fields: dict[str, SourceNode], what: str, reading: Reading) -> bool:
     node = fields.get("positive")
     return node is not None and bool(reading.boolean(node, f"'positive' of {what}"))
-
-
-def _latex(fields: dict[str, SourceNode], what: str, reading: Reading) -> str | None:
-    text = _text(fields, "latex", what, reading)
-    refused = check_latex(text) if text is not None else None
-    if refused:
-        reading.problems.add(
-            f"'latex' of {what} {refused}",
-            fields["latex"].mark,
-            hint="it takes letters, digits, sub- and superscripts and macros of mathematics",
-            rule="latex",
-        )
-        return None
-    return text
 
 
 def read_inputs(node: SourceNode, reading: Reading) -> tuple[DeclaredInput, ...]:
@@ -147,7 +129,7 @@ def _function(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredFuncti
         reading.expected("the name of its argument", what, argument)
         return None
     expression = reading.expression(fields["equals"], what) if "equals" in fields else None
-    latex = _latex(fields, what, reading)
+    latex = read_latex(fields, what, reading)
     place = (key.text, key.mark, argument.text, argument.mark)
     return DeclaredFunction(*place, expression, latex)
 
@@ -160,10 +142,10 @@ def read_particles(node: SourceNode, reading: Reading) -> tuple[Particle, ...]:
     particles = []
     for key, value in reading.named(node, "particles", symbols=False):
         what = f"particle '{key.text}'"
-        mapping = reading.mapping(value, what, "a mapping {mass, position}")
+        mapping = reading.mapping(value, what, "a mapping {mass, position, latex}")
         if mapping is None:
             continue
-        fields = reading.fields(mapping, what, ("mass", "position"), required=("mass",))
+        fields = reading.fields(mapping, what, ("mass", "position", "latex"), required=("mass",))
         position: tuple[Expression, Expression, Expression] | None
         if "position" in fields:
             position = _position(fields["position"], what, reading)
@@ -172,17 +154,25 @@ def read_particles(node: SourceNode, reading: Reading) -> tuple[Particle, ...]:
         mass = None
         if "mass" in fields:
             mass = reading.expression(fields["mass"], f"the mass of {what}")
+        latex = with_indices(read_latex(fields, what, reading), key.text)
         if mass and position:
-            particles.append(Particle(key.text, key.mark, mass, position))
+            particles.append(Particle(key.text, key.mark, mass, position, latex))
     return tuple(particles)
 
 
 def read_points(node: SourceNode, reading: Reading) -> tuple[Point, ...]:
     points = []
     for key, value in reading.named(node, "points", symbols=False):
-        position = _position(value, f"point '{key.text}'", reading)
+        what, latex = f"point '{key.text}'", None
+        if isinstance(value, Mapping):
+            fields = reading.fields(value, what, ("position", "latex"), required=("position",))
+            latex = with_indices(read_latex(fields, what, reading), key.text)
+            if "position" not in fields:
+                continue
+            value = fields["position"]
+        position = _position(value, what, reading)
         if position:
-            points.append(Point(key.text, key.mark, position))
+            points.append(Point(key.text, key.mark, position, latex))
     return tuple(points)
 
 
@@ -231,9 +221,9 @@ def _coordinate(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredCoor
     return DeclaredCoordinate(
         key.text,
         key.mark,
-        _latex(fields, what, reading),
-        _text(fields, "unit", what, reading),
-        _text(fields, "description", what, reading),
+        read_latex(fields, what, reading),
+        read_text_field(fields, "unit", what, reading),
+        read_text_field(fields, "description", what, reading),
         _positive(fields, what, reading),
     )
 
@@ -241,7 +231,12 @@ def _coordinate(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredCoor
 def read_definitions(node: SourceNode, reading: Reading) -> tuple[Definition, ...]:
     definitions = []
     for key, value in reading.named(node, "definitions", symbols=True):
-        expression = reading.expression(value, f"definition '{key.text}'")
+        what, latex = f"definition '{key.text}'", None
+        if isinstance(value, Mapping) and any(k.text == "equals" for k, _ in value.entries):
+            fields = reading.fields(value, what, ("equals", "latex"))
+            latex = with_indices(read_latex(fields, what, reading), key.text)
+            value = fields["equals"]
+        expression = reading.expression(value, what)
         if expression:
-            definitions.append(Definition(key.text, key.mark, expression))
+            definitions.append(Definition(key.text, key.mark, expression, latex))
     return tuple(definitions)

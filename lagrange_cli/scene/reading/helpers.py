@@ -32,7 +32,10 @@ from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 #: Terms that one particle's weight counts as if a family of potentials repeats it.
 _TERMS_OF_WEIGHT = 20
 
-_CONSTRAINTS = ("distance", "unilateral")
+_CONSTRAINTS = ("distance", "unilateral", "equation")
+
+#: Keys of every constraint that is a mapping: how it and its multiplier print.
+NOTATION = ("latex", "multiplier")
 
 
 def read_constraint_helper(
@@ -43,7 +46,8 @@ def read_constraint_helper(
     if "distance" not in keys:
         unknown_helper(node, what, _CONSTRAINTS, reading)
         return None
-    fields = reading.fields(node, what, ("distance", "equals"), required=("distance", "equals"))
+    keys = ["distance", "equals"]
+    fields = reading.fields(node, what, (*keys, *NOTATION), required=keys)
     pair = body_pair(fields["distance"], "distance", what, reading)
     length = None
     if "equals" in fields:
@@ -66,7 +70,7 @@ def read_unilateral(
     node: Mapping, what: str, reading: Reading
 ) -> tuple[Equation, Expression | None] | None:
     """Read ``{unilateral: z >= 0, restitution: 0.8}``: an inequality, and Newton's coefficient."""
-    fields = reading.fields(node, what, ("unilateral", "restitution"))
+    fields = reading.fields(node, what, ("unilateral", "restitution", *NOTATION))
     inequality = reading.equation(fields["unilateral"], what, INEQUALITIES)
     restitution = None
     if "restitution" in fields:

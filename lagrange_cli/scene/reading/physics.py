@@ -7,15 +7,17 @@ from collections.abc import Iterator
 
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.language.grammar import INEQUALITIES
-from lagrange_cli.scene.model import Constraint, Force, Term, Unilateral
+from lagrange_cli.scene.model import Constraint, ConstraintNotation, Force, Term, Unilateral
 from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.helpers import (
+    NOTATION,
     read_constraint_helper,
     read_potential_helper,
     read_unilateral,
 )
 from lagrange_cli.scene.reading.interactions import damper, drag
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
+from lagrange_cli.scene.reading.texts import read_latex, with_indices
 
 #: An equation or inequality, with its restitution.
 _OneSided = tuple[Equation, Expression | None]
@@ -28,18 +30,32 @@ def read_constraints(
 ) -> tuple[tuple[Constraint, ...], tuple[Unilateral, ...]]:
     """Constraints by equations, and those by inequalities."""
     constraints = []
-    one_sided: list[tuple[Scalar, list[_OneSided]]] = []
+    one_sided: list[tuple[Scalar, list[_OneSided], ConstraintNotation]] = []
     for key, value in reading.named(node, "constraints", symbols=False):
-        relations = _relations(value, f"constraint '{key.text}'", reading)
+        what = f"constraint '{key.text}'"
+        relations, notation = _relations(value, what, reading), _notation(key, value, what, reading)
         inequalities = [r for r in relations if r[0].relation != "="]
         if not relations or _is_mixed(key, relations, inequalities, reading):
             continue
         if inequalities:
-            one_sided.append((key, inequalities))
+            one_sided.append((key, inequalities, notation))
         else:
-            constraints.append(Constraint(key.text, key.mark, tuple(r[0] for r in relations)))
-    taken = {*(c.name for c in constraints), *(key.text for key, _ in one_sided)}
+            equations = tuple(r[0] for r in relations)
+            constraints.append(Constraint(key.text, key.mark, equations, notation))
+    taken = {*(c.name for c in constraints), *(key.text for key, _, _ in one_sided)}
     return tuple(constraints), tuple(u for entry in one_sided for u in _unilateral(*entry, taken))
+
+
+def _notation(key: Scalar, node: SourceNode, what: str, reading: Reading) -> ConstraintNotation:
+    """LaTeX of a constraint that is a mapping."""
+    if not isinstance(node, Mapping):
+        return ConstraintNotation()
+    fields = {entry.text: value for entry, value in node.entries if entry.text in NOTATION}
+    multiplier = read_latex(fields, what, reading, "multiplier")
+    return ConstraintNotation(
+        with_indices(read_latex(fields, what, reading), key.text, below=True),
+        with_indices(multiplier, key.text),
+    )
 
 
 def _is_mixed(
@@ -60,10 +76,13 @@ def _is_mixed(
 def _relations(node: SourceNode, what: str, reading: Reading) -> list[_OneSided]:
     """Equations and inequalities of a constraint, each with its restitution."""
     if isinstance(node, Mapping):
-        if any(key.text == "unilateral" for key, _ in node.entries):
+        keys = [key.text for key, _ in node.entries]
+        if "unilateral" in keys:
             one_sided = read_unilateral(node, what, reading)
             return [one_sided] if one_sided else []
-        return [(e, None) for e in read_constraint_helper(node, what, reading) or ()]
+        if "equation" not in keys:
+            return [(e, None) for e in read_constraint_helper(node, what, reading) or ()]
+        node = reading.fields(node, what, ("equation", *NOTATION))["equation"]
     items = node.items if isinstance(node, Sequence) else (node,)
     if not items:
         reading.expected("an equation or inequality", what, node)
@@ -72,17 +91,21 @@ def _relations(node: SourceNode, what: str, reading: Reading) -> list[_OneSided]
 
 
 def _unilateral(
-    key: Scalar, inequalities: list[_OneSided], taken: set[str]
+    key: Scalar, inequalities: list[_OneSided], notation: ConstraintNotation, taken: set[str]
 ) -> Iterator[Unilateral]:
     """One-sided constraints of one entry, numbered where there are several."""
     for number, (inequality, restitution) in enumerate(inequalities, 1):
-        name = key.text
+        name, shown = key.text, notation
         if len(inequalities) > 1:
+            shown = ConstraintNotation(
+                notation.index_text(f"{number}"),
+                notation.multiplier and notation.multiplier_text(f"{number}"),
+            )
             name = f"{name}_{number}"
             while name in taken:
                 name += "_"
             taken.add(name)
-        yield Unilateral(name, key.mark, inequality, restitution)
+        yield Unilateral(name, key.mark, inequality, restitution, shown)
 
 
 def read_potentials(node: SourceNode, reading: Reading) -> tuple[Term, ...]:
