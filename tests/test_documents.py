@@ -8,6 +8,9 @@ from types import ModuleType
 
 import pytest
 
+from lagrange_cli.emit.registry import EMITTERS
+from tests.emit.emit_scenes import chain_pendulum
+
 ROOT = Path(__file__).resolve().parents[1]
 
 #: Scenes with contacts, inputs, families, closures, and keys of LaTeX.
@@ -54,6 +57,16 @@ def test_katex_renders_every_formula_of_markdown(documents):
     outcome = documents.markdown(written(documents, "markdown"))
     assert outcome.failures == []
     assert int(outcome.counted.split()[0]) > 400
+
+
+def test_long_formulas_of_markdown_stand_in_several_displays(documents):
+    """KaTeX expands 1,000 macros in a display."""
+    (page,) = EMITTERS["markdown"].emit(chain_pendulum(16), {}).values()
+    lines = [formula.count("\n") - 1 for formula, shown in documents.formulas(page) if shown]
+    assert max(lines) == 24
+    assert sum(lines) > 100
+    if documents.has_katex():
+        assert documents.refused_by_katex(documents.formulas(page)) == []
 
 
 def test_katex_refuses_what_is_not_its_language(documents):

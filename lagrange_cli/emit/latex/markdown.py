@@ -90,7 +90,7 @@ def _block(block: Block) -> Iterator[str]:
             yield _display([text])
         case Formulas():
             setter = Typesetter()
-            yield _display(setter.aligned(setter.rows(block)))
+            yield from map(_display, setter.aligned(setter.rows(block)))
         case Table(heads, rows):
             dashes = ["---"] * len(heads)
             yield "\n".join(f"| {' | '.join(row)} |" for row in (heads, dashes, *rows))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from lagrange_cli.emit.document.rows import FormulaRow, RowSetter
@@ -23,6 +23,9 @@ from lagrange_cli.notation.layout import break_lines
 
 #: Lines of a formula that stay on one page.
 _MOST_LINES = 6
+
+#: Lines of an ``aligned`` environment.
+_LONGEST_ALIGNED = 24
 
 #: Rows of a table that is kept on one page.
 _LONGEST_TABLE = 24
@@ -110,11 +113,16 @@ class Typesetter(RowSetter):
         body = body.replace("  & ", "  ") if gathered else body
         return [rf"\begin{{{name}{star}}}", body, rf"\end{{{name}{star}}}"]
 
-    def aligned(self, rows: Sequence[FormulaRow]) -> list[str]:
-        """Formulas as an ``aligned`` environment, which stands within a display."""
+    def aligned(self, rows: Sequence[FormulaRow]) -> Iterator[list[str]]:
+        """Formulas as ``aligned`` environments, which stand within a display each.
+
+        Long ones are several, since KaTeX expands no more than 1,000 macros in a display.
+        """
         available = self.available([row.label for row in rows])
         shown = [line for row in rows for line in _lines(row, available)]
-        return [r"\begin{aligned}", " \\\\\n".join(shown), r"\end{aligned}"]
+        for start in range(0, len(shown), _LONGEST_ALIGNED):
+            lines = " \\\\\n".join(shown[start : start + _LONGEST_ALIGNED])
+            yield [r"\begin{aligned}", lines, r"\end{aligned}"]
 
     def _label(self, part: str) -> str:
         number = self.counts[part] = self.counts.get(part, 0) + 1
