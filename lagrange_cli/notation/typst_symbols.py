@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from lagrange_cli.notation.latex_escape import GREEK
-from lagrange_cli.notation.symbols import UNIT_PART, split_name
+from lagrange_cli.notation.symbols import UNIT_PART, latex_name, split_name
 
 #: Greek letters as Typst calls them where it has another name for what LaTeX prints.
 _VARIANTS = {
@@ -110,7 +110,7 @@ def typst_name(name: str, order: int = 0, override: str | None = None, primes: i
         Number of primes.
     """
     if override is not None:
-        return _overridden(override, order) + "'" * primes
+        return _of_latex(latex_name(name, order, override)) + "'" * primes
     parts = split_name(name)
     base = _word(parts.base)
     base = (f"{_DOTS[order]}({base})" if order else base) + "'" * primes
@@ -122,14 +122,6 @@ def typst_name(name: str, order: int = 0, override: str | None = None, primes: i
 def typst_scripted(base: str, sign: str, script: str) -> str:
     """A base with an index or exponent, in parentheses where it is more than a word."""
     return f"{base}{sign}{script}" if _SOLID.fullmatch(script) else f"{base}{sign}({script})"
-
-
-def _overridden(latex: str, order: int) -> str:
-    shown = _of_latex(latex)
-    if order:
-        return f"{_DOTS[order]}({shown})"
-    # What follows must not become a part of an index or exponent.
-    return f"scripts({shown})" if set("^'_") & set(latex) else shown
 
 
 def _word(word: str) -> str:
@@ -177,7 +169,9 @@ def typst_unit(unit: str) -> str:
 
 def _of_latex(text: str) -> str:
     """The allowed LaTeX of a ``latex:`` key in Typst."""
-    return " ".join(_group(_LATEX_PART.finditer(text)))
+    shown = " ".join(_group(_LATEX_PART.finditer(text)))
+    # What follows must not become a part of an index or exponent.
+    return f"scripts({shown})" if set("^'_") & set(text) else shown
 
 
 def _group(parts: Iterator[re.Match[str]]) -> list[str]:

@@ -92,6 +92,11 @@ def test_keys_of_latex(latex, text):
     assert typst_name("q", 0, latex) == text
 
 
+def test_dots_stand_over_the_letter_of_a_key():
+    assert typst_name("q", 1, r"\theta_{1}") == "scripts(dot(theta)_1)"
+    assert typst_name("q", 2, r"\hat{x}") == "dot.double(hat(x))"
+
+
 def test_every_macro_of_latex_keys_compiles():
     keys = [rf"\{name}" for name in sorted(SYMBOLS)]
     keys += [rf"\{name}{{x}}_{{1}}^*" for name in sorted(ACCENTS)]
