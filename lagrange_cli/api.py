@@ -191,8 +191,8 @@ class Derivation:
     formulation: Formulation = "auto"
     forces: bool = False
 
-    def report(self, *, form: str = "lagrange") -> dict[str, Any]:
-        """Return what ``lagrange derive --format json`` writes.
+    def report(self, *, form: str = "lagrange", latex: bool = False) -> dict[str, Any]:
+        """Return what ``lagrange derive --format json`` writes, ``--with latex`` too.
 
         Examples
         --------
@@ -202,7 +202,7 @@ class Derivation:
         """
         from lagrange_cli.emit.json_report import derivation_report
 
-        return derivation_report(self.equations, form)
+        return derivation_report(self.equations, form, latex=latex)
 
     def text(self, *, form: str = "lagrange", ascii: bool = False, width: int = 80) -> str:
         """Return what ``lagrange derive`` prints in a window of ``width`` columns."""

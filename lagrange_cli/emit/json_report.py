@@ -18,6 +18,8 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
 )
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display, display_row
+from lagrange_cli.notation.latex import LatexPrinter
+from lagrange_cli.notation.one_line import OneLinePrinter
 from lagrange_cli.notation.ordering import sum_of
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.tree import DisplayNode, SignedNode, as_terms
@@ -34,7 +36,17 @@ if TYPE_CHECKING:
 LARGEST_DENSE = 64
 
 
-def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str, Any]:
+#: Keys whose values hold expressions, which ``latex`` has too.
+_EXPRESSIONS = (
+    *("singular", "kinetic", "potential", "lagrangian", "equations", "multiplier_equations"),
+    *("mass_matrix", "forcing", "conserved", "energy_balance", "closure", "contacts"),
+    *("inputs", "outputs", "constraint_forces", "constraint_multipliers"),
+)
+
+
+def derivation_report(
+    equations: Equations, form: str = "lagrange", *, latex: bool = False
+) -> dict[str, Any]:
     """Return the derivation as values that JSON can hold.
 
     Parameters
@@ -46,13 +58,28 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
         ``explicit``: it is ``ddot(q) - (acceleration)``, or the row of M q̈ − f where too many
         accelerations are coupled; ``multiplier_equations`` hold ``lambda - (value)`` of each
         closure, or the closure differentiated.
+    latex
+        The key ``latex`` has the values that hold expressions once more, these in LaTeX, and
+        how the symbols print.
 
     Raises
     ------
     InternalError
         An expression has no exact form in the scene language.
     """
-    say = _Speaker(vocabulary(equations))
+    words = vocabulary(equations)
+    report = _report(equations, form, _Speaker(words, ScenePrinter()))
+    if latex:
+        printer = LatexPrinter()
+        typeset = _report(equations, form, _Speaker(words, printer))
+        symbols = {symbol.name: printer.inline(node) for symbol, node in words.atoms.items()}
+        held = {key: typeset[key] for key in _EXPRESSIONS if key in typeset}
+        report["latex"] = {"symbols": symbols, **held}
+    return report
+
+
+def _report(equations: Equations, form: str, say: _Speaker) -> dict[str, Any]:
+    """The report, with expressions as they are said."""
     forces = equations.constraint_forces
     account, unused = equations.account, equations.facts.unused_parameters
     return {
@@ -102,15 +129,15 @@ def derivation_report(equations: Equations, form: str = "lagrange") -> dict[str,
 
 def in_scene_language(equations: Equations, expression: Expr) -> str:
     """An expression over the symbols of equations as the scene language writes it."""
-    return _Speaker(vocabulary(equations))(expression)
+    return _Speaker(vocabulary(equations), ScenePrinter())(expression)
 
 
 class _Speaker:
-    """Prints expressions and trees in the scene language."""
+    """Prints expressions and trees in one language."""
 
-    def __init__(self, words: Vocabulary) -> None:
+    def __init__(self, words: Vocabulary, printer: OneLinePrinter) -> None:
         self.words = words
-        self._printer = ScenePrinter()
+        self._printer = printer
 
     def __call__(self, expression: Expr) -> str:
         return self.tree(display(expression, self.words))

@@ -32,6 +32,39 @@ def test_keys(form):
     assert json.loads(json.dumps(report)) == report
 
 
+#: Keys with expressions, and the symbols.
+LATEX_KEYS = {
+    "symbols", "singular", "kinetic", "potential", "lagrangian", "equations", "mass_matrix",
+    "forcing", "conserved", "energy_balance", "closure", "contacts", "inputs", "outputs",
+}  # fmt: skip
+
+
+def test_latex_beside_the_scene_language():
+    plain, report = (derivation_report(masses_through_hole(), latex=it) for it in (False, True))
+    typeset = report.pop("latex")
+    assert report == plain
+    assert set(typeset) == LATEX_KEYS
+    assert typeset["symbols"]["dot(theta)"] == r"\dot{\theta}"
+    assert typeset["kinetic"].startswith(r"\frac{1}{2} M (\dot{r}^{2} + r^{2}")
+    assert typeset["equations"][1] == {
+        "coordinate": "theta",
+        "residual": r"M r^{2} \ddot{\theta} + 2 M r \dot{r} \dot{\theta}",
+    }
+    assert typeset["mass_matrix"] == [["M + m", "0"], ["0", "M r^{2}"]]
+    assert typeset["conserved"][0] == {
+        "name": "p_theta",
+        "expression": r"M r^{2} \dot{\theta}",
+    }
+
+
+def test_latex_of_the_explicit_form():
+    typeset = derivation_report(masses_through_hole(), "explicit", latex=True)["latex"]
+    assert set(typeset) == LATEX_KEYS | {"multiplier_equations"}
+    assert typeset["equations"][1]["residual"] == (
+        r"\ddot{\theta} + \frac{2 \dot{r} \dot{\theta}}{r}"
+    )
+
+
 def test_masses_through_hole():
     report = derivation_report(masses_through_hole())
     assert (report["cartesian"], report["constraints"], report["dof"]) == (6, 4, 2)

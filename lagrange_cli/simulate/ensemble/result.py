@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.files import whole_file
+from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.arrays import Array
 
 
@@ -87,6 +88,24 @@ class Ensemble:
     def __len__(self) -> int:
         return len(self.arrays["member/status"])
 
-    def __repr__(self) -> str:
+    def _counts(self) -> str:
         counts = ", ".join(f"{n} {status}" for status, n in sorted(Counter(self.status).items()))
-        return f"<Ensemble of {self.name}: {len(self)} members, {len(self.t)} samples; {counts}>"
+        return f"{len(self)} members, {len(self.t)} samples; {counts}"
+
+    def __repr__(self) -> str:
+        return f"<Ensemble of {self.name}: {self._counts()}>"
+
+    def _repr_html_(self) -> str:
+        """Return what notebooks show: a row for each member, as far as they are shown."""
+        figures = {name: self.figures[name] for name in ("status", "estimated", "method", "reason")}
+        columns = {**self.given, **figures}
+        rows = ([_html(values[i]) for values in columns.values()] for i in range(len(self)))
+        caption = f"<b>{html_text(self.name)}</b>: {html_text(self._counts())}"
+        return html_table(caption, tuple(columns), rows, len(self))
+
+
+def _html(value: Any) -> str:
+    """A cell: numbers in six digits, nothing for those that are not known."""
+    if isinstance(value, str):
+        return html_text(value)
+    return "" if np.isnan(value) else f"{value:.6g}"

@@ -179,6 +179,12 @@ class Trajectory:
         span = f"t = {self.t[0]:g} to {self.t[-1]:g}"
         return f"<Trajectory of {self.name}: {len(self.t)} samples, {span}, {self.status}{error}>"
 
+    def _repr_html_(self) -> str:
+        """Return what notebooks show."""
+        from lagrange_cli.simulate.results.notebook import trajectory_html
+
+        return trajectory_html(self)
+
     @property
     def state(self) -> dict[str, float]:
         """Every name at the last sample."""

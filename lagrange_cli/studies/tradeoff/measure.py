@@ -31,6 +31,7 @@ from lagrange_cli.simulate.runs.start_checks import require_a_start
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
 from lagrange_cli.studies.reference import Reference, no_time, reference
+from lagrange_cli.studies.tradeoff.notebook import trade_html
 from lagrange_cli.studies.tradeoff.pareto import cheapest, cost_ratio, pareto
 from lagrange_cli.studies.tradeoff.runs import (
     ACCURACIES,
@@ -91,7 +92,7 @@ class CostRatios:
     evaluations_needed: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trade:
     """Speed against accuracy of one scene.
 
@@ -147,6 +148,14 @@ class Trade:
             if best is not None:
                 recommendations.append(Recommendation(accuracy, best))
         return tuple(recommendations)
+
+    def _repr_html_(self) -> str:
+        """Return what notebooks show."""
+        return trade_html(self)
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.points)} runs, {len(self.recommended)} recommended"
+        return f"<Trade of {self.name}: {counts}>"
 
 
 def trade(

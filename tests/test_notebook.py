@@ -1,0 +1,146 @@
+"""What notebooks show: tables in HTML, pages in Markdown, formulas that MathJax and KaTeX take."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lagrange_cli import load
+from lagrange_cli.notation.html import html_formula, html_table, html_text
+
+ROOT = Path(__file__).resolve().parents[1]
+HOSTILE = "<script>alert(\"$x$\")</script> & <b onclick='y'> $\\frac{1}$ </td></table>"
+
+
+class Tables(HTMLParser):
+    """Captions and rows of cells, as a reader sees them; every tag is closed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.captions: list[str] = []
+        self.rows: list[list[str]] = []
+        self.seen: set[str] = set()
+        self.feed(text)
+        assert self.tags == []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.seen.add(tag)
+        assert [name for name, _ in attrs] in ([], ["colspan"])
+        if tag == "tr":
+            self.rows.append([])
+        elif tag in ("td", "th"):
+            self.rows[-1].append("")
+        elif tag == "caption":
+            self.captions.append("")
+
+    def handle_endtag(self, tag):
+        assert self.tags.pop() == tag
+
+    def handle_data(self, data):
+        if "caption" in self.tags:
+            self.captions[-1] += data
+        elif {"td", "th"} & set(self.tags):
+            self.rows[-1][-1] += data
+        else:
+            assert not data.strip()
+
+    def cell(self, name):
+        """The cells of the row that begins with a name."""
+        (row,) = [row[1:] for row in self.rows if row and row[0] == name]
+        return row
+
+
+@pytest.fixture(scope="module")
+def derivation():
+    return load(ROOT / "systems" / "pendulums" / "double_pendulum.yaml").derive()
+
+
+@pytest.fixture
+def katex(monkeypatch):
+    """What KaTeX refuses of formulas."""
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    documents = importlib.import_module("documents")
+    if not documents.has_katex():
+        pytest.skip("node does not find katex (npm install --no-save katex)")
+    return lambda formulas: documents.refused_by_katex([(f, False) for f in formulas])
+
+
+def test_text_is_neither_markup_nor_mathematics():
+    table = Tables(html_table(html_text(HOSTILE), (HOSTILE, "b"), [[html_text(HOSTILE), ""]], 1))
+    assert table.captions == [HOSTILE]
+    assert table.rows == [[HOSTILE, "b"], [HOSTILE, ""]]
+    assert table.seen == {"table", "caption", "thead", "tbody", "tr", "th", "td", "span"}
+    assert "$x" not in html_text(HOSTILE)
+    assert html_formula("a < b") == "$a &lt; b$"
+
+
+def test_long_tables_say_what_they_leave_out():
+    table = Tables(html_table("", ("n",), ([str(n)] for n in range(30)), 30))
+    assert [row[0] for row in table.rows] == ["n", *map(str, range(24)), "and 6 more"]
+
+
+def test_a_trajectory_shows_its_accuracy_and_its_end(derivation, katex):
+    trajectory = derivation.simulate(until=1.0, accuracy=1e-9)
+    shown = Tables(trajectory._repr_html_())
+    assert shown.captions[0] == "Double pendulum: t = 0 to 1, 501 samples, ok"
+    (accuracy,) = shown.cell("accuracy")
+    assert accuracy.startswith("1e-09 requested, ")
+    value, rate, unit = shown.cell(r"$\theta_{1}$")
+    assert float(value) == pytest.approx(trajectory.state["theta1"], rel=1e-8)
+    assert float(rate) == pytest.approx(trajectory.state["dot(theta1)"], rel=1e-8)
+    assert unit == "rad"
+    formulas = [row[0][1:-1] for row in shown.rows if row[0].startswith("$")]
+    assert len(formulas) == 8
+    assert katex(formulas) == []
+
+
+def test_a_motion_that_ends_says_why():
+    ball = load(ROOT / "systems" / "contact" / "bouncing_ball.yaml").derive()
+    shown = Tables(ball.simulate(until=2.0)._repr_html_())
+    (events,) = shown.cell("events")
+    assert "first contact:floor at t = 0.45" in events
+    chosen = Tables(ball.simulate(until=0.2, method="RK45", rtol=1e-6)._repr_html_())
+    assert chosen.cell("accuracy") == ["nothing is promised or estimated: a method was chosen"]
+
+
+def test_texts_of_a_trajectory_are_escaped(derivation):
+    trajectory = derivation.simulate(until=0.1)
+    labels = replace(trajectory.labels, title=HOSTILE, units={"theta1": HOSTILE})
+    hostile = replace(trajectory, labels=labels, reason=HOSTILE, remarks=(HOSTILE,))
+    shown = Tables(hostile._repr_html_())
+    assert shown.captions[0].startswith(HOSTILE)
+    assert shown.cell("reason") == shown.cell("remark") == [HOSTILE]
+    assert shown.cell(r"$\theta_{1}$")[2] == HOSTILE
+
+
+def test_an_ensemble_shows_its_members(derivation):
+    ensemble = derivation.ensemble({"theta1": [0.1, 0.2], "m1": [1, -1]}, until=0.5)
+    shown = Tables(ensemble._repr_html_())
+    assert shown.captions == ["double_pendulum: 4 members, 501 samples; 2 ok, 2 refused"]
+    assert shown.rows[0] == ["theta1", "m1", "status", "estimated", "method", "reason"]
+    assert [row[:3] for row in shown.rows[1:]] == [
+        *(["0.1", "1", "ok"], ["0.1", "-1", "refused"]),
+        *(["0.2", "1", "ok"], ["0.2", "-1", "refused"]),
+    ]
+    assert shown.rows[2][3] == ""
+    reasons = np.array([HOSTILE] * 4)
+    hostile = replace(ensemble, arrays={**ensemble.arrays, "member/reason": reasons})
+    assert Tables(hostile._repr_html_()).rows[1][-1] == HOSTILE
+
+
+def test_a_trade_shows_its_front(derivation):
+    trade = derivation.tradeoff(methods=["DOP853"], repeat=1, until=0.5)
+    assert repr(trade).startswith("<Trade of double_pendulum: ")
+    front, recommended = Tables(trade._repr_html_()).captions
+    assert front.startswith("double_pendulum until t = 0.5: best of ")
+    assert recommended == "Recommended"
+    shown = Tables(trade._repr_html_())
+    first = trade.recommended[0]
+    assert shown.cell(f"{first.accuracy:.0e}")[0] == first.point.setting.method
