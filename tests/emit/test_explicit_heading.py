@@ -136,7 +136,7 @@ def test_solutions_solve_the_saddle_point_system(name: str) -> None:
 def test_json_has_a_row_for_each_multiplier() -> None:
     rolling = load("systems/rolling/wheel_down_incline.yaml").derive().equations
     report = derivation_report(rolling, "explicit")
-    assert report["equations"][0]["residual"] == "ddot(s) - m*g*R^2*sin(alpha)/(m*R^2 + I)"
+    assert report["equations"][0]["residual"] == "ddot(s) - g*sin(alpha)/(1 + I/(m*R^2))"
     assert report["multiplier_equations"] == [
         {
             "multiplier": "lambda_rolling",

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import mpmath
 import sympy
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.mechanics.algebra.expand import term_count
+from lagrange_cli.mechanics.algebra.collect import collected_terms
+from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.factor import factored
+from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shorten import shortened
+from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.sparse import entries
@@ -28,6 +33,8 @@ _LARGEST_SOLVED = 2
 _MOST_UNKNOWNS = 8
 #: Most terms of a determinant of those.
 _MOST_TERMS = 16
+#: Terms that a numerator may be multiplied out to for collection.
+_MOST_EXPANDED = 60
 #: Most operations of an acceleration or multiplier.
 _MOST_OPERATIONS = 40
 
@@ -62,9 +69,10 @@ def explicit_form(equations: Equations) -> ExplicitForm:
     """Solve for accelerations and multipliers, block by block of those that are coupled.
 
     Without closures, at most two accelerations are solved for, from the shown equations, whose
-    terms are collected as a person would: single ones are divided, pairs follow Cramer's rule, and
-    common factors cancel. With closures, the equations and the closures differentiated
-    are solved by Cramer's rule as long as the results stay short.
+    terms are collected as a person would: single ones are divided, pairs follow Cramer's rule,
+    collected anew where that is shorter in print, and common factors cancel. With closures, the
+    equations and the closures differentiated are solved by Cramer's rule as long as the results
+    stay short.
 
     Raises
     ------
@@ -143,12 +151,20 @@ def _solved(equations: Equations, block: Sequence[int]) -> list[sympy.Expr | Non
         return [None] * len(block)
     mass, forcing = _linear_system(equations, block)
     if len(block) == 1:
-        return [None if mass[0][0] == 0 else _quotient(forcing[0], mass[0][0])]
-    determinant = mass[0][0] * mass[1][1] - mass[0][1] * mass[1][0]
-    return [
-        _quotient(mass[1][1] * forcing[0] - mass[0][1] * forcing[1], determinant),
-        _quotient(mass[0][0] * forcing[1] - mass[1][0] * forcing[0], determinant),
-    ]
+        if mass[0][0] == 0:
+            return [None]
+        # The terms of a shown equation are collected.
+        solution = [sympy.factor_terms(forcing[0]) / sympy.factor_terms(mass[0][0])]
+    else:
+        letters = _letters(equations)
+        determinant = mass[0][0] * mass[1][1] - mass[0][1] * mass[1][0]
+        numerators = (
+            mass[1][1] * forcing[0] - mass[0][1] * forcing[1],
+            mass[0][0] * forcing[1] - mass[1][0] * forcing[0],
+        )
+        solution = [_quotient(above, determinant, letters) for above in numerators]
+    _is_confirmed(solution, [dict(enumerate(row)) for row in mass], forcing)
+    return [*solution]
 
 
 def _linear_system(
@@ -164,8 +180,50 @@ def _linear_system(
     return mass, forcing
 
 
-def _quotient(numerator: sympy.Expr, denominator: sympy.Expr) -> sympy.Expr:
-    return sympy.factor_terms(numerator) / sympy.factor_terms(denominator)
+class _Letters(NamedTuple):
+    """Velocities in their order, whose terms stand together, and parameters."""
+
+    velocities: Sequence[sympy.Symbol]
+    constants: frozenset[sympy.Symbol]
+
+
+def _letters(equations: Equations) -> _Letters:
+    parameters = frozenset(p.symbol for p in equations.parameters)
+    return _Letters([c.v for c in equations.coordinates], parameters)
+
+
+def _quotient(numerator: sympy.Expr, denominator: sympy.Expr, letters: _Letters) -> sympy.Expr:
+    """Write a quotient of Cramer's rule in the way that is shortest in print."""
+    ways = [
+        above / shortest_coefficient(below, letters.constants)
+        for above in _collected(numerator, letters)
+        for below in _collected(denominator, letters)
+    ]
+    ways += [over for way in ways for over in _over_one(way, letters.constants)]
+    return min(ways, key=printed_length)
+
+
+def _collected(expr: sympy.Expr, letters: _Letters) -> list[sympy.Expr]:
+    """An expression with common factors in front, and multiplied out and collected, where short."""
+    ways = [sympy.factor_terms(expr)]
+    terms = expand_terms(expr, _MOST_EXPANDED)
+    if terms is not None:
+        groups = group_by_velocities(collected_terms(terms), letters.velocities)
+        parts = [shortest_coefficient(factored(c), letters.constants) * v for v, c in groups]
+        ways.append(factored(parts))
+    return ways
+
+
+def _over_one(quotient: sympy.Expr, constants: frozenset[sympy.Symbol]) -> Iterator[sympy.Expr]:
+    """Divide both parts by a term of parameters below: ``g sin α / (1 + I / (m R²))``."""
+    above, below = sympy.fraction(quotient)
+    for whole in (f for f in sympy.Mul.make_args(below) if f.is_Add):
+        if whole.free_symbols <= constants and not whole.atoms(sympy.Function):
+            for term in whole.args:
+                left = above / term
+                if sympy.fraction(left)[1] == 1:
+                    inner = sympy.Add(*(other / term for other in whole.args))
+                    yield left / (below / whole * inner)
 
 
 # Blocks with closures.
@@ -181,7 +239,7 @@ def _solved_with_closures(
     if len(unsolved) > _MOST_UNKNOWNS:
         return unsolved
     rows, right = _saddle_system(equations, block, closures)
-    solution = _by_cramers_rule(rows, right)
+    solution = _by_cramers_rule(rows, right, _letters(equations))
     if solution is None or not _is_confirmed(solution, rows, right):
         return unsolved
     return [*solution]
@@ -213,7 +271,9 @@ def _saddle_system(
     return rows, right
 
 
-def _by_cramers_rule(rows: Sequence[_Row], right: Sequence[sympy.Expr]) -> list[sympy.Expr] | None:
+def _by_cramers_rule(
+    rows: Sequence[_Row], right: Sequence[sympy.Expr], letters: _Letters
+) -> list[sympy.Expr] | None:
     """Solve a linear system; None where it is singular, or a solution is beyond the budgets."""
     order = sorted(range(len(rows)), key=lambda i: len(rows[i]))
     rows, right = [rows[i] for i in order], [right[i] for i in order]
@@ -227,7 +287,8 @@ def _by_cramers_rule(rows: Sequence[_Row], right: Sequence[sympy.Expr]) -> list[
         )
         if max(map(term_count, (numerator, determinant))) > _MOST_TERMS:
             return None
-        solution.append(_quotient(*sympy.fraction(shortened(numerator / determinant))))
+        above, below = sympy.fraction(shortened(numerator / determinant))
+        solution.append(_quotient(above, below, letters))
         if sympy.count_ops(solution[-1]) > _MOST_OPERATIONS:
             return None
     return solution
