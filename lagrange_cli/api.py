@@ -171,7 +171,7 @@ class LoadedScene:
 class Derivation:
     """Certified equations of motion.
 
-    ``str`` gives the text of ``lagrange derive``; notebooks show the equations typeset.
+    ``str`` gives the text of ``lagrange derive``; notebooks show it typeset.
 
     Attributes
     ----------
@@ -495,10 +495,19 @@ class Derivation:
         recipe = partial(Recipe, self.source, self.forces, self.formulation)
         return lru_cache(lambda driven: variants_of(self.equations, recipe(driven), self.model))
 
-    def _repr_latex_(self) -> str:
-        """Return the equations of motion as notebooks typeset them."""
-        from lagrange_cli.emit.latex.equations import equations_latex
+    # What notebooks show, unless nobody would read it: pages, and formulas alone in PDF.
 
+    def _repr_markdown_(self) -> str | None:
+        from lagrange_cli.emit.latex.markdown import is_readable
+
+        return self.emit("markdown").popitem()[1] if is_readable(self.equations) else None
+
+    def _repr_latex_(self) -> str | None:
+        from lagrange_cli.emit.latex.equations import equations_latex
+        from lagrange_cli.emit.latex.markdown import is_readable
+
+        if not is_readable(self.equations):
+            return None
         return f"$$\n{equations_latex(self.equations)}\n$$"
 
     def __str__(self) -> str:

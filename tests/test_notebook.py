@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lagrange_cli import load
+from lagrange_cli import load, loads
 from lagrange_cli.notation.html import html_formula, html_table, html_text
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -144,3 +144,38 @@ def test_a_trade_shows_its_front(derivation):
     shown = Tables(trade._repr_html_())
     first = trade.recommended[0]
     assert shown.cell(f"{first.accuracy:.0e}")[0] == first.point.setting.method
+
+
+def test_a_derivation_shows_a_page_and_formulas(derivation, katex):
+    page = derivation._repr_markdown_()
+    assert page == derivation.emit("markdown")["double_pendulum.md"]
+    assert "## Equations of motion" in page
+    formula = derivation._repr_latex_()
+    assert formula.startswith("$$\n")
+    assert formula.endswith("\n$$")
+    assert katex([formula[3:-3]]) == []
+    assert repr(derivation.equations) == (
+        "<Equations of double_pendulum in theta1, theta2: minimal form>"
+    )
+
+
+def test_a_page_holds_no_text_of_the_scene_as_markup():
+    parameter = "{value: 1, latex: 'x|y|', description: 'a | b <i> $z$'}"
+    scene = f"""
+        title: "<b> $x$ # *bold* | [a](b)"
+        parameters: {{m: {parameter}}}
+        particles: {{p: {{mass: m, position: [x, 0, 0]}}}}
+        coordinates: [x]
+    """
+    page = loads(scene, file="it.yaml").derive()._repr_markdown_()
+    assert page.startswith(r"# \<b\> \$x\$ \# \*bold\* \| \[a\](b)")
+    (row,) = [line for line in page.splitlines() if line.startswith("| $")]
+    assert row == r"| ${x\vert{}y\vert{}}$ | a \| b \<i\> \$z\$ | $1$ |"
+
+
+@pytest.mark.slow
+def test_equations_that_nobody_would_read_are_not_shown():
+    bicycle = load(ROOT / "systems" / "rolling" / "bicycle.yaml").derive()
+    assert bicycle._repr_markdown_() is None
+    assert bicycle._repr_latex_() is None
+    assert repr(bicycle) == "<Derivation of bicycle>"

@@ -350,7 +350,7 @@ class ReplacedChart:
     steady: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Equations:
     """Equations of motion ``mass_matrix · a = forcing + Σ λ·gradient`` with all that explains them.
 
@@ -501,6 +501,11 @@ class Equations:
     units: Callable[[], Units] = Units
     sources: DerivationSources | None = field(default=None, compare=False, repr=False)
     depiction: Depiction | None = field(default=None, compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        """Return a line: all fields would be pages of expressions."""
+        names = ", ".join(c.name for c in self.coordinates)
+        return f"<Equations of {self.name} in {names or 'no coordinates'}: {self.formulation} form>"
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, islice
 from typing import TYPE_CHECKING
+
+from sympy import preorder_traversal
 
 from lagrange_cli.emit.base import DEFAULT_SECTIONS
 from lagrange_cli.emit.document.contents import contents
@@ -27,6 +30,9 @@ if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
 
+
+#: Nodes of the expressions in equations that a person would read.
+_MOST_NODES = 20_000
 
 #: Punctuation that is markup anywhere in a line, and at its beginning.
 _MARKUP = re.compile(r"([\\`*_{}\[\]<>#$|~&!])")
@@ -76,6 +82,13 @@ def emit_markdown(equations: Equations, options: Mapping[str, OptionValue]) -> d
     return {f"{equations.name}.md": "\n\n".join(paragraphs) + "\n"}
 
 
+def is_readable(equations: Equations) -> bool:
+    """Tell whether a person would read the equations; those of a bicycle take half a minute."""
+    expressions = (equations.kinetic, *(shown.residual for shown in equations.shown))
+    nodes = chain.from_iterable(map(preorder_traversal, expressions))
+    return next(islice(nodes, _MOST_NODES, None), None) is None
+
+
 def _section(section: Section) -> Iterator[str]:
     yield f"## {section.heading}"
     for block in section.blocks:
@@ -93,11 +106,17 @@ def _block(block: Block) -> Iterator[str]:
             yield from map(_display, setter.aligned(setter.rows(block)))
         case Table(heads, rows):
             dashes = ["---"] * len(heads)
-            yield "\n".join(f"| {' | '.join(row)} |" for row in (heads, dashes, *rows))
+            lines = (" | ".join(map(_cell, row)) for row in (heads, dashes, *rows))
+            yield "\n".join(f"| {line} |" for line in lines)
         case Bullets(items):
             yield "\n".join(f"- {item}" for item in items)
         case Picture():
             pass
+
+
+def _cell(text: str) -> str:
+    """A cell of a table; bars of a formula would end it."""
+    return text.replace("|", r"\vert{}") if text.startswith("$") else text
 
 
 def _display(lines: Sequence[str]) -> str:
