@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.model.sensitivities import SensitiveModels
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
+    from lagrange_cli.studies.fit.fit import Fit
     from lagrange_cli.studies.tradeoff.measure import Trade
 
 GivenValues = Mapping[str, "float | str"]
@@ -446,6 +447,58 @@ class Derivation:
             progress=progress,
             functions=self._functions(model),
         )
+
+    def fit(
+        self,
+        measurements: str | os.PathLike[str],
+        free: Sequence[str],
+        *,
+        accuracy: float = 1e-8,
+        progress: Callable[[float], None] | None = None,
+    ) -> Fit:
+        """Fit parameters and starts to measurements by least squares, with standard errors.
+
+        Parameters
+        ----------
+        measurements
+            A CSV file: ``t`` and columns of a trajectory; beside one perhaps ``sigma(NAME)``.
+        free
+            Names of parameters, and of coordinates or their ``dot`` for their starts; the
+            scene's values are the first ones.
+        accuracy
+            Of the motions.
+        progress
+            Called with the part of the work that is done, at most.
+
+        Raises
+        ------
+        InputError
+            As :func:`lagrange_cli.studies.fit.fit.fit_motion`.
+        """
+        from lagrange_cli.studies.fit.fit import fit_motion, require_free
+        from lagrange_cli.studies.fit.measurements import read_measurements
+
+        table = read_measurements(os.fspath(measurements))
+        equations = self.equations
+        numbers: dict[str, float | None] = {p.name: p.value for p in equations.parameters}
+        state = equations.initial
+        for k, c in enumerate(equations.coordinates):
+            numbers[c.name] = None if state is None else state.positions[k]
+            numbers[f"dot({c.name})"] = None if state is None else state.velocities[k]
+        positive = [p.name for p in equations.parameters if p.positive]
+        parameters = {p.name for p in equations.parameters}
+
+        def run(values: Mapping[str, float], by: Sequence[str], samples: int) -> Trajectory:
+            return self.simulate(
+                parameters={k: x for k, x in values.items() if k in parameters},
+                initial={k: x for k, x in values.items() if k not in parameters},
+                sensitivity=by,
+                until=float(table.times[-1]),
+                accuracy=accuracy,
+                samples=samples,
+            )
+
+        return fit_motion(run, table, require_free(free, numbers), positive, progress)
 
     def model(self, sensitivity: Sequence[str] = ()) -> Model:
         """Return the equations as code, without symbols, as simulations run them.

@@ -20,7 +20,7 @@ def guard(
     source: SceneSource,
     parameters: Mapping[str, str],
     outputs: Mapping[str, str | None],
-    member_file: str | None = None,
+    table: Mapping[str, str | None] | None = None,
 ) -> None:
     """Refuse outputs that would replace what a command reads of a scene, or each other.
 
@@ -28,8 +28,8 @@ def guard(
     ----------
     outputs
         Option → file, None if it is not given.
-    member_file
-        The file of an ensemble, None if there is none.
+    table
+        What it is → a file that is read beside the scene, None if there is none.
 
     Raises
     ------
@@ -37,8 +37,7 @@ def guard(
         Two files are one; or, if there is any output, the scene cannot be read.
     """
     if writes := _given(outputs):
-        ensemble = _given({"the ensemble": member_file})
-        require_apart([*_read_by(source, parameters), *ensemble], writes)
+        require_apart([*_read_by(source, parameters), *_given(table or {})], writes)
 
 
 def _given(files: Mapping[str, str | None]) -> list[Named]:

@@ -183,7 +183,7 @@ def simulate(
     source = read_source(scene)
     state = checkpoint if resume is None else resume
     outputs = {"-o": output, "--plot": plot, **checkpoint_files(state)}
-    guard(source, parameters, outputs, member_file)
+    guard(source, parameters, outputs, {"the ensemble": member_file})
     members = ensemble.member_choice(member_file, vary, jobs, resume, checkpoint, plot)
     if members is not None and sensitivity:
         raise click.UsageError("--sensitivity is of one motion, not of an ensemble")

@@ -10,4 +10,4 @@ The derivation itself is written by the formats of :mod:`lagrange_cli.emit`, whi
 interface and documents use too.
 """
 
-__all__ = ["cache", "check", "derive", "emit", "ensemble", "simulate", "stress", "tradeoff"]
+__all__ = ["cache", "check", "derive", "emit", "ensemble", "fit", "simulate", "stress", "tradeoff"]

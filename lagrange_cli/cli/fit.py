@@ -1,0 +1,74 @@
+"""``lagrange fit``: parameters and initial values from measurements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lagrange_cli.cli import options
+from lagrange_cli.cli.guard import guard
+from lagrange_cli.cli.models import SceneRequest, derivation_of_scene
+from lagrange_cli.cli.remembered import read_source
+from lagrange_cli.cli.reports.fit import FORMATS
+from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.output import Command, print_report
+from lagrange_cli.files import write_file
+
+if TYPE_CHECKING:
+    from lagrange_cli.scene.conditions import Formulation
+
+
+@click.command(cls=Command, short_help="Parameters and starts that fit measurements.")
+@options.scene
+@click.argument("data", type=click.Path())
+@click.option(
+    "--free",
+    required=True,
+    callback=options.comma_separated,
+    metavar="NAMES",
+    help="What is fitted, with commas between: parameters, and coordinates or 'dot(NAME)' for "
+    "their starts. The scene's values are the first ones.  [required]",
+)
+@options.number("--accuracy", "EPS", "Accuracy that is promised of each motion.", 1e-8)
+@options.formulation(None, "the scene's, or auto")
+@options.parameters
+@options.initial
+@options.report_path
+@options.plot("Draw measurements, the fitted motion and what is left; needs matplotlib.")
+@options.json_flag("Report as JSON.")
+@options.common
+@click.pass_context
+def fit(
+    ctx: click.Context,
+    /,
+    scene: str,
+    data: str,
+    free: tuple[str, ...],
+    accuracy: float,
+    formulation: Formulation | None,
+    parameters: dict[str, str],
+    initial: dict[str, str],
+    output: str | None,
+    plot: str | None,
+    as_json: bool,
+) -> int:
+    """Fit SCENE, a YAML file or - for standard input, to the measurements in DATA, a CSV file.
+
+    Its first row is t and names of columns that a trajectory has; beside a column NAME there may be
+    one of standard deviations, sigma(NAME). Cells without a measurement are empty.
+    """
+    session = ctx.ensure_object(Session)
+    source = read_source(scene)
+    guard(source, parameters, {"-o": output, "--plot": plot}, {"the measurements": data})
+    request = SceneRequest(source, parameters, initial, formulation=formulation)
+    derivation = derivation_of_scene(session, request)
+    with session.progress("fitting") as move:
+        found = derivation.fit(data, free, accuracy=accuracy, progress=move)
+    print_report(found, FORMATS, as_json=as_json, output=output)
+    if plot is not None:
+        from lagrange_cli.studies.fit.plot import draw_fit
+
+        write_file(plot, draw_fit(found, Path(plot).suffix.lower().lstrip(".")))
+    return found.exit_code

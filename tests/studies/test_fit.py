@@ -1,0 +1,151 @@
+"""Fits: values and errors are those of regression by other means."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import curve_fit
+
+from lagrange_cli import load, loads
+from lagrange_cli.api import Derivation
+from lagrange_cli.errors import InputError
+
+OSCILLATOR = """
+name: oscillator
+parameters: {m: 2, k: {value: 3, positive: true}}
+particles: {p: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: k*x^2/2}
+outputs: {twice: 2*x}
+initial: {x: 1, dot(x): 0}
+simulate: {until: 5}
+"""
+
+
+@pytest.fixture(scope="module")
+def oscillator() -> Derivation:
+    return loads(OSCILLATOR, parameters={"k": 3.2}).derive()
+
+
+def swing(t, k, start):
+    return start * np.cos(np.sqrt(k / 2) * t)
+
+
+def table(path, columns) -> str:
+    rows = [",".join(columns)]
+    rows += [
+        ",".join("" if np.isnan(x) else repr(float(x)) for x in row)
+        for row in zip(*columns.values(), strict=True)
+    ]
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture
+def measured(tmp_path):
+    t = np.sort(np.random.default_rng(1).uniform(0, 5, 60))
+    x = swing(t, 3.0, 1.05) + 0.01 * np.random.default_rng(2).normal(size=60)
+    return t, x, tmp_path / "data.csv"
+
+
+def test_values_and_errors_are_those_of_a_closed_form(oscillator, measured) -> None:
+    t, x, path = measured
+    values, covariance = curve_fit(swing, t, x, [3.2, 1.0])
+    found = oscillator.fit(table(path, {"t": t, "x": x}), ["k", "x"])
+    assert (found.status, found.derivatives) == ("ok", "variational equations")
+    errors = np.sqrt(np.diag(covariance))
+    for value, expected, error in zip(found.values, values, errors, strict=True):
+        assert value.value == pytest.approx(expected, abs=1e-4 * error)
+        assert value.error == pytest.approx(error, rel=1e-4)
+    expected = covariance[0, 1] / errors.prod()
+    assert found.correlation[0, 1] == pytest.approx(expected, abs=1e-4)
+    assert found.degrees_of_freedom == 58
+
+
+def test_given_deviations_count(oscillator, measured) -> None:
+    t, x, path = measured
+    deviations = np.where(t < 2.5, 0.01, 0.05)
+    values, covariance = curve_fit(swing, t, x, [3.2, 1.0], deviations, absolute_sigma=True)
+    columns = {"t": t, "x": x, "sigma(x)": deviations}
+    found = oscillator.fit(table(path, columns), ["k", "x"])
+    for value, expected, spread in zip(found.values, values, np.diag(covariance), strict=True):
+        assert value.value == pytest.approx(expected, abs=1e-4 * np.sqrt(spread))
+        assert value.error == pytest.approx(np.sqrt(spread), rel=1e-4)
+    rest = (x - swing(t, *values)) / deviations
+    assert found.given_deviations
+    assert found.chi_squared == pytest.approx(rest @ rest, rel=1e-6)
+
+
+def test_rates_and_gaps_are_measured_too(oscillator, measured) -> None:
+    t, x, path = measured
+    rate = -np.sqrt(1.5) * np.sin(np.sqrt(1.5) * t)
+    x = np.where(np.arange(60) % 3 == 0, np.nan, swing(t, 3.0, 1.0))
+    found = oscillator.fit(table(path, {"t": t, "x": x, "dot(x)": rate}), ["k"])
+    assert found.values[0].value == pytest.approx(3.0, abs=1e-6)
+    assert [len(c.times) for c in found.columns] == [40, 60]
+
+
+def test_other_columns_by_differences(oscillator, measured) -> None:
+    t, x, path = measured
+    expected, covariance = curve_fit(swing, t, x, [3.2, 1.0])
+    found = oscillator.fit(table(path, {"t": t, "twice": 2 * x}), ["k", "x"])
+    assert found.derivatives == "differences"
+    assert found.values[0].value == pytest.approx(expected[0], abs=1e-3 * covariance[0, 0] ** 0.5)
+    assert found.values[0].error == pytest.approx(covariance[0, 0] ** 0.5, rel=1e-3)
+
+
+def test_motions_with_closures_too(tmp_path) -> None:
+    """A pendulum in Cartesian coordinates has no variational equations."""
+    scene = "systems/constraints/pendulum_in_cartesian_coordinates.yaml"
+    motion = load(scene).derive().simulate(until=1.0, samples=41, accuracy=1e-10)
+    name = motion.coordinates[0]
+    path = table(tmp_path / "data.csv", {"t": motion.t, name: motion.columns[name]})
+    start = load(scene, parameters={"g": 9.5}).derive()
+    found = start.fit(path, ["g"])
+    assert found.derivatives == "differences"
+    assert found.values[0].value == pytest.approx(9.81, abs=1e-4)
+
+
+def test_what_the_measurements_do_not_tell(oscillator, measured) -> None:
+    t, x, path = measured
+    found = oscillator.fit(table(path, {"t": t, "x": x}), ["k", "m"])
+    assert (found.status, found.exit_code) == ("undetermined", 1)
+    assert "m and k" in found.reason or "k and m" in found.reason
+    assert all(v.error is None for v in found.values)
+    assert found.values[0].value / found.values[1].value == pytest.approx(1.5, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "no column is named 't'"),
+        ("t,x\n", "no rows"),
+        ("t\n0\n1\n", "nothing is measured"),
+        ("t,x,x\n0,1,1\n", "two columns"),
+        ("t,x\n0,1\n1,2,3\n", "3 cells"),
+        ("t,x\n1,1\n0,2\n", "before"),
+        ("t,x\n0,one\n", "expected a finite number"),
+        ("t,x,sigma(x)\n0,1,0\n1,1,1\n2,1,1\n", "above zero"),
+        ("t,x,sigma(y)\n0,1,1\n", "no column is named 'y'"),
+        ("t,z\n0,1\n1,1\n2,1\n", "'z' is nothing that a motion"),
+        ("t,x\n-1,1\n0,1\n1,1\n", "before the start"),
+        ("t,x\n1,1\n", "do not determine"),
+    ],
+)
+def test_tables_that_are_refused(oscillator, tmp_path, text: str, says: str) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as refusal:
+        oscillator.fit(str(path), ["k"])
+    (problem,) = refusal.value.problems
+    assert says in problem.message
+    assert problem.mark is not None
+    assert problem.mark.file == str(path)
+
+
+def test_names_that_are_refused(oscillator, measured) -> None:
+    t, x, path = measured
+    data = table(path, {"t": t, "x": x})
+    for free, says in ((["kk"], "neither a parameter"), ([], "nothing is free")):
+        with pytest.raises(InputError, match=says):
+            oscillator.fit(data, free)
