@@ -69,6 +69,21 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
     "tikz": {},
     "svg": {},
 }
+
+_PARTS = ("--sections", "system,constraints,energies,result,forces,initial")
+
+#: Further options of documents, by format, of ``derive`` and ``emit``; each line is tried once.
+ONCE: dict[str, tuple[tuple[str, ...], ...]] = {
+    "text": (("--language", "de"), (*_PARTS, "--language", "fr")),
+    "latex": (
+        ("--style", "beamer", "--numbers", "on", "--language", "en"),
+        ("--style", "document", "--width", "column", "--numbers", "off", "--language", "fr"),
+        ("--style", "snippet", "--width", "8.6cm", *_PARTS, "--language", "de"),
+    ),
+    "markdown": (("--language", "de"), _PARTS),
+    "typst": (("--language", "fr"), _PARTS),
+}
+
 FORMULATIONS = ("auto", "multiplier")
 
 
@@ -127,6 +142,7 @@ def derivations(scene: str) -> Iterator[list[str]]:
         if form == "lagrange":
             yield [*words, "--steps"]
             yield from ([*words, "--by", way] for way in ("lagrange", "dalembert"))
+            yield from ([*words, *options] for options in ONCE.get(format_, ()))
 
 
 def emissions(scene: str) -> Iterator[list[str]]:
@@ -137,6 +153,7 @@ def emissions(scene: str) -> Iterator[list[str]]:
             flags = [word for name, value in chosen for word in _flag(name, value)]
             yield [*base, "--formulation", formulation, *flags]
         yield [*base, "--formulation", "minimal"]
+        yield from ([*base, *options] for options in ONCE.get(to, ()))
 
 
 def commands(scene: str, *, simulate: bool, until: str | None) -> list[list[str]]:

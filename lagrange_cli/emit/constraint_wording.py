@@ -12,6 +12,7 @@ from lagrange_cli.notation.vocabulary import latex_overrides
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from lagrange_cli.files import Recording
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import CartesianName, Equations, ShownEquation
     from lagrange_cli.mechanics.findings import (
@@ -237,6 +238,16 @@ def conserved_reason(
             time=time,
         )
     return say("{lagrangian} does not depend on {time}", lagrangian=subject, time=time)
+
+
+def recorded_line(recording: Recording, say: Language = ENGLISH) -> str:
+    """Tell column, file and interpolation of a recorded input."""
+    named = {"column": recording.column, "file": recording.file}
+    if recording.interpolation == "linear":
+        return say("column {column} of {file}, linear between rows", **named)
+    if recording.interpolation == "cubic":
+        return say("column {column} of {file}, a cubic spline through the rows", **named)
+    return say("column {column} of {file}, each row until the next", **named)
 
 
 def energy_is_sum(equations: Equations, quantity: Conserved | EnergyBalance) -> bool:

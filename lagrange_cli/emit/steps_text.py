@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from unicodedata import combining
 
 from lagrange_cli.emit.steps.board import Sections
 from lagrange_cli.emit.steps.letters import AsciiLetters, Letters, UnicodeLetters
-from lagrange_cli.emit.steps.sections import Block, Formula, Formulas, Law, Title, Words
+from lagrange_cli.emit.steps.sections import (
+    Block,
+    Formula,
+    Formulas,
+    Law,
+    Section,
+    Title,
+    Words,
+)
 from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
 from lagrange_cli.notation.one_line import OneLinePrinter
 from lagrange_cli.notation.page import Row, formula, words
@@ -24,11 +33,19 @@ def text_letters(*, ascii: bool) -> Letters:
     return AsciiLetters() if ascii else UnicodeLetters()
 
 
-def section_rows(sections: Sections, printer: OneLinePrinter) -> Iterator[list[Row]]:
-    """The rows of each section, its heading first."""
-    for section in filter(None, (write() for _, write in sections)):
-        body = [row for block in section.blocks for row in _rows(block, printer)]
-        yield [Row(section.heading, role="heading"), *body]
+def section_writers(
+    sections: Sections, printer: OneLinePrinter
+) -> Iterator[tuple[str, Callable[[], list[Row]]]]:
+    """What writes the rows of each section, its heading first."""
+    return ((parts, partial(_written, write, printer)) for parts, write in sections)
+
+
+def _written(write: Callable[[], Section | None], printer: OneLinePrinter) -> list[Row]:
+    section = write()
+    if section is None:
+        return []
+    body = [row for block in section.blocks for row in _rows(block, printer)]
+    return [Row(section.heading, role="heading"), *body]
 
 
 def _rows(block: Block, printer: OneLinePrinter) -> list[Row]:

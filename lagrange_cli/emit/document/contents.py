@@ -23,7 +23,7 @@ from lagrange_cli.emit.steps.writer import StepsWriter
 def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[Section]:
     """The sections of a document in their order, each named by the part that it belongs to.
 
-    ``parts``: names of :data:`.emit.base.SECTIONS`. Steps are written where there are some.
+    ``parts``: names of :data:`.document_options.SECTIONS`; steps are written where there are some.
     """
     steps = writer.equations.steps
     if steps is None:
