@@ -14,9 +14,11 @@ from lagrange_cli.notation.unicode import UnicodePrinter
 class Letters(ABC):
     """Letters of one format.
 
-    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW.
+    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW, ``comma`` stands
+    between formulas of one display.
     """
 
+    comma = ", "
     dot_product: str
     virtual_work: str
 
