@@ -80,13 +80,19 @@ def _shown(residual, coordinate, chosen, divide):
     return ShownEquation(coordinate.name, tuple(terms), sympy.sympify(divide))
 
 
+def _with_signs(expression):
+    """Steps as derivations have them."""
+    return expression.replace(sympy.Heaviside, lambda x, *_: (1 + sympy.sign(x)) / 2)
+
+
 def build(
     name, given, chosen, kinetic, potential, *, divide=None, cartesian=6, lines=(), **changes
 ):
     """Equations for T and V over ``chosen`` coordinates."""
     lagrangian = kinetic - potential
     residuals = [
-        total(sympy.diff(lagrangian, c.v), chosen) - sympy.diff(lagrangian, c.q) for c in chosen
+        _with_signs(total(sympy.diff(lagrangian, c.v), chosen) - sympy.diff(lagrangian, c.q))
+        for c in chosen
     ]
     mass = tuple(tuple(sympy.diff(lagrangian, a.v, b.v) for b in chosen) for a in chosen)
     forcing = tuple(-r.subs({c.a: 0 for c in chosen}) for r in residuals)

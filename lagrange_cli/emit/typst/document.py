@@ -21,8 +21,8 @@ _PREAMBLE = """#set page(paper: "a4", margin: 25mm, numbering: "1")
 #set par(justify: true)
 #set math.equation(number-align: end + bottom)
 #show math.equation.where(block: true): set align(start)
-#show math.equation.where(block: true): set block(breakable: true)
 #let numbered(body) = { set math.equation(numbering: "(1)"); body }
+#let long(body) = { show math.equation: set block(breakable: true); body }
 """
 
 

@@ -21,6 +21,9 @@ from lagrange_cli.emit.steps.sections import (
 from lagrange_cli.notation.layout import break_lines
 from lagrange_cli.notation.typst import CONTINUED, TypstPrinter, balanced
 
+#: Lines of a display that stay on one page.
+_MOST_LINES = 6
+
 #: What takes no room of its own in a general formula, and names that print as one letter.
 _NO_ROOM = re.compile(r'\b(?:frac|upright|bold|scripts|thin|dot\.double|dot)\b|[_^(),\s"]')
 _LETTER = re.compile(r"[a-zA-Z.]{2,}")
@@ -87,14 +90,16 @@ class Typesetter(RowSetter):
             formula.append(row)
             if row.ends:
                 number = self.counts[part] = self.counts.get(part, 0) + 1
-                yield f"#numbered[{self._display(formula)} <eq:{self.stem}:{part}:{number}>]"
+                label = f" <eq:{self.stem}:{part}:{number}>"
+                yield f"#numbered[{self._display(formula, label)}]"
                 formula = []
 
-    def _display(self, rows: Sequence[FormulaRow]) -> str:
+    def _display(self, rows: Sequence[FormulaRow], label: str = "") -> str:
         """Formulas below each other, aligned after their labels."""
         available = self.available([row.label for row in rows])
         lines = [line for row in rows for line in _lines(row, available)]
-        return "$ " + " \\\n  ".join(lines) + " $"
+        shown = "$ " + " \\\n  ".join(lines) + f" ${label}"
+        return shown if len(lines) <= _MOST_LINES else f"#long[{shown}]"
 
 
 def _lines(row: FormulaRow, available: float) -> Iterator[str]:
