@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
     from lagrange_cli.studies.fit.fit import Fit
+    from lagrange_cli.studies.lyapunov import Lyapunov
     from lagrange_cli.studies.tradeoff.measure import Trade
 
 GivenValues = Mapping[str, "float | str"]
@@ -499,6 +500,37 @@ class Derivation:
             )
 
         return fit_motion(run, table, require_free(free, numbers), positive, progress)
+
+    def lyapunov(
+        self,
+        *,
+        until: float,
+        accuracy: float = 1e-8,
+        progress: Callable[[float], None] | None = None,
+    ) -> Lyapunov:
+        """Find the Lyapunov exponents of the motion, from the largest, with their spreads.
+
+        Parameters
+        ----------
+        until
+            The end of the time over which they are averaged.
+        accuracy
+            Of the motion and of displacements, in each of a thousand intervals.
+        progress
+            Called with the part of the time that is done.
+
+        Raises
+        ------
+        InputError
+            As :func:`lagrange_cli.studies.lyapunov.lyapunov_exponents`; or there are no
+            derivatives of the motion, as with contacts.
+        """
+        from lagrange_cli.studies.lyapunov import lyapunov_exponents
+
+        names = [c.name for c in self.equations.coordinates]
+        starts = [*names, *(f"dot({name})" for name in names)]
+        model = self.model(starts)
+        return lyapunov_exponents(model, until, accuracy=accuracy, progress=progress)
 
     def model(self, sensitivity: Sequence[str] = ()) -> Model:
         """Return the equations as code, without symbols, as simulations run them.
