@@ -4,8 +4,10 @@
     python benchmarks/documents.py markdown --scenes 'pendulums/*'
 
 Each scene is derived in few coordinates, with its constraints beside Cartesian names, and with its
-steps both ways; each derivation is written in both forms. What a program refuses is listed, and the
-exit code is 1 where there is anything.
+steps both ways; each derivation is written in both forms, and in LaTeX in every style, in two
+columns and in every language. What a program refuses is listed, and what sticks out of a LaTeX line
+or frame by more than 5 pt; the exit code is 1 where there is anything. ``KEEP=FOLDER`` in the
+environment leaves the LaTeX documents and what pdfLaTeX made of them.
 
 Formulas of Markdown are rendered by KaTeX in strict mode, which needs node and, in this checkout,
 ``npm install --no-save katex``. Typst is compiled by PyPI's package ``typst``.
@@ -15,23 +17,45 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from lagrange_cli import InputError, load
+from lagrange_cli.emit.document_options import SECTIONS
 
 ROOT = Path(__file__).resolve().parents[1]
 KATEX = Path(__file__).resolve().with_name("katex_strict.js")
 
 #: Options of the derivations: formulation and way of the steps.
 DERIVATIONS = (("auto", None), ("multiplier", None), ("auto", "lagrange"), ("auto", "dalembert"))
-FORMS = ("lagrange", "explicit")
+FORMS: tuple[dict[str, str], ...] = ({"form": "lagrange"}, {"form": "explicit"})
+
+_ALL = ",".join(name for name in SECTIONS if name != "sketch")
+_COLUMN = {"width": "column"}
+_STEPS: tuple[dict[str, str], ...] = ({}, {"style": "beamer"}, {**_COLUMN, "language": "fr"})
+
+#: Options of LaTeX documents of each derivation.
+LATEX_OPTIONS: dict[tuple[str, str | None], tuple[dict[str, str], ...]] = {
+    ("auto", None): (
+        {"sections": _ALL},
+        {"sections": _ALL, "style": "beamer"},
+        {"sections": _ALL, **_COLUMN, "language": "de"},
+        {"style": "snippet", **_COLUMN},
+        {"form": "explicit"},
+    ),
+    ("multiplier", None): ({}, _COLUMN),
+    ("auto", "lagrange"): _STEPS,
+    ("auto", "dalembert"): _STEPS,
+}
 
 #: A displayed formula, or one within a line; what a backslash escapes is neither.
 _FORMULA = re.compile(
@@ -76,14 +100,15 @@ def documents(path: Path, to: str) -> Iterator[Document]:
     """
     for formulation, by in DERIVATIONS:
         try:
-            derivation = load(path).derive(formulation=formulation, steps=by)
+            derivation = load(path).derive(formulation=formulation, steps=by, forces=to == "latex")
         except InputError:
             if (formulation, by) == DERIVATIONS[0]:
                 raise
             continue
-        for form in FORMS:
-            (text,) = derivation.emit(to, form=form).values()
-            words = " ".join(filter(None, (formulation, by, form)))
+        for options in LATEX_OPTIONS[formulation, by] if to == "latex" else FORMS:
+            (text,) = derivation.emit(to, **options).values()
+            shown = (v for k, v in options.items() if k != "sections")
+            words = " ".join(filter(None, (formulation, by, *shown)))
             yield Document(f"{path.parent.name}/{path.stem} ({words})", text)
 
 
@@ -151,8 +176,53 @@ def typst(written: Sequence[Document]) -> Outcome:
     return Outcome(f"{len(written)} documents", lines)
 
 
+#: Points by which a line or a frame may stick out: less than a letter.
+MOST = 5.0
+
+_OVERFULL = re.compile(r"Overfull \\[hv]box \(([\d.]+)pt too (?:wide|high)\)(?:[a-z ]*[\d-]+)?")
+
+#: An article for snippets.
+_ARTICLE = r"""\documentclass[10pt,a4paper,twocolumn]{article}
+\usepackage[T1]{fontenc}
+\usepackage[margin=20mm,columnsep=8mm]{geometry}
+\usepackage{lmodern,amsmath}
+\allowdisplaybreaks
+\begin{document}
+%s
+\end{document}
+"""
+
+
+def stuck_out(text: str, folder: Path) -> str:
+    """Compile a LaTeX document; say what is wrong with it, or nothing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    whole = text if r"\documentclass" in text else _ARTICLE % text
+    (folder / "page.tex").write_text(whole, encoding="utf-8")
+    words = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape"]
+    run = subprocess.run(
+        [*words, "page.tex"], cwd=folder, capture_output=True, timeout=300, check=False
+    )
+    log = (folder / "page.log").read_text(encoding="utf-8", errors="replace")
+    if run.returncode != 0:
+        return next((line for line in log.splitlines() if line.startswith("!")), "failed")
+    # LaTeX breaks the lines of its log at 79 characters.
+    found = [m[0] for m in _OVERFULL.finditer(log.replace("\n", "")) if float(m[1]) > MOST]
+    return found[0] if found else ""
+
+
+def latex(written: Sequence[Document]) -> Outcome:
+    """Compile every document with pdfLaTeX; nothing may stick out."""
+    with tempfile.TemporaryDirectory() as made, ThreadPoolExecutor() as pool:
+        folder = Path(os.environ.get("KEEP") or made).resolve()
+        paths = [folder / re.sub(r"\W+", "_", d.name) for d in written]
+        told = list(pool.map(stuck_out, [d.text for d in written], paths))
+    lines = [f"{d.name}: {line}" for d, line in zip(written, told, strict=True) if line]
+    return Outcome(f"{len(written)} documents", lines)
+
+
 #: Format → what reads its documents.
 READERS: dict[str, Callable[[Sequence[Document]], Outcome]] = {
+    "latex": latex,
     "markdown": markdown,
     "typst": typst,
 }

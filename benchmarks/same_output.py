@@ -44,25 +44,22 @@ EXCERPT, WIDTH = 12, 160
 
 #: Every choice of `derive` but those of the arithmetic of the certificate.
 DERIVE_FORMATS = ("text", "latex", "markdown", "typst", "json")
-DERIVE_FORMS = ("lagrange", "explicit", "multiplier", "hamiltonian", "routhian")
+DERIVE_FORMS = ("lagrange", "explicit", "multiplier")
 
 #: Every choice of `emit`, by format; `minimal` is for the most part what `auto` chooses, and is
 #: tried once for each format.
 EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
     "latex": {
         "--style": ("document", "snippet"),
-        "--form": ("lagrange", "explicit", "hamiltonian", "routhian"),
+        "--form": ("lagrange", "explicit"),
         "--by": (None, "lagrange"),
     },
     "markdown": {
-        "--form": ("lagrange", "explicit", "hamiltonian", "routhian"),
+        "--form": ("lagrange", "explicit"),
         "--steps": (None, ""),
         "--by": (None, "dalembert"),
     },
-    "typst": {
-        "--form": ("lagrange", "explicit", "hamiltonian", "routhian"),
-        "--by": (None, "lagrange", "dalembert"),
-    },
+    "typst": {"--form": ("lagrange", "explicit"), "--by": (None, "lagrange", "dalembert")},
     "c": {
         "--real": ("float", "double", "long-double"),
         "--main": (None, ""),
@@ -72,6 +69,21 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
     "tikz": {},
     "svg": {},
 }
+
+_PARTS = ("--sections", "system,constraints,energies,result,forces,initial")
+
+#: Further options of documents, by format, of ``derive`` and ``emit``; each line is tried once.
+ONCE: dict[str, tuple[tuple[str, ...], ...]] = {
+    "text": (("--language", "de"), (*_PARTS, "--language", "fr")),
+    "latex": (
+        ("--style", "beamer", "--numbers", "on", "--language", "en"),
+        ("--style", "document", "--width", "column", "--numbers", "off", "--language", "fr"),
+        ("--style", "snippet", "--width", "8.6cm", *_PARTS, "--language", "de"),
+    ),
+    "markdown": (("--language", "de"), _PARTS),
+    "typst": (("--language", "fr"), _PARTS),
+}
+
 FORMULATIONS = ("auto", "multiplier")
 
 
@@ -130,6 +142,7 @@ def derivations(scene: str) -> Iterator[list[str]]:
         if form == "lagrange":
             yield [*words, "--steps"]
             yield from ([*words, "--by", way] for way in ("lagrange", "dalembert"))
+            yield from ([*words, *options] for options in ONCE.get(format_, ()))
 
 
 def emissions(scene: str) -> Iterator[list[str]]:
@@ -140,6 +153,7 @@ def emissions(scene: str) -> Iterator[list[str]]:
             flags = [word for name, value in chosen for word in _flag(name, value)]
             yield [*base, "--formulation", formulation, *flags]
         yield [*base, "--formulation", "minimal"]
+        yield from ([*base, *options] for options in ONCE.get(to, ()))
 
 
 def commands(scene: str, *, simulate: bool, until: str | None) -> list[list[str]]:

@@ -206,11 +206,21 @@ class Derivation:
 
         return derivation_report(self.equations, form, latex=latex)
 
-    def text(self, *, form: str = "lagrange", ascii: bool = False, width: int = 80) -> str:
-        """Return what ``lagrange derive`` prints in a window of ``width`` columns."""
+    def text(
+        self,
+        *,
+        form: str = "lagrange",
+        ascii: bool = False,
+        width: int = 80,
+        **options: OptionValue,
+    ) -> str:
+        """Return what ``lagrange derive`` prints in a window of ``width`` columns.
+
+        ``options``: ``sections`` and ``language``, as of the command.
+        """
         from lagrange_cli.emit.text import derivation_text
 
-        return derivation_text(self.equations, ascii=ascii, form=form, width=width)
+        return derivation_text(self.equations, ascii=ascii, form=form, width=width, **options)
 
     def emit(self, to: str, **options: OptionValue) -> dict[str, str]:
         """Return file name → text in a format of ``lagrange emit --list``.

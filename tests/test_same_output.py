@@ -44,7 +44,7 @@ def test_a_version_has_the_same_output_as_itself(same_output, capsys) -> None:
     table = counts(capsys.readouterr().out)
     assert table["simulate"] == [2, 0, 0]
     assert table["emit c"] == [2 * 25, 0, 0]
-    assert table["derive text"] == [2 * 18, 0, 0]
+    assert table["derive text"] == [2 * 22, 0, 0]
     assert table["all"][0] == 2 * len(same_output.commands(SCENE, simulate=True, until=None))
 
 

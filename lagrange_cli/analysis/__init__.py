@@ -4,5 +4,3 @@ Certified :class:`~lagrange_cli.mechanics.equations.Equations` go in; symmetries
 linear systems, modes and other forms of the equations come out, as frozen values. Nothing is
 found unless it is asked for. :mod:`.symmetries` has Noether's theorem.
 """
-
-__all__ = ["hamiltonian", "momenta", "routhian"]

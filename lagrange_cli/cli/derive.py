@@ -13,6 +13,8 @@ from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.derive import FORMATS
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.output import Command, deliver, page_encoding
+from lagrange_cli.emit.base import completed
+from lagrange_cli.emit.registry import DERIVED
 from lagrange_cli.notation.page import USUAL_WIDTH, Page
 from lagrange_cli.stages import announce
 
@@ -34,12 +36,11 @@ if TYPE_CHECKING:
 @options.json_flag("The same as --format json.")
 @click.option(
     "--form",
-    type=click.Choice(["lagrange", "explicit", "multiplier", "hamiltonian", "routhian"]),
+    type=click.Choice(["lagrange", "explicit", "multiplier"]),
     default="lagrange",
     show_default=True,
     help="Lagrange's equations, or solved for the accelerations and multipliers where closed forms "
-    "are short; with all constraints beside Cartesian names, each with its multiplier; Hamilton's "
-    "canonical equations; or Routh's, with cyclic coordinates ignored and an effective potential.",
+    "are short; or with all constraints beside Cartesian names, each with its multiplier.",
 )
 @click.option(
     "--forces",
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     help="Constraint forces and multipliers too.  [default: off]",
 )
 @options.steps
+@options.of_formats(DERIVED)
 @click.option(
     "--digits",
     type=click.IntRange(15, 1000),
@@ -61,6 +63,7 @@ if TYPE_CHECKING:
 @click.pass_obj
 def derive(
     session: Session,
+    /,
     scene: str,
     format_: str,
     as_json: bool,
@@ -72,6 +75,7 @@ def derive(
     ascii_only: bool,
     parameters: dict[str, str],
     output: str | None,
+    **chosen: str | bool | None,
 ) -> None:
     """Derive the equations of motion of SCENE, a YAML file or - for standard input."""
     source = read_source(scene)
@@ -80,20 +84,24 @@ def derive(
     # Files are in UTF-8; terminals may show less.
     encoding = "utf-8" if output is not None else page_encoding()
 
+    written_with = {name: value for name, value in chosen.items() if value is not None}
+    completed(format_, DERIVED[format_], written_with)
+    forces = forces or options.asks_for_forces(written_with)
+
     formulation: Formulation = "multiplier" if form == "multiplier" else "auto"
     way = options.way_of(steps, by)
-    form = "lagrange" if form == "multiplier" else form
+    form = "explicit" if form == "explicit" else "lagrange"
 
     request = SceneRequest(source, parameters, forces=forces, formulation=formulation, steps=way)
 
     def work() -> Answer:
         derivation = derivation_of_scene(session, request, digits)
         announce("writing the derivation")
-        written = FORMATS[format_](derivation, form, ascii_only, encoding)
+        written = FORMATS[format_](derivation, form, written_with, ascii_only, encoding)
         return answer_of(derivation, written.to_json() if isinstance(written, Page) else written)
 
     question = format_, form, formulation, forces, way, digits, ascii_only, encoding
-    asked = (*question, list(parameters.items()))
+    asked = (*question, list(parameters.items()), sorted(written_with.items()))
     result = remembered(session, "derive", source, asked, work)
     # A page is kept as it was before its lines were broken: windows differ in width.
     content = result if isinstance(result, str) else Page.from_json(result)

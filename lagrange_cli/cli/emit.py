@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,7 +14,7 @@ from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.emit import listed_formats
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.output import Command, print_text
-from lagrange_cli.emit.base import Emitter, Option
+from lagrange_cli.emit.base import Emitter
 from lagrange_cli.emit.registry import EMITTERS, emitter
 from lagrange_cli.files import write_files
 from lagrange_cli.stages import announce
@@ -23,36 +22,6 @@ from lagrange_cli.stages import announce
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.scene.conditions import Formulation
-
-
-def _declared() -> dict[str, list[tuple[str, Option]]]:
-    """Return option → the formats that declare it, each with its declaration."""
-    formats_of: dict[str, list[tuple[str, Option]]] = {}
-    for name, format_ in EMITTERS.items():
-        for option in format_.options:
-            formats_of.setdefault(option.name, []).append((name, option))
-    return formats_of
-
-
-def _format_option(name: str, declared: list[tuple[str, Option]]) -> Callable[[Any], Any]:
-    """Make the Click option of an option that one or more formats declare."""
-    if all(option.further for _, option in declared):
-        formats = ", ".join(format_ for format_, _ in declared)
-        return click.option(
-            "--with",
-            name,
-            type=click.Choice([name]),
-            callback=lambda ctx, option, value: value and True,
-            help=f"{formats}: {declared[0][1].help}  [default: none]",
-        )
-    choices = list(dict.fromkeys(c for _, option in declared for c in option.choices))
-    help = "; ".join(
-        f"{format_}: {option.help}  [default: {option.default or 'off'}]"
-        for format_, option in declared
-    )
-    if not choices:
-        return click.option(f"--{name}", name, is_flag=True, default=None, help=help)
-    return click.option(f"--{name}", name, type=click.Choice(choices), help=help)
 
 
 def _list(ctx: click.Context, option: click.Parameter, value: bool) -> None:
@@ -91,7 +60,7 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
     callback=_list,
     help="List the formats and stop.  [default: off]",
 )
-@options.in_order([_format_option(*declared) for declared in _declared().items()])
+@options.of_formats({name: format_.options for name, format_ in EMITTERS.items()})
 @options.steps
 @options.formulation("auto", "auto")
 @options.parameters
@@ -127,12 +96,16 @@ def emit(
         shown = " and ".join(name for name, other in EMITTERS.items() if other.shows_steps)
         raise click.UsageError(f"format '{to}' has no steps; --steps is for {shown}")
     format_options = {name: value for name, value in chosen.items() if value is not None}
+    format_.complete(format_options)
+    forces = options.asks_for_forces(format_options)
     source = read_source(scene)
     if output is not None:
         guard_folder(output, source, parameters, format_)
 
     def work() -> Answer:
-        request = SceneRequest(source, parameters, formulation=formulation, steps=way)
+        request = SceneRequest(
+            source, parameters, forces=forces, formulation=formulation, steps=way
+        )
         derivation = derivation_of_scene(session, request)
         equations = derivation.equations
         announce(f"writing {format_.title}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -15,6 +15,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable
 
 if TYPE_CHECKING:
+    from lagrange_cli.emit.base import Option
     from lagrange_cli.mechanics.step_values import Way
 
 #: Names of formulations.
@@ -218,6 +219,53 @@ def in_order(
 ) -> Callable[[_Command], _Command]:
     """Make one decorator of those of several options, in the order of the help text."""
     return lambda function: functools.reduce(lambda done, one: one(done), options[::-1], function)
+
+
+def of_formats(
+    formats: Mapping[str, Sequence[Option]],
+) -> Callable[[_Command], _Command]:
+    """The options that formats declare, each once; their help says what it means in which."""
+    declared: dict[str, list[tuple[str, Option]]] = {}
+    for name, taken in formats.items():
+        for option in taken:
+            declared.setdefault(option.name, []).append((name, option))
+    return in_order([_of_formats(*item) for item in declared.items()])
+
+
+def _of_formats(name: str, declared: list[tuple[str, Option]]) -> Callable[[_Command], _Command]:
+    """Make the Click option of an option that one or more formats declare."""
+    if all(option.further for _, option in declared):
+        formats = ", ".join(format_ for format_, _ in declared)
+        return click.option(
+            "--with",
+            name,
+            type=click.Choice([name]),
+            callback=lambda ctx, option, value: value and True,
+            help=f"{formats}: {declared[0][1].help}  [default: none]",
+        )
+    help = "; ".join(_meanings(declared))
+    first = declared[0][1]
+    if first.is_flag:
+        return click.option(f"--{name}", name, is_flag=True, default=None, help=help)
+    if first.metavar:
+        return click.option(f"--{name}", name, metavar=first.metavar, help=help)
+    choices = list(dict.fromkeys(c for _, option in declared for c in option.choices))
+    return click.option(f"--{name}", name, type=click.Choice(choices), help=help)
+
+
+def _meanings(declared: list[tuple[str, Option]]) -> Iterator[str]:
+    """What an option means, once for the formats in which it means the same."""
+    formats: dict[str, list[str]] = {}
+    for format_, option in declared:
+        listed = f": {', '.join(option.choices)}" if option.metavar and option.choices else ""
+        told = f"{option.help}{listed}  [default: {option.shown_default}]"
+        formats.setdefault(told, []).append(format_)
+    return (f"{', '.join(names)}: {told}" for told, names in formats.items())
+
+
+def asks_for_forces(chosen: Mapping[str, str | bool]) -> bool:
+    """Say whether the sections of a document that are asked for hold constraint forces."""
+    return "forces" in str(chosen.get("sections", "")).replace(" ", "").split(",")
 
 
 #: The argument SCENE, a path or ``-``.

@@ -19,7 +19,7 @@ The contract of a format:
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit.naming import file_stem
@@ -29,24 +29,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 OptionValue: TypeAlias = str | bool
-
-#: The parts of a document, in their order.
-SECTIONS = (
-    "system",
-    "sketch",
-    "account",
-    "constraints",
-    "energies",
-    "equations",
-    "result",
-    "forces",
-    "conserved",
-    "initial",
-    "certificate",
-)
-
-#: Those that a document has if nothing else is asked for.
-DEFAULT_SECTIONS = tuple(s for s in SECTIONS if s not in ("sketch", "result", "initial"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +47,13 @@ class Option:
         One of the choices; False for a flag.
     further
         A flag that asks for further functions: ``--with NAME``.
+    metavar
+        What stands for a value that is no single choice: several choices with commas between them,
+        or a text that ``accepted`` lets pass.
+    accepted
+        Says whether a text is a value; None for choices and flags.
+    refused
+        Choice of other formats → why this one does not have it.
     """
 
     name: str
@@ -72,13 +61,33 @@ class Option:
     choices: tuple[str, ...] = ()
     default: OptionValue = False
     further: bool = False
+    metavar: str = ""
+    accepted: Callable[[str], bool] | None = None
+    refused: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def is_flag(self) -> bool:
-        return not self.choices
+        return not self.choices and self.accepted is None
 
-    def accepts(self, value: OptionValue) -> bool:
-        return isinstance(value, bool) if self.is_flag else value in self.choices
+    @property
+    def shown_default(self) -> OptionValue:
+        """The default as help pages say it."""
+        return self.default or "off"
+
+    def wrong(self, value: OptionValue) -> str | None:
+        """The part of a value that the option does not take, None if it takes all of it."""
+        if self.is_flag or isinstance(value, bool):
+            return None if self.is_flag and isinstance(value, bool) else str(value)
+        if self.accepted is not None:
+            return None if self.accepted(value) else value
+        given = [part.strip() for part in value.split(",")] if self.metavar else [value]
+        return next((part for part in given if part not in self.choices), None)
+
+    def expected(self) -> str:
+        """What the option takes, in words."""
+        if self.accepted is not None:
+            return self.metavar
+        return ", ".join(self.choices) if self.choices else "true or false"
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +141,7 @@ class Emitter:
             An option that the format does not have, or a value it does not take; at the scene's
             place, equations that the format cannot hold.
         """
-        complete = self._complete(options or {})
+        complete = self.complete(options or {})
         try:
             return self.run(equations, complete)
         except InputError as refusal:
@@ -152,24 +161,32 @@ class Emitter:
         named = " and ".join(self.files(name))
         return [f"named {named}: {wanted} would hide what Python or C has under that name"]
 
-    def _complete(self, chosen: Mapping[str, OptionValue]) -> dict[str, OptionValue]:
+    def complete(self, chosen: Mapping[str, OptionValue]) -> dict[str, OptionValue]:
         """Check the given options and add the defaults of the others."""
-        known = {option.name: option for option in self.options}
-        for name in sorted(chosen):
-            if name not in known:
-                raise unknown_choice(
-                    f"format '{self.name}' has no option '{name}'", name, list(known)
-                )
-            if not known[name].accepts(chosen[name]):
-                choices = list(known[name].choices)
-                expected = ", ".join(choices) if choices else "true or false"
-                raise unknown_choice(
-                    f"option '{name}' of format '{self.name}' cannot be '{chosen[name]}'; "
-                    f"it takes {expected}",
-                    str(chosen[name]),
-                    choices,
-                )
-        return {name: chosen.get(name, option.default) for name, option in known.items()}
+        return completed(self.name, self.options, chosen)
+
+
+def completed(
+    format_: str, options: tuple[Option, ...], chosen: Mapping[str, OptionValue]
+) -> dict[str, OptionValue]:
+    """Check values of the options of a format and add the defaults of the others.
+
+    Raises
+    ------
+    InputError
+        An option that the format does not have, or a value it does not take.
+    """
+    known = {option.name: option for option in options}
+    for name in sorted(chosen):
+        if name not in known:
+            raise unknown_choice(f"format '{format_}' has no option '{name}'", name, list(known))
+        option = known[name]
+        wrong = option.wrong(chosen[name])
+        if wrong is not None:
+            why = option.refused.get(wrong, f"it takes {option.expected()}")
+            message = f"option '{name}' of format '{format_}' cannot be '{wrong}'; {why}"
+            raise unknown_choice(message, wrong, list(option.choices))
+    return {name: chosen.get(name, option.default) for name, option in known.items()}
 
 
 def unknown_choice(message: str, choice: str, candidates: list[str]) -> InputError:

@@ -12,6 +12,7 @@ from lagrange_cli.notation.vocabulary import latex_overrides
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from lagrange_cli.files import Recording
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import CartesianName, Equations, ShownEquation
     from lagrange_cli.mechanics.findings import (
@@ -24,14 +25,13 @@ if TYPE_CHECKING:
 
 #: Letters of quantities → their labels if the scene uses the letter.
 _LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
-_LABELS |= {"h": "h_Jac", "M": "M_mass", "f": "f_gen", "H": "H_fun", "R": "R_fun"}
-_LABELS |= {"V_eff": "V_eff_red"}
+_LABELS |= {"h": "h_Jac", "M": "M_mass", "f": "f_gen"}
 #: Letters of the account of degrees of freedom.
 _COUNTED = {"N", "K", "DOF"}
 
 
 def quantity_labels(equations: Equations) -> dict[str, str]:
-    """Return labels of ``T, V, U, L, D, E, h, M, f, H, R, V_eff`` that no name of the scene is."""
+    """Return ``T, V, U, L, D, E, h, M, f`` → labels that differ from all names of the scene."""
     taken = _names(equations)
     return {short: long if short in taken else short for short, long in _LABELS.items()}
 
@@ -238,6 +238,16 @@ def conserved_reason(
             time=time,
         )
     return say("{lagrangian} does not depend on {time}", lagrangian=subject, time=time)
+
+
+def recorded_line(recording: Recording, say: Language = ENGLISH) -> str:
+    """Tell column, file and interpolation of a recorded input."""
+    named = {"column": recording.column, "file": recording.file}
+    if recording.interpolation == "linear":
+        return say("column {column} of {file}, linear between rows", **named)
+    if recording.interpolation == "cubic":
+        return say("column {column} of {file}, a cubic spline through the rows", **named)
+    return say("column {column} of {file}, each row until the next", **named)
 
 
 def energy_is_sum(equations: Equations, quantity: Conserved | EnergyBalance) -> bool:

@@ -1,12 +1,16 @@
-"""Initial states of emitted programs: steps of their table, and words on violated closures."""
+"""Initial states: values as people write them, steps of tables, words on violated closures."""
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import comment_text
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from lagrange_cli.mechanics.equations import Closure, Equations
 
 #: Most steps between two rows that an emitted program prints: a C int holds them.
@@ -14,6 +18,20 @@ _MOST_STEPS = 1_000_000_000
 
 #: A start may be changed by this part of its scale, as it takes from rounding alone.
 START_TOLERANCE = 1e-9
+
+#: Angles are multiples of π over a number up to this one, if they are so to the last digit.
+_LARGEST_DENOMINATOR = 24
+
+
+def multiple_of_pi(value: float) -> Expr | None:
+    """An angle that is a simple fraction of π as that; None for others."""
+    import sympy
+
+    near = Fraction(value / math.pi).limit_denominator(_LARGEST_DENOMINATOR)
+    exact = near.numerator * math.pi / near.denominator
+    if value == 0 or not math.isclose(exact, value, rel_tol=2e-16):
+        return None
+    return sympy.Rational(near.numerator, near.denominator) * sympy.pi
 
 
 def steps_per_row(equations: Equations, rows: int, default: int) -> int:

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from importlib import import_module
 
 from lagrange_cli.errors import InternalError, Problem
+
+#: Language → module and name of its table.
+_TABLES = {"de": ("german", "GERMAN"), "fr": ("french", "FRENCH")}
+
+#: The languages that derivations are told in.
+LANGUAGES = ("en", *_TABLES)
 
 
 @dataclass(frozen=True)
@@ -43,6 +51,30 @@ class Language:
     def first(self, is_first: bool, first: str, later: str, **parts: object) -> str:
         """Say the first member of a list, or a later one, which may be shorter."""
         return self(first if is_first else later, **parts)
+
+    def in_ascii(self) -> Language:
+        """The same in plain ASCII: ``ae`` for the German ä, e for the French é."""
+        own = _UMLAUTS if self.code == "de" else dict[int, str]()
+        return replace(self, phrases={k: _plain(v, own) for k, v in self.phrases.items()})
+
+
+_UMLAUTS = str.maketrans(
+    {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"}
+)
+
+
+def _plain(text: str, own: Mapping[int, str]) -> str:
+    spelled = unicodedata.normalize("NFKD", text.translate(own))
+    return spelled.encode("ascii", "ignore").decode("ascii")
+
+
+def language(code: str) -> Language:
+    """The language of that code, one of :data:`LANGUAGES`."""
+    if code == "en":
+        return ENGLISH
+    module, table = _TABLES[code]
+    phrases = getattr(import_module(f"lagrange_cli.emit.{module}"), table)
+    return Language(code, phrases)
 
 
 #: The language of the program, whose phrases stand in the code.

@@ -13,6 +13,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.base import Emitter, Option, OptionValue, unknown_choice
+from lagrange_cli.emit.document_options import (
+    FORM,
+    LATEX_OPTIONS,
+    MARKDOWN_OPTIONS,
+    TEXT_OPTIONS,
+    TYPST_OPTIONS,
+)
 from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES
 
 if TYPE_CHECKING:
@@ -67,13 +74,6 @@ _JACOBIAN = Option(
     further=True,
 )
 
-_FORM = Option(
-    "form",
-    "Lagrange's equations, or solved for the accelerations and multipliers; Hamilton's; Routh's",
-    choices=("lagrange", "explicit", "hamiltonian", "routhian"),
-    default="lagrange",
-)
-
 EMITTERS: dict[str, Emitter] = {
     entry.name: entry
     for entry in (
@@ -84,15 +84,7 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_latex,
             shows_steps=True,
-            options=(
-                Option(
-                    "style",
-                    "a complete document, or the equations alone",
-                    choices=("document", "snippet"),
-                    default="document",
-                ),
-                _FORM,
-            ),
+            options=LATEX_OPTIONS,
         ),
         Emitter(
             name="markdown",
@@ -101,7 +93,7 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_markdown,
             shows_steps=True,
-            options=(_FORM,),
+            options=MARKDOWN_OPTIONS,
         ),
         Emitter(
             name="typst",
@@ -110,7 +102,7 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_typst,
             shows_steps=True,
-            options=(_FORM,),
+            options=TYPST_OPTIONS,
         ),
         Emitter(
             name="c",
@@ -165,6 +157,15 @@ EMITTERS: dict[str, Emitter] = {
     )
 }
 """Every format by the name that ``--to`` takes."""
+
+DERIVED: dict[str, tuple[Option, ...]] = {
+    "text": TEXT_OPTIONS,
+    "latex": tuple(o for o in LATEX_OPTIONS if o is not FORM),
+    "markdown": tuple(o for o in MARKDOWN_OPTIONS if o is not FORM),
+    "typst": tuple(o for o in TYPST_OPTIONS if o is not FORM),
+    "json": (),
+}
+"""Format of ``derive --format`` → its options beside those of ``derive`` itself."""
 
 
 def emitter(name: str) -> Emitter:

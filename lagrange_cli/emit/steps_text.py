@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from unicodedata import combining
 
+from lagrange_cli.emit.steps.board import Sections
 from lagrange_cli.emit.steps.letters import AsciiLetters, Letters, UnicodeLetters
-from lagrange_cli.emit.steps.sections import Block, Formula, Formulas, Law, Section, Title, Words
+from lagrange_cli.emit.steps.sections import (
+    Block,
+    Formula,
+    Formulas,
+    Law,
+    Section,
+    Title,
+    Words,
+)
 from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
 from lagrange_cli.notation.one_line import OneLinePrinter
 from lagrange_cli.notation.page import Row, formula, words
@@ -23,31 +33,37 @@ def text_letters(*, ascii: bool) -> Letters:
     return AsciiLetters() if ascii else UnicodeLetters()
 
 
-def section_rows(
-    sections: Iterable[Section], printer: OneLinePrinter, indent: int = _FORMULA_INDENT
-) -> Iterator[list[Row]]:
-    """The rows of each section, its heading first; formulas are indented."""
-    for section in sections:
-        body = [row for block in section.blocks for row in _rows(block, printer, indent)]
-        yield [Row(section.heading, role="heading"), *body]
+def section_writers(
+    sections: Sections, printer: OneLinePrinter
+) -> Iterator[tuple[str, Callable[[], list[Row]]]]:
+    """What writes the rows of each section, its heading first."""
+    return ((parts, partial(_written, write, printer)) for parts, write in sections)
 
 
-def _rows(block: Block, printer: OneLinePrinter, margin: int) -> list[Row]:
+def _written(write: Callable[[], Section | None], printer: OneLinePrinter) -> list[Row]:
+    section = write()
+    if section is None:
+        return []
+    body = [row for block in section.blocks for row in _rows(block, printer)]
+    return [Row(section.heading, role="heading"), *body]
+
+
+def _rows(block: Block, printer: OneLinePrinter) -> list[Row]:
     if isinstance(block, Formulas):
-        return _aligned(block.rows, printer, margin)
+        return _aligned(block.rows, printer)
     assert isinstance(block, Words | Title | Law)
     indent = _FORMULA_INDENT if isinstance(block, Law) else _WORDS_INDENT
     return [Row("", " " * indent, words(block.text))]
 
 
-def _aligned(rows: Iterable[Formula], printer: OneLinePrinter, margin: int) -> list[Row]:
+def _aligned(rows: Iterable[Formula], printer: OneLinePrinter) -> list[Row]:
     """Rows with their first signs of equality below each other."""
     rows = list(rows)
     widths = [columns(row.label) for row in rows if row.label]
     aligned = max((w for w in widths if w <= _LONGEST_LABEL), default=0)
     shown = []
     for row in rows:
-        indent = margin + (max(0, aligned - columns(row.label)) if row.label else 0)
+        indent = _FORMULA_INDENT + (max(0, aligned - columns(row.label)) if row.label else 0)
         shown.append(_row(row, " " * indent, printer))
     return shown
 
@@ -56,9 +72,7 @@ def _row(row: Formula, indent: str, printer: OneLinePrinter) -> Row:
     """A label and what it equals one after the other; lines go on at signs of equality first."""
     bodies = [printer.pieces(node) for node in row.chain]
     if not row.label:
-        name = f"{indent}{row.name}" if row.name else ""
-        lead = "   " if row.name else indent
-        return formula(name, lead, suffixed(bodies[0], " = 0", 4), "name" if name else "")
+        return formula("", indent, suffixed(bodies[0], " = 0", 4), "")
     pieces = [piece for body in bodies for piece in _equal(body)]
     if row.middle:
         pieces = [*_equal([Piece(row.middle, columns(row.middle))]), *pieces]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
+from lagrange_cli.emit.base import OptionValue, completed
 from lagrange_cli.emit.constraint_wording import (
     certificate_line,
     choice_line,
@@ -24,16 +25,16 @@ from lagrange_cli.emit.constraint_wording import (
     multipliers_line,
     only_between_impacts,
     quantity_labels,
+    recorded_line,
     remark_on,
     telling_definitions,
     undecided,
     without_line,
 )
+from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, TEXT_OPTIONS, sections_of
 from lagrange_cli.emit.force_wording import force_notes, force_rows, forces_line, reaction_rows
-from lagrange_cli.emit.forms.contents import FORMS, form_sections
-from lagrange_cli.emit.steps.sections import Law
-from lagrange_cli.emit.steps.writer import Writer
-from lagrange_cli.emit.steps_text import section_rows, text_letters
+from lagrange_cli.emit.initial_state import multiple_of_pi
+from lagrange_cli.emit.language import ENGLISH, Language, language
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
@@ -57,18 +58,32 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.findings import Conserved
     from lagrange_cli.mechanics.step_values import DerivationSteps
 
-_STILL = Row("", "  ", words("none: nothing can move"))
+_DEFAULT = frozenset(DEFAULT_SECTIONS.split(","))
+
+#: Parts of the text, each with what writes one of its sections.
+_Parts: TypeAlias = Iterable[tuple[str, Callable[[], Iterable["Row | Block"]]]]
 
 
 def derivation_text(
-    equations: Equations, *, ascii: bool = False, form: str = "lagrange", width: int = USUAL_WIDTH
+    equations: Equations,
+    *,
+    ascii: bool = False,
+    form: str = "lagrange",
+    width: int = USUAL_WIDTH,
+    **options: OptionValue,
 ) -> str:
     """Write the derivation in lines of ``width`` columns where formulas allow; see
-    :func:`derivation_page`."""
-    return derivation_page(equations, ascii=ascii, form=form).text(width)
+    :func:`derivation_page`. ``options`` are those of the registry for text."""
+    return derivation_page(equations, ascii=ascii, form=form, options=options).text(width)
 
 
-def derivation_page(equations: Equations, *, ascii: bool = False, form: str = "lagrange") -> Page:
+def derivation_page(
+    equations: Equations,
+    *,
+    ascii: bool = False,
+    form: str = "lagrange",
+    options: Mapping[str, OptionValue] | None = None,
+) -> Page:
     """Write the derivation: degrees of freedom, energies, equations, what is conserved.
 
     Parameters
@@ -79,8 +94,9 @@ def derivation_page(equations: Equations, *, ascii: bool = False, form: str = "l
         Seven-bit text with formulas in the scene language; else Unicode.
     form
         ``lagrange`` for Lagrange's equations; ``explicit`` for accelerations and
-        multipliers where few are coupled, and M q̈ = f where more are; or one of
-        :data:`.forms.contents.FORMS`.
+        multipliers where few are coupled, and M q̈ = f where more are.
+    options
+        ``sections`` and ``language`` as the registry declares them for text.
 
     Raises
     ------
@@ -89,9 +105,15 @@ def derivation_page(equations: Equations, *, ascii: bool = False, form: str = "l
     """
     steps = equations.steps
     letters = vocabulary(equations, abbreviating=steps is None)
-    writer = _Writer(equations, letters, ScenePrinter() if ascii else UnicodePrinter())
-    sections = writer.whole(form) if steps is None else writer.with_steps(form, steps)
-    return page(sections, ascii=ascii)
+    printer = ScenePrinter() if ascii else UnicodePrinter()
+    chosen = completed("text", TEXT_OPTIONS, options or {})
+    forces = equations.constraint_forces is not None
+    parts = frozenset(sections_of(chosen, forces=forces))
+    say = language(str(chosen["language"]))
+    say = say.in_ascii() if ascii else say
+    writer = _Writer(equations, letters, printer, parts=parts, say=say)
+    rows = writer.whole(form) if steps is None else writer.with_steps(form, steps)
+    return page(rows, ascii=ascii)
 
 
 @dataclass(frozen=True)
@@ -108,59 +130,105 @@ class _Writer:
         Prints display trees on one line.
     abbreviated
         Names of the scene's abbreviations that what was written so far holds.
+    parts
+        Names of the parts that are wanted.
+    say
+        The language of the words between formulas.
     """
 
     equations: Equations
     words: Vocabulary
     printer: OneLinePrinter
     abbreviated: set[str] = field(default_factory=set)
+    parts: frozenset[str] = _DEFAULT
+    say: Language = ENGLISH
 
-    def whole(self, form: str) -> list[Iterable[Row | Block]]:
+    def whole(self, form: str) -> Iterator[Iterable[Row | Block]]:
         """The derivation in short."""
-        above: list[Iterable[Row | Block]] = [
-            self.heading(),
-            self.account(),
-            self.inputs(),
-            self.energies(),
-            self.forces(),
-            *self.equations_in(form),
-            self.closures(),
-            self.contacts(),
-        ]
-        below: list[Iterable[Row | Block]] = [
-            self.constraint_forces(),
-            self.conserved(),
-            self.energy(),
-            self.outputs(),
-            [_sentence(certificate_line(self.equations.certificate))],
-        ]
+        above: _Parts = (
+            ("system", lambda: self.parameters() if self.parts != _DEFAULT else []),
+            ("account constraints", self.account),
+            ("system energies", self.inputs),
+            ("energies", self.energies),
+            ("equations", self.forces),
+            ("equations", self.accelerations if form == "explicit" else self.motion),
+            ("equations constraints", self.closures),
+            ("equations constraints", self.contacts),
+        )
+        below: _Parts = (
+            ("result", lambda: self.result(form)),
+            ("forces", self.constraint_forces),
+            ("conserved", self.conserved),
+            ("conserved", self.energy),
+            ("initial", self.initial),
+            ("equations", self.outputs),
+            ("certificate", self.certificate),
+        )
+        first, last = list(self.chosen(above)), list(self.chosen(below))
         # What is abbreviated is known when all else is written.
-        return [*above, self.abbreviations(), *below]
+        return iter([self.heading(), *first, self.abbreviations(), *last])
 
-    def with_steps(self, form: str, steps: DerivationSteps) -> list[Iterable[Row | Block]]:
+    def with_steps(self, form: str, steps: DerivationSteps) -> Iterator[Iterable[Row | Block]]:
         """The derivation line by line."""
-        from lagrange_cli.emit.steps.board import certified_line, conclusions, working
+        from lagrange_cli.emit.steps.board import conclusions, working
         from lagrange_cli.emit.steps.writer import StepsWriter
+        from lagrange_cli.emit.steps_text import section_writers, text_letters
 
         letters = text_letters(ascii=isinstance(self.printer, ScenePrinter))
-        board = StepsWriter(self.equations, letters, steps=steps)
-        certificate = self.equations.certificate
-        return [
-            self.heading(),
-            self.parameters(),
-            self.account(positions=False),
-            self.inputs(),
-            *section_rows(filter(None, (write() for _, write in working(board))), self.printer),
-            *(self.equations_in(form) if form != "lagrange" else []),
-            self.contacts(),
-            self.constraint_forces(),
-            *section_rows(filter(None, (write() for _, write in conclusions(board))), self.printer),
-            self.outputs(),
-            [
-                _sentence(certificate_line(certificate)),
-                _sentence(certified_line(steps, certificate.digits)),
-            ],
-        ]
+        board = StepsWriter(self.equations, letters, self.say, steps=steps)
+        yield self.heading()
+        yield from self.chosen(
+            (
+                ("system", self.parameters),
+                ("account constraints", lambda: self.account(positions=False)),
+                ("system energies", self.inputs),
+                *section_writers(working(board), self.printer),
+                ("equations", self.accelerations if form == "explicit" else list),
+                ("equations constraints", self.contacts),
+                ("result", lambda: self.result(form)),
+                ("forces", self.constraint_forces),
+                *section_writers(conclusions(board), self.printer),
+                ("initial", self.initial),
+                ("equations", self.outputs),
+                ("certificate", self.certificate),
+            )
+        )
+
+    def chosen(self, sections: _Parts) -> Iterator[Iterable[Row | Block]]:
+        """Write the sections that belong to a part that is wanted."""
+        for names, write in sections:
+            if not self.parts.isdisjoint(names.split()):
+                yield write()
+
+    def certificate(self) -> list[Row]:
+        from lagrange_cli.emit.steps.board import certified_line
+
+        seal, steps = self.equations.certificate, self.equations.steps
+        lines = [certificate_line(seal, self.say)]
+        lines += [] if steps is None else [certified_line(steps, seal.digits, self.say)]
+        return [Row("", "", words(line)) for line in lines]
+
+    def initial(self) -> list[Row]:
+        """Positions and velocities at the start, those that are not zero."""
+        start = self.equations.initial
+        if start is None:
+            return [Row(self.say("Initial values"), "   ", words(self.say("none")), "heading")]
+        rows = [_heading(self.say("Initial values"))]
+        for order, values in enumerate((start.positions, start.velocities)):
+            for c, value in zip(self.equations.coordinates, values, strict=True):
+                name = f"  {self.printer.symbol(c.name, order)}"
+                multiple = multiple_of_pi(value) if c.is_angle and order == 0 else None
+                if multiple is not None:
+                    rows.append(self.formula(name, multiple))
+                else:
+                    rows.append(Row(name, f" = {repr(value).removesuffix('.0')}", role="name"))
+        return rows
+
+    def result(self, form: str) -> list[Row]:
+        """Accelerations, unless they are the equations that are written."""
+        if form == "explicit" and "equations" in self.parts:
+            return []
+        return self.accelerations(self.say("Result"))
 
     def heading(self) -> list[Row]:
         name, title = self.equations.name, self.equations.title
@@ -184,18 +252,23 @@ class _Writer:
             Row(f"  {name}", told + lead, meaning, "name")
             for (name, told), lead, meaning in zip(rows, leads, meanings, strict=True)
         ]
-        return [_heading("Parameters"), *lines] if lines else []
+        return [_heading(self.say("Parameters")), *lines] if lines else []
 
     def account(self, *, positions: bool = True) -> list[Row | Block]:
         """Count the degrees of freedom; name constraints and coordinates, with ``positions``."""
-        counts = counting(self.equations)
+        listed = list(self.constraints()) if "constraints" in self.parts else []
+        if "account" not in self.parts:
+            none = Row("", "  ", words(self.say("none")))
+            return [_heading(self.say("Constraints")), *(listed or [none])]
+        counts = counting(self.equations, self.say)
         items = [*(f"{count}," for count in counts[:-1]), *counts[-1:]]
-        chosen = choice_line(self.equations)
+        chosen = choice_line(self.equations, self.say)
+        formulation = Row(self.say("Formulation"), "   ", words(chosen), "heading")
         return [
-            Row("Degrees of freedom", "   ", words(items), "heading"),
-            *self.constraints(),
+            Row(self.say("Degrees of freedom"), "   ", words(items), "heading"),
+            *listed,
             self.coordinates(telling_definitions(self.equations) if positions else ()),
-            *([Row("Formulation", "   ", words(chosen), "heading")] if chosen else []),
+            *([formulation] if chosen else []),
             *self.singular(),
         ]
 
@@ -204,7 +277,8 @@ class _Writer:
         for place in self.equations.singular:
             names = ", ".join(self.printer.symbol(name) for name in place.coordinates)
             zero = suffixed(self.pieces(place.where), " = 0", 4)
-            yield formula("Singular", f"      {names} where ", zero, "heading")
+            lead = f"      {self.say('{names} where', names=names)} "
+            yield formula(self.say("Singular"), lead, zero, "heading")
 
     def constraints(self) -> Iterator[Row]:
         account = self.equations.account
@@ -213,21 +287,22 @@ class _Writer:
             items = [f"{e}," for e in line.equations[:-1]] + list(line.equations[-1:])
             equations = [p for item in items for p in _equation_pieces(escape_controls(item))]
             equations[0] = replace(equations[0], separator="")
-            remark = _remark_pieces(escape_controls(remark_on(line)))
+            remark = _remark_pieces(escape_controls(remark_on(line, self.say)))
             rows.append((line.name, (*equations, *remark)))
         if account.implied:
-            rows.append(("(implied)", words(implied_line(account))))
+            rows.append((self.say("(implied)"), words(implied_line(account, self.say))))
         width = max((len(name) for name, _ in rows), default=0)
         for name, pieces in rows:
             yield Row(f"  {name}", " " * (width - len(name) + 3), pieces, "name")
 
     def coordinates(self, positions: Sequence[CartesianName]) -> Block:
         symbols = ((self.printer.symbol(c.name), c) for c in self.equations.coordinates)
-        names = [f"{q} > 0" if c.is_positive else q for q, c in symbols] or ["none"]
+        names = [f"{q} > 0" if c.is_positive else q for q, c in symbols]
+        names = names or [self.say("none")]
         items = [f"{name}," for name in names[:-1]] + names[-1:]
         if self.equations.account.chosen_automatically:
-            items += ["", "", "(chosen", "automatically)"]
-        head = Row("Coordinates", "   ", words(items), "heading")
+            items += ["", "", *self.say("(chosen automatically)").split(" ")]
+        head = Row(self.say("Coordinates"), "   ", words(items), "heading")
         formulas = {self.printer.symbol(c.name): self.pieces(c.position) for c in positions}
         rows = (formula(f"  {name}", " = ", body, "") for name, body in formulas.items())
         return Block((head, *rows), "packed")
@@ -245,7 +320,7 @@ class _Writer:
             if sum(p.width for p in pieces) > 2 * USUAL_WIDTH:
                 difference = [Piece(f"{labels['T']} - {labels[potential]}", 5)]
                 pieces = [*difference, *added(self.pieces(-short.left_out))]
-            told = f"({without_line(self.equations, self.printer.symbol('t'))})"
+            told = f"({without_line(self.equations, self.printer.symbol('t'), self.say)})"
             rows.append(formula(labels["L"], " = ", pieces, aside=told))
         if self.equations.dissipation != 0:
             rows.append(self.formula(labels["D"], self.equations.dissipation))
@@ -253,25 +328,16 @@ class _Writer:
 
     def forces(self) -> list[Row | Block]:
         rows = [
-            self.formula(f"  Q_{self.printer.symbol(c.name)}", q, f"{force.name} on {force.on}")
+            self.formula(
+                f"  Q_{self.printer.symbol(c.name)}",
+                q,
+                self.say("{name} on {place}", name=force.name, place=force.on),
+            )
             for force in self.equations.forces
             for c, q in zip(self.equations.coordinates, force.generalized, strict=True)
             if q != 0
         ]
-        return _with_asides("Generalized forces", rows)
-
-    def equations_in(self, form: str) -> list[list[Row]]:
-        """The sections of the equations of motion in a form."""
-        if form not in FORMS:
-            return [self.accelerations() if form == "explicit" else self.motion()]
-        letters = text_letters(ascii=isinstance(self.printer, ScenePrinter))
-        sections = form_sections(form, Writer(self.equations, letters), self.words, self.noted)
-        # Laws are for documents and boards.
-        short = (
-            replace(s, blocks=tuple(b for b in s.blocks if not isinstance(b, Law)))
-            for s in sections
-        )
-        return [*section_rows(short, self.printer, indent=2)]
+        return _with_asides(self.say("Generalized forces"), rows)
 
     def motion(self) -> list[Row]:
         rows = []
@@ -280,9 +346,9 @@ class _Writer:
             divisor, factor = divisor_and_factor(shown)
             aside = ""
             if divisor is not None:
-                aside = f"(divided by {joined(self.pieces(divisor))})"
+                aside = self.say("(divided by {factor})", factor=joined(self.pieces(divisor)))
             elif factor is not None:
-                aside = f"(multiplied by {joined(self.pieces(factor))})"
+                aside = self.say("(multiplied by {factor})", factor=joined(self.pieces(factor)))
             rows.append((shown.coordinate, suffixed(left, " = 0", 4), aside))
         names = [self.printer.symbol(name) for name, _, _ in rows]
         leads = _leads(names)
@@ -290,7 +356,10 @@ class _Writer:
             formula(f"  {name}", lead, pieces, aside=aside)
             for name, lead, (_, pieces, aside) in zip(names, leads, rows, strict=True)
         ]
-        return [_heading("Equations of motion"), *(lines or [_STILL])]
+        return [_heading(self.say("Equations of motion")), *(lines or [self.still()])]
+
+    def still(self) -> Row:
+        return Row("", "  ", words(self.say("none: nothing can move")))
 
     def left_side(self, shown: ShownEquation) -> list[Piece]:
         """The terms of an equation, or d/dt of its momentum, which no scene can say."""
@@ -300,12 +369,13 @@ class _Writer:
         self.note(momentum)
         return self.printer.rate(momentum)
 
-    def accelerations(self) -> list[Row]:
+    def accelerations(self, heading: str = "") -> list[Row]:
         explicit = explicit_form(self.equations)
+        heading = heading or self.say("Equations of motion")
         if not self.equations.coordinates:
-            return [_heading("Equations of motion"), _STILL]
-        told = explicit_line(self.equations, explicit)
-        rows = [Row("Equations of motion", ", ", words(told[0].lower() + told[1:]), "heading")]
+            return [_heading(heading), self.still()]
+        told = explicit_line(self.equations, explicit, self.say)
+        rows = [Row(heading, ", ", words(told[0].lower() + told[1:]), "heading")]
         solved = zip(self.equations.coordinates, explicit.accelerations, strict=True)
         for c, value in solved:
             if value is not None:
@@ -324,7 +394,17 @@ class _Writer:
         unknowns = ", ".join(self.printer.symbol(coordinates[i].name, 2) for i in open_rows)
         labels = quantity_labels(self.equations)
         mass, forcing = labels["M"], labels["f"]
-        rows = [Row("", f"  {mass} (", words(f"{unknowns}) = {forcing} with".split(" ")))]
+        rows = [
+            Row(
+                "",
+                f"  {mass} (",
+                words(
+                    self.say(
+                        "{unknowns}) = {forcing} with", unknowns=unknowns, forcing=forcing
+                    ).split(" ")
+                ),
+            )
+        ]
         for i in open_rows:
             for j in open_rows:
                 entry = self.equations.mass_matrix[i][j]
@@ -348,19 +428,22 @@ class _Writer:
             formula(f"  {name}", lead, suffixed(self.pieces(c.expression), " = 0", 4))
             for name, lead, c in zip(names, _leads(names), self.equations.closures, strict=True)
         ]
-        note = Row("", "  ", words(multipliers_line(self.equations)))
-        return [_heading("Closure equations"), *rows, note]
+        note = Row("", "  ", words(multipliers_line(self.equations, self.say)))
+        return [_heading(self.say("Closure equations")), *rows, note]
 
     def contacts(self) -> list[Row]:
         """Gaps and restitutions of one-sided constraints, and what their multipliers mean."""
         names = [escape_controls(c.name) for c in self.equations.contacts]
-        rows = [_heading("Contacts")] if names else []
+        rows = [_heading(self.say("Contacts"))] if names else []
         for name, lead, contact in zip(names, _leads(names), self.equations.contacts, strict=True):
             open_gap = f" {self.printer.at_least} 0"
             left = suffixed(self.pieces(contact.closure.expression), open_gap, columns(open_gap))
-            elasticity = f"restitution {joined(self.pieces(contact.restitution))}"
+            value = joined(self.pieces(contact.restitution))
+            elasticity = self.say("restitution {value}", value=value)
             rows.append(formula(f"  {name}", lead, left, aside=elasticity))
-        return rows + [Row("", "  ", words(line)) for line in contacts_lines(self.equations)]
+        return rows + [
+            Row("", "  ", words(line)) for line in contacts_lines(self.equations, self.say)
+        ]
 
     def constraint_forces(self) -> list[Row]:
         """Forces on the particles, and what each constraint exerts, where asked for."""
@@ -370,9 +453,10 @@ class _Writer:
         groups = list(force_rows(forces))
         for name, multiplier, sizes in reaction_rows(self.equations, forces):
             known = [] if multiplier is None else [(self._multiplier(name), multiplier)]
-            groups.append((name, known + [(f"force on {on}", e) for on, e in sizes]))
+            pushed = [(self.say("force on {place}", place=on), e) for on, e in sizes]
+            groups.append((name, known + pushed))
         names = [escape_controls(name) for name, _ in groups]
-        lines = [Row("Constraint forces", "   ", words(forces_line()), "heading")]
+        lines = [Row(self.say("Constraint forces"), "   ", words(forces_line(self.say)), "heading")]
         for name, lead, (_, rows) in zip(names, _leads(names), groups, strict=True):
             for index, (label, expression) in enumerate(rows):
                 begin = (" " * columns(name) if index else name) + lead
@@ -381,8 +465,10 @@ class _Writer:
                 lines.append(
                     formula(f"  {begin.rstrip()}", begin[len(begin.rstrip()) :] + opening, shown)
                 )
-        lines += [] if groups else [Row("", "  ", words("none"))]
-        return lines + [Row("", "  ", words(escape_controls(n))) for n in force_notes(forces)]
+        lines += [] if groups else [Row("", "  ", words(self.say("none")))]
+        return lines + [
+            Row("", "  ", words(escape_controls(n))) for n in force_notes(forces, self.say)
+        ]
 
     def _multiplier(self, constraint: str) -> str:
         return self.printer.symbol(multiplier_label(self.equations, constraint))
@@ -394,7 +480,7 @@ class _Writer:
             if name in self.abbreviated:
                 writer = replace(self, words=unabbreviated(name, self.words))
                 rows.insert(0, writer.formula(f"  {self.printer.symbol(name)}", expression))
-        return [_heading("Abbreviations"), *rows] if rows else []
+        return [_heading(self.say("Abbreviations")), *rows] if rows else []
 
     # -- what is conserved ------------------------------------------------------------
 
@@ -402,16 +488,16 @@ class _Writer:
         if not self.equations.coordinates:
             return []
         rows = [self.conserved_row(c) for c in self.equations.conserved]
-        searched = "among cyclic momenta and energy"
-        lines: list[Row | Block] = [Row("Conserved", " ", words(searched), "heading")]
+        heading, searched = self.say("Conserved"), self.say("among cyclic momenta and energy")
+        lines: list[Row | Block] = [Row(heading, " ", words(searched), "heading")]
         if rows:
             lines.append(Block(tuple(rows), "asides"))
         else:
-            lines = [Row("Conserved", "   ", words(f"none {searched}"), "heading")]
+            lines = [Row(heading, "   ", words(self.say("none") + f" {searched}"), "heading")]
         names = [
             "E" if n == "energy" else self.printer.symbol(n) for n in undecided(self.equations)
         ]
-        note = words(f"not decided: {', '.join(names)}")
+        note = words(self.say("not decided: {names}", names=", ".join(names)))
         return [*lines, Row("", "  ", note)] if names else lines
 
     def energy(self) -> list[Row]:
@@ -421,8 +507,8 @@ class _Writer:
             return []
         labels = quantity_labels(self.equations)
         label = labels["E" if balance.kind == "energy" else "h"]
-        when = " between impacts" if only_between_impacts(self.equations) else ""
-        rows = [Row("Energy", when, role="heading")]
+        when = self.say(" between impacts") if only_between_impacts(self.equations) else ""
+        rows = [Row(self.say("Energy"), when, role="heading")]
         if energy_is_sum(self.equations, balance):
             rows.append(Row(f"  {label}", f" = {labels['T']} + {labels['V']}", role="name"))
         else:
@@ -451,22 +537,24 @@ class _Writer:
         subject = quantity_labels(self.equations)["L"]
         if quantity.coordinate is not None:
             subject = self.printer.symbol(quantity.coordinate)
-        return conserved_reason(self.equations, quantity, subject, "t")
+        return conserved_reason(self.equations, quantity, subject, "t", self.say)
 
     def inputs(self) -> list[Row]:
         rows = [self.input_row(source) for source in self.equations.inputs]
-        return [_heading("Inputs"), *rows] if rows else []
+        return [_heading(self.say("Inputs")), *rows] if rows else []
 
     def input_row(self, source: Input) -> Row:
         """Write an input: its expression, or in words where its values are recorded."""
         label = f"  {self.printer.symbol(source.name)}"
         if source.recording is None:
             return self.formula(label, source.expression)
-        return Row(label, ": ", words(escape_controls(source.recording.described)), "name")
+        return Row(
+            label, ": ", words(escape_controls(recorded_line(source.recording, self.say))), "name"
+        )
 
     def outputs(self) -> list[Row]:
         rows = [self.formula(f"  {self.printer.symbol(n)}", e) for n, e in self.equations.outputs]
-        return [_heading("Outputs"), *rows] if rows else []
+        return [_heading(self.say("Outputs")), *rows] if rows else []
 
     # -- rows ---------------------------------------------------------------------------
 
@@ -477,11 +565,6 @@ class _Writer:
         """The pieces of a tree, whose abbreviations are noted."""
         self.note(node)
         return self.printer.pieces(node)
-
-    def noted(self, node: DisplayNode) -> DisplayNode:
-        """The same tree, whose abbreviations are noted."""
-        self.note(node)
-        return node
 
     def note(self, node: DisplayNode) -> None:
         if self.words.named:
@@ -500,10 +583,6 @@ class _Writer:
 
 def _heading(text: str) -> Row:
     return Row(text, role="heading")
-
-
-def _sentence(text: str) -> Row:
-    return Row("", "", words(text))
 
 
 def _with_asides(heading: str, rows: Sequence[Row]) -> list[Row | Block]:

@@ -33,8 +33,11 @@ from lagrange_cli.notation.tree import (
 #: one letter.
 NAMED_POWERS = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
 
-#: Width of the widest part that is put over or under a line or under a root. Set by hand.
-_WIDEST_PART = 44
+#: Width of the widest part of a page that is put over or under a line or under a root. Set by
+#: hand.
+WIDEST_PART = 44
+#: Width that is left beside a root for its factors.
+_BESIDE_ROOT = 4
 #: Width of the widest exponent of e; wider ones are arguments of exp. Set by hand.
 _WIDEST_EXPONENT = 14
 
@@ -46,6 +49,8 @@ class TypesetPrinter(OneLinePrinter):
 
     Attributes
     ----------
+    widest
+        Width of the widest part that is put over or under a line or under a root.
     functions
         Function of the scene language → its name; ``exp`` and ``abs`` have forms of their own.
     ddt
@@ -73,6 +78,10 @@ class TypesetPrinter(OneLinePrinter):
     bars_opening: str
     word_openings: tuple[str, ...]
     group_openings: tuple[str, ...]
+
+    def __init__(self, widest: float = WIDEST_PART) -> None:
+        super().__init__()
+        self.widest = widest
 
     # -- spelling -----------------------------------------------------------------
 
@@ -154,7 +163,7 @@ class TypesetPrinter(OneLinePrinter):
         text = joined(pieces)
         if self.ratio_opening not in text and self.root_opening not in text:
             return self.plain(pieces)
-        if width(pieces) <= _WIDEST_PART:
+        if width(pieces) <= self.widest:
             return [Piece(self.fenced(text), width(pieces) + 3)]
         return group(pieces, *self.tall)
 
@@ -164,16 +173,17 @@ class TypesetPrinter(OneLinePrinter):
 
     def rate(self, node: DisplayNode) -> list[Piece]:
         inner = self.pieces(node)
-        if width(inner) <= _WIDEST_PART:
+        if width(inner) <= self.widest:
             return [Piece(f"{self.ddt} {self.fenced(joined(inner))}", width(inner) + 5)]
         return prefixed(group(inner, *self.tall), f"{self.ddt} ", 2)
 
     def fraction(self, node: DisplayNode) -> list[Piece]:
         """A fraction; factors that move, and long ones, stand beside it."""
         assert isinstance(node, DisplayFraction)
-        below = self._stacked(self.pieces(node.denominator))
+        below = self._stacked(self.pieces(node.denominator), self.widest)
         inside, beside = self._split(node.numerator)
-        above = self._stacked(self.pieces(inside[0]) if len(inside) == 1 else self.factors(inside))
+        factors = self.pieces(inside[0]) if len(inside) == 1 else self.factors(inside)
+        above = self._stacked(factors, self.widest)
         quotient = self.ratio(above.text or "1", below.text)
         head = Piece(quotient, max(above.width, below.width) + 1)
         return [head, *(self._beside(self.factors(beside)) if beside else [])]
@@ -192,7 +202,7 @@ class TypesetPrinter(OneLinePrinter):
         still = tuple(f for f in factors if f.traits.level < Dependence.VELOCITY)
         if not moving or all(isinstance(f, DisplayNumber) for f in still):
             moving, still = (), factors
-        if width(self.factors(still)) <= _WIDEST_PART:
+        if width(self.factors(still)) <= self.widest:
             return still, moving
         sums = tuple(f for f in still if isinstance(f, DisplaySum))
         return tuple(f for f in still if not isinstance(f, DisplaySum)), sums + moving
@@ -203,7 +213,7 @@ class TypesetPrinter(OneLinePrinter):
             inner = joined(arguments[0])
             if width(arguments[0]) <= _WIDEST_EXPONENT and self.ratio_opening not in inner:
                 return [Piece(self.exponential(inner), 1 + 0.7 * width(arguments[0]))]
-        if node.function == "abs" and width(arguments[0]) <= _WIDEST_PART:
+        if node.function == "abs" and width(arguments[0]) <= self.widest:
             return [Piece(self.magnitude(joined(arguments[0])), width(arguments[0]) + 1)]
         known = node.order is None
         name = (self.functions[node.function] if known else self.function(node)) + power
@@ -224,7 +234,7 @@ class TypesetPrinter(OneLinePrinter):
         return body if body[0].text.startswith(self.bars_opening) else self.group(body)
 
     def root(self, node: DisplayRoot) -> list[Piece]:
-        body = self._stacked(self.pieces(node.radicand))
+        body = self._stacked(self.pieces(node.radicand), self.widest - _BESIDE_ROOT)
         return [Piece(self.radical(body.text), body.width + 2)]
 
     def exponent(self, node: DisplayNode) -> str:
@@ -232,12 +242,12 @@ class TypesetPrinter(OneLinePrinter):
             return self.raised(self.slashed(node))
         return self.raised(joined(self.pieces(node)))
 
-    def _stacked(self, pieces: list[Piece]) -> Piece:
+    def _stacked(self, pieces: list[Piece], widest: float) -> Piece:
         """A part of a fraction or a root in one piece: on several lines where it is too wide."""
-        if width(pieces) <= _WIDEST_PART:
+        if width(pieces) <= widest:
             return Piece(joined(pieces), width(pieces))
-        lines = break_lines(pieces, _WIDEST_PART, _WIDEST_PART - 2)
-        return Piece(self.stack([line.text for line in lines]), _WIDEST_PART)
+        lines = break_lines(pieces, widest, widest - 2)
+        return Piece(self.stack([line.text for line in lines]), widest)
 
 
 def _symbol_width(node: DisplaySymbol) -> float:

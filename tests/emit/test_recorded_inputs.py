@@ -149,7 +149,7 @@ def test_documents_say_where_inputs_come_from(tmp_path):
     text = derivation_text(equations, ascii=False, form="lagrange")
     assert "  a: column a [m/s^2] */ of a */b.csv, a cubic spline through the rows" in text
     assert "  w = cos t" in text
-    latex = latex_document(equations, "lagrange")
+    latex = latex_document(equations)
     assert r"$h$: column h of a */b.csv, each row until the next." in latex
     assert derivation_report(equations, "lagrange")["inputs"] == [
         {"name": "w", "expression": "cos(t)"},

@@ -58,7 +58,7 @@ def test_entries_are_consistent(name):
     assert all(extension.startswith(".") for extension in entry.extensions)
     assert entry.single_file == (len(entry.extensions) == 1)
     for option in entry.options:
-        assert option.accepts(option.default)
+        assert option.wrong(option.default) is None
         assert option.help
 
 

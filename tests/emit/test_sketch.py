@@ -219,6 +219,55 @@ def test_a_rope_runs_over_the_hole():
     assert ropes[0].points[0] == tuple(place_of(sketch, "puck"))
 
 
+def turns(sketch, name):
+    """The other ends of the pieces of rope that end at a body."""
+    at = place_of(sketch, name)
+    lines = [r.points for r in strokes(sketch, "rope")]
+    return [b if tuple(a) == tuple(at) else a for a, b in lines if tuple(at) in (a, b)]
+
+
+def test_a_rope_runs_over_pulleys_that_are_not_declared():
+    sketch = sketch_of(derived("swinging_atwood"))
+    (over_bob,), (over_weight,) = turns(sketch, "bob"), turns(sketch, "counterweight")
+    # d = 1 apart, the second one above the counterweight, and the rope between them.
+    pieces = {frozenset(r.points) for r in strokes(sketch, "rope")}
+    assert frozenset((over_bob, over_weight)) in pieces
+    assert len(pieces) == 3
+    assert over_weight[0] == place_of(sketch, "counterweight")[0]
+    length = sum(math.dist(*piece) for piece in pieces)
+    assert math.dist(over_bob, over_weight) / length == pytest.approx(1 / 3, abs=2e-3)
+
+
+def test_both_weights_of_an_atwood_machine_hang_from_the_origin():
+    sketch = sketch_of(derived("atwood"))
+    (first,), (second,) = turns(sketch, "first"), turns(sketch, "second")
+    assert first == second
+    assert len(strokes(sketch, "rope")) == 2
+
+
+def test_a_rope_runs_over_a_pulley_that_moves():
+    sketch = sketch_of(derived("double_atwood"))
+    (below, also_below) = turns(sketch, "two"), turns(sketch, "three")
+    assert tuple(place_of(sketch, "pulley")) in below
+    assert tuple(place_of(sketch, "pulley")) in also_below
+    assert len(strokes(sketch, "rope")) == 5
+
+
+@pytest.mark.parametrize(
+    "constraint",
+    ["x_b - x_a = 2", "x_a + x_b = 0", "2*x_a + x_b = -3", "x_a = x_b^3 - 2"],
+)
+def test_no_rope_is_drawn_between_bodies_that_keep_no_length(constraint):
+    text = f"""
+parameters: {{m: 1}}
+particles: {{a: {{mass: m, position: [x_a, 0, 0]}}, b: {{mass: 2*m, position: [x_b, 0, 0]}}}}
+constraints: {{between: {constraint}}}
+potentials: {{force: m*x_b}}
+initial: {{x_b: 1}}
+"""
+    assert not strokes(sketch_of(loads(text).derive().equations), "rope")
+
+
 # What is drawn, and what is not.
 
 

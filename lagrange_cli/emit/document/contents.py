@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
-from functools import partial
 from typing import TypeAlias
 
 from lagrange_cli.emit.document.certificate import certificate
@@ -16,7 +15,6 @@ from lagrange_cli.emit.document.reactions import constraint_forces
 from lagrange_cli.emit.document.start import start
 from lagrange_cli.emit.document.system import inputs, outputs, system
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.forms.contents import FORMS, form_sections
 from lagrange_cli.emit.steps.board import conclusions, working
 from lagrange_cli.emit.steps.sections import Picture, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter
@@ -25,7 +23,7 @@ from lagrange_cli.emit.steps.writer import StepsWriter
 def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[Section]:
     """The sections of a document in their order, each named by the part that it belongs to.
 
-    ``parts``: names of :data:`.emit.base.SECTIONS`. Steps are written where there are some.
+    ``parts``: names of :data:`.document_options.SECTIONS`; steps are written where there are some.
     """
     steps = writer.equations.steps
     if steps is None:
@@ -64,23 +62,10 @@ def _above(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
         ("system", lambda: inputs(writer)),
         ("energies", lambda: energies(writer)),
         ("equations", lambda: generalized_forces(writer)),
-        *_motion(writer, parts, form),
+        ("equations", lambda: motion(writer, form)),
         ("equations constraints", lambda: closures(writer)),
         ("equations constraints", lambda: contacts(writer)),
     )
-
-
-def _motion(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
-    """The equations of motion in a form."""
-    if form not in FORMS or "equations" not in parts:
-        yield "equations", lambda: motion(writer, form)
-        return
-    for written in form_sections(form, writer, writer.words, writer.noted):
-        yield "equations", partial(_same, written)
-
-
-def _same(written: Section) -> Section:
-    return written
 
 
 def _below(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
@@ -111,7 +96,7 @@ def _above_with_steps(
         ("account constraints", lambda: freedom(writer, parts, positions=False)),
         ("system", lambda: inputs(writer)),
         *working(board),
-        *(_motion(writer, parts, form) if form != "lagrange" else ()),
+        ("equations", lambda: motion(writer, form) if form == "explicit" else None),
         ("equations constraints", lambda: contacts(writer)),
     )
 

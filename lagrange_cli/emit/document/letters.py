@@ -15,7 +15,12 @@ if TYPE_CHECKING:
 
 
 class DocumentLetters(Letters):
-    """Letters of a format that documents are written in."""
+    """Letters of a format that documents are written in.
+
+    ``comma`` is a comma between formulas of one display.
+    """
+
+    comma: str
 
     def __init__(self, equations: Equations) -> None:
         #: LaTeX of the names that the scene says how to print.

@@ -37,9 +37,9 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
         )
     return section(
         heading,
-        Words(say("Lagrange's equations")),
-        Law(_law(writer), ends=False),
-        Words(say("give")),
+        Words(say("Lagrange's equations,")),
+        Law(f"{_law(writer)},", ends=False),
+        Words(say("read")),
         formulas(lagrange_equations(writer), result=True),
         writer.told(*_divided(writer)),
     )

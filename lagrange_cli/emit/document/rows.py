@@ -11,7 +11,10 @@ from lagrange_cli.notation.layout import Piece, prefixed, suffixed, width
 from lagrange_cli.notation.typeset import TypesetPrinter
 
 #: Columns of half an em that a number takes beside a display, and that labels have at the least.
-_NUMBER, _LABEL = 5, 8
+_NUMBER, _LABEL = 5, 3
+
+#: The part of a line that formulas fill by estimated widths, which are not exact.
+FILLED = 0.94
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ class RowSetter(ABC):
     def available(self, labels: Iterable[str]) -> float:
         """Columns beside the widest label and the number."""
         widest = max((self.room(label) for label in labels), default=0)
-        return self.columns - max(_LABEL, widest) - _NUMBER
+        return FILLED * self.columns - max(_LABEL, widest) - _NUMBER
 
     def _rows(self, row: Formula) -> list[FormulaRow]:
         """A formula on a line, or each of its sides on one where they are too long together."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.constraint_wording import recorded_line
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.steps.sections import Block, Section, Table, Words, formulas, section
 
@@ -62,7 +63,13 @@ def inputs(writer: DocumentWriter) -> Section | None:
     """Given functions of time, as formulas or in words."""
     letters = writer.letters
     told: list[Block] = [
-        Words(f"{letters.inline(letters.symbol(u.name))}: {letters.words(u.recording.described)}.")
+        Words(
+            writer.say(
+                "{name}: {value}",
+                name=letters.inline(letters.symbol(u.name)),
+                value=f"{letters.words(recorded_line(u.recording, writer.say))}.",
+            )
+        )
         for u in writer.equations.inputs
         if u.recording is not None
     ]

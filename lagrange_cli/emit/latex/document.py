@@ -1,51 +1,72 @@
-"""The complete LaTeX document of a derivation."""
+"""A complete LaTeX document of a derivation, in one column or two."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.base import DEFAULT_SECTIONS
 from lagrange_cli.emit.document.contents import contents
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.latex.letters import LatexLetters
-from lagrange_cli.emit.latex.typesetter import Typesetter
+from lagrange_cli.emit.latex.options import LatexOptions
+from lagrange_cli.emit.width import length
 from lagrange_cli.notation.latex_escape import latex_text
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-_PREAMBLE = r"""\documentclass[11pt,a4paper]{article}
-\usepackage[T1]{fontenc}
+_PACKAGES = r"""\usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
 \IfFileExists{lmodern.sty}{\usepackage{lmodern}}{}
-\usepackage[margin=25mm]{geometry}
-\usepackage{amsmath}
+"""
+
+_SETTINGS = r"""\usepackage{amsmath}
 \usepackage{booktabs}
-\usepackage{longtable}
+\usepackage{tabularx}
 \allowdisplaybreaks
 \setlength{\emergencystretch}{3em}
 \setlength{\parindent}{0pt}
 \setlength{\parskip}{0.5\baselineskip}
 """
 
+#: Millimetres of a page that are no lines, and of a page in A4.
+_MARGINS, _A4 = 50, 210
 
-def latex_document(equations: Equations, form: str = "lagrange") -> str:
+
+def latex_document(equations: Equations, options: LatexOptions | None = None) -> str:
     """A document that pdfLaTeX compiles by itself: system, freedom, L, motion, conservation."""
-    setter = Typesetter(stem=equations.name)
-    writer = DocumentWriter(equations, LatexLetters(equations))
-    sections = contents(writer, DEFAULT_SECTIONS, form)
+    options = options or LatexOptions()
+    setter = options.setter(equations)
+    writer = DocumentWriter(equations, LatexLetters(equations), options.say)
+    sections = contents(writer, options.parts, options.form)
     spread = [] if equations.steps is None else [r"\setlength{\jot}{1ex}"]
-    blocks = [_opening(equations), spread, *map(setter.section, sections), [r"\end{document}"]]
-    return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
-
-
-def _opening(equations: Equations) -> list[str]:
     title = latex_text(equations.title or equations.name)
-    lines = [
+    opening = [
         f"% {latex_text(equations.name)}: equations of motion, written by lagrange",
-        _PREAMBLE + r"\begin{document}",
+        _preamble(options) + r"\begin{document}",
         rf"\begin{{center}}\LARGE {title}\end{{center}}",
     ]
     if equations.description:
-        lines += ["", latex_text(equations.description)]
-    return lines
+        opening += ["", latex_text(equations.description)]
+    blocks = [opening, spread, *map(setter.section, sections), [r"\end{document}"]]
+    return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
+
+
+def _preamble(options: LatexOptions) -> str:
+    points, pictures = length(options.width), ""
+    if "sketch" in options.parts:
+        pictures = "\\usepackage{tikz}\n"
+    if options.width == "column":
+        # Lines of a narrow column may be looser than those of a page.
+        return (
+            "\\documentclass[10pt,a4paper,twocolumn]{article}\n"
+            f"{_PACKAGES}\\usepackage[margin=20mm,columnsep=8mm]{{geometry}}\n"
+            f"{_SETTINGS}{pictures}\\sloppy\n"
+        )
+    geometry = "margin=25mm"
+    if points is not None:
+        paper = max(_A4, points / 72.27 * 25.4 + _MARGINS)
+        geometry = f"paperwidth={paper:.4g}mm,textwidth={options.width},hcentering,vmargin=25mm"
+    return (
+        "\\documentclass[11pt,a4paper]{article}\n"
+        f"{_PACKAGES}\\usepackage[{geometry}]{{geometry}}\n{_SETTINGS}{pictures}"
+    )

@@ -1,29 +1,26 @@
-"""LaTeX: a complete document, a snippet of equations, single equations."""
+"""LaTeX: documents, frames, snippets, single equations."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.document.contents import contents
-from lagrange_cli.emit.document.motion import (
-    accelerations,
-    closure_rows,
-    contact_rows,
-    lagrange_equations,
-)
+from lagrange_cli.emit.document.motion import closure_rows, contact_rows, lagrange_equations
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.forms.contents import form_sections
+from lagrange_cli.emit.latex.beamer import latex_frames
 from lagrange_cli.emit.latex.document import latex_document
 from lagrange_cli.emit.latex.letters import LatexLetters
+from lagrange_cli.emit.latex.options import LatexOptions
+from lagrange_cli.emit.latex.snippet import latex_snippet
 from lagrange_cli.emit.latex.typesetter import Typesetter
-from lagrange_cli.emit.steps.sections import Formula, Formulas, formulas
-from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.emit.steps.sections import formulas
 from lagrange_cli.notation.layout import joined
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
+
+_STYLES = {"document": latex_document, "beamer": latex_frames, "snippet": latex_snippet}
 
 
 def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
@@ -34,54 +31,18 @@ def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict
     equations
         What a derivation yields.
     options
-        ``style``: ``document`` for a complete document that pdfLaTeX compiles with amsmath,
-        booktabs and longtable; ``snippet`` for the equations of motion alone (amsmath). ``form``:
-        ``lagrange``, ``explicit``, ``hamiltonian`` or ``routhian``.
+        Those of the registry. A document needs amsmath and booktabs, a snippet amsmath, frames
+        beamer too; sketches need tikz.
 
     Raises
     ------
     InternalError
         An expression has no exact form in print.
+    InputError
+        Constraint forces are asked for and were not derived, or the system cannot be drawn.
     """
-    form = str(options["form"])
-    write = latex_document if options["style"] == "document" else _latex_snippet
-    return {f"{equations.name}.tex": write(equations, form)}
-
-
-def _latex_snippet(equations: Equations, form: str = "lagrange") -> str:
-    """The equations of motion, or the steps to them, for pasting (amsmath)."""
-    title = latex_text(equations.title or equations.name)
-    setter = Typesetter(stem=equations.name)
-    writer = DocumentWriter(equations, LatexLetters(equations))
-    if equations.steps is not None:
-        return _steps_snippet(setter, writer, title)
-    rows = _rows(writer, form)
-    rows += [*closure_rows(writer), *contact_rows(writer)]
-    rows += writer.abbreviations()
-    lines = [
-        f"% {title}: equations of motion (needs amsmath)",
-        *setter.display(setter.rows(formulas(rows)), "equations", numbered=True),
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _rows(writer: DocumentWriter, form: str) -> list[Formula]:
-    """The formulas of a form."""
-    if form == "lagrange":
-        return lagrange_equations(writer)
-    if form == "explicit":
-        return accelerations(writer)
-    sections = form_sections(form, writer, writer.words, writer.noted)
-    blocks = (block for section in sections for block in section.blocks)
-    return [row for block in blocks if isinstance(block, Formulas) for row in block.rows]
-
-
-def _steps_snippet(setter: Typesetter, writer: DocumentWriter, title: str) -> str:
-    """The steps with run-in headings, which fit into any section."""
-    lines = [f"% {title}: steps to the equations of motion (needs amsmath)"]
-    for section in contents(writer, ("energies", "equations", "conserved"), "lagrange"):
-        lines += [rf"\paragraph{{{section.heading}}}", *setter.blocks(section), ""]
-    return "\n".join(lines).rstrip() + "\n"
+    chosen = LatexOptions.of(equations, options)
+    return {f"{equations.name}.tex": _STYLES[chosen.style](equations, chosen)}
 
 
 def equation_latex(equations: Equations, index: int) -> str:

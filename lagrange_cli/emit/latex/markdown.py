@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 from sympy import preorder_traversal
 
-from lagrange_cli.emit.base import DEFAULT_SECTIONS
 from lagrange_cli.emit.document.contents import contents
 from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.document_options import sections_of
+from lagrange_cli.emit.language import language
 from lagrange_cli.emit.latex.letters import LatexLetters
 from lagrange_cli.emit.latex.typesetter import Typesetter
 from lagrange_cli.emit.steps.sections import (
@@ -65,7 +66,7 @@ def emit_markdown(equations: Equations, options: Mapping[str, OptionValue]) -> d
     equations
         What a derivation yields; its steps are written if it has any.
     options
-        ``form``: ``lagrange``, ``explicit``, ``hamiltonian`` or ``routhian``.
+        Those of the registry.
 
     Raises
     ------
@@ -73,11 +74,12 @@ def emit_markdown(equations: Equations, options: Mapping[str, OptionValue]) -> d
         An expression has no exact form in print.
     """
     letters = MarkdownLetters(equations)
-    writer = DocumentWriter(equations, letters)
+    writer = DocumentWriter(equations, letters, language(str(options["language"])))
     paragraphs = [f"# {letters.words(equations.title or equations.name)}"]
     if equations.description:
         paragraphs.append(letters.words(equations.description))
-    for section in contents(writer, DEFAULT_SECTIONS, str(options["form"])):
+    parts = sections_of(options, forces=equations.constraint_forces is not None)
+    for section in contents(writer, parts, str(options["form"])):
         paragraphs += _section(section)
     return {f"{equations.name}.md": "\n\n".join(paragraphs) + "\n"}
 

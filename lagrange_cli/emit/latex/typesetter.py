@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
-from lagrange_cli.emit.document.rows import FormulaRow, RowSetter
+from lagrange_cli.emit.document.rows import FILLED, FormulaRow, RowSetter
 from lagrange_cli.emit.steps.sections import (
     Block,
     Bullets,
@@ -20,15 +21,16 @@ from lagrange_cli.emit.steps.sections import (
 )
 from lagrange_cli.notation.latex import LatexPrinter
 from lagrange_cli.notation.layout import break_lines
+from lagrange_cli.notation.typeset import WIDEST_PART
+
+#: Size of the letters → points of a column, half an em.
+COLUMN_POINTS = {10: 5.0, 11: 5.475}
 
 #: Lines of a formula that stay on one page.
 _MOST_LINES = 6
 
 #: Lines of an ``aligned`` environment.
 _LONGEST_ALIGNED = 24
-
-#: Rows of a table that is kept on one page.
-_LONGEST_TABLE = 24
 
 #: What takes no room of its own in a general formula.
 _NO_ROOM = re.compile(r"\\(?:mathbf|mathrm|text|dot|ddot|[dt]?frac)\b|\\,|[{}_^ ]|\\(?=[a-zA-Z])")
@@ -44,12 +46,18 @@ class Typesetter(RowSetter):
         True if displays have numbers.
     stem
         The beginning of all labels.
+    picture
+        LaTeX of the sketch, empty if none is wanted.
+    most_rows
+        Rows of a table that is kept on one page.
     counts
         Part of the document → how many of its formulas have a label.
     """
 
     numbered: bool = True
     stem: str = ""
+    picture: str = ""
+    most_rows: int = 24
     counts: dict[str, int] = field(default_factory=dict)
 
     colon = r"\colon\quad"
@@ -57,9 +65,10 @@ class Typesetter(RowSetter):
     at_most = r"\le"
     complementary = r"\perp"
 
-    @property
+    @cached_property
     def printer(self) -> LatexPrinter:
-        return LatexPrinter()
+        # Parts that are not broken, as fractions, leave room for what stands beside them.
+        return LatexPrinter(min(WIDEST_PART, 0.6 * self.columns - 5))
 
     def room(self, formula: str) -> float:
         return len(re.sub(r"[a-z]{2,}", "x", _NO_ROOM.sub("", formula)))
@@ -79,15 +88,33 @@ class Typesetter(RowSetter):
             case Title(text):
                 return ["", text]
             case Law(text, ends):
-                return [rf"\[ {'' if ends else _UNBROKEN}{text} \]"]
+                return self._law(text, "" if ends else _UNBROKEN)
             case Formulas(_, result):
                 return self.display(self.rows(block), part, numbered=result and self.numbered)
             case Table():
-                return _table(block)
+                return self._table(block)
             case Bullets(items):
                 return [_BULLETS, *(rf"  \item {item}" for item in items), r"\end{itemize}"]
             case Picture():
-                return []
+                return [r"\begin{center}", self.picture, r"\end{center}"]
+
+    # -- laws -----------------------------------------------------------------------
+
+    def _law(self, text: str, penalty: str) -> list[str]:
+        """A general formula on a line, or on several where it is too long for one."""
+        parts = _LAW_BREAK.split(text)
+        lines = [parts[0]]
+        for sign, part in zip(parts[1::2], parts[2::2], strict=True):
+            whole = f"{lines[-1]}{sign}{part}"
+            if _letters(whole) <= FILLED * self.columns:
+                lines[-1] = whole
+            elif sign.startswith(","):
+                lines[-1:] = [f"{lines[-1]},", part]
+            else:
+                lines.append(f"{{}}{sign}{part}")
+        if len(lines) == 1:
+            return [rf"\[ {penalty}{text} \]"]
+        return [rf"\begin{{gather*}}{penalty}", " \\\\\n".join(lines), r"\end{gather*}"]
 
     # -- displays -------------------------------------------------------------------
 
@@ -124,15 +151,48 @@ class Typesetter(RowSetter):
             lines = " \\\\\n".join(shown[start : start + _LONGEST_ALIGNED])
             yield [r"\begin{aligned}", lines, r"\end{aligned}"]
 
+    # -- tables ---------------------------------------------------------------------
+
+    def _table(self, table: Table) -> list[str]:
+        """A long one is several, between which pages may end."""
+        lines = (table.heads, *table.rows)
+        widths = [max(map(_letters, column)) + 3 for column in zip(*lines, strict=True)]
+        fits = sum(widths) <= self.columns
+        parts = range(0, len(table.rows), self.most_rows)
+        return [line for start in parts for line in self._part(table, start, fits=fits)]
+
+    def _part(self, table: Table, start: int, *, fits: bool) -> list[str]:
+        prose = "l" if fits else r">{\raggedright\arraybackslash\hspace{0pt}}X"
+        columns = "".join(prose if head == table.prose else "l" for head in table.heads)
+        name, size = ("tabular", "") if fits else ("tabularx", r"{\linewidth}")
+        return [
+            r"\par\medskip",
+            rf"\begin{{{name}}}{size}{{@{{}}{columns}@{{}}}}",
+            r"  \toprule",
+            _cells(table.heads),
+            r"  \midrule",
+            *map(_cells, table.rows[start : start + self.most_rows]),
+            r"  \bottomrule",
+            rf"\end{{{name}}}",
+        ]
+
     def _label(self, part: str) -> str:
         number = self.counts[part] = self.counts.get(part, 0) + 1
         return rf"\label{{eq:{self.stem}:{part}:{number}}}"
 
 
+#: Where a general formula may be broken.
+_LAW_BREAK = re.compile(r"(,\\quad | = | \+ )")
+
 #: Within a display that a sentence goes on after: no page ends there.
 _UNBROKEN = r"\postdisplaypenalty=10000 "
 
 _BULLETS = r"\begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
+
+
+def _letters(text: str) -> int:
+    """How many letters a text has beside its commands."""
+    return len(re.sub(r"\\[A-Za-z]+|[{}$_^]", "", text))
 
 
 def _lines(row: FormulaRow, available: float) -> list[str]:
@@ -157,23 +217,6 @@ def _numbered(lines: Sequence[str], tag: str, *, numbered: bool) -> str:
     """The lines of one of several formulas, of which the last has its number."""
     end = " \\nonumber \\\\\n" if numbered else " \\\\\n"
     return end.join(lines) + (f" {tag}" if tag else r" \nonumber" if numbered else "")
-
-
-def _table(table: Table) -> list[str]:
-    """A long one may run over pages, for which LaTeX needs a second run to align its columns."""
-    columns = "".join(r"p{0.45\textwidth}" if head == table.prose else "l" for head in table.heads)
-    long = len(table.rows) > _LONGEST_TABLE
-    opening = r"\begin{longtable}[l]" if long else r"\begin{tabular}"
-    return [
-        "" if long else r"\par\medskip",
-        f"{opening}{{@{{}}{columns}@{{}}}}",
-        r"  \toprule",
-        _cells(table.heads),
-        r"  \midrule" + (r" \endhead" if long else ""),
-        *map(_cells, table.rows),
-        r"  \bottomrule",
-        r"\end{longtable}" if long else r"\end{tabular}",
-    ]
 
 
 def _cells(row: Sequence[str]) -> str:

@@ -48,6 +48,12 @@ def gravity_caption(configurations: Configurations, acceleration: Array) -> Capt
     return Caption(r"\vec{g}", "g") if is_number else None
 
 
+def point_caption(configurations: Configurations, name: str) -> Caption:
+    """Return the caption of a point, or of the origin."""
+    latex = {point.name: point.latex for point in configurations.depiction.points}
+    return named(name, latex.get(name))
+
+
 def particle_captions(equations: Equations) -> list[Caption]:
     """Return for each particle the symbol of its mass, or its name where masses are alike."""
     counts = Counter(p.mass for p in equations.particles)

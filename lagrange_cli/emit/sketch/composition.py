@@ -247,7 +247,7 @@ class _Drawing:
             elif number in ends or number < known.declared:
                 self._dot("origin", at, 0.04, known.names[number])
                 if known.names[number]:
-                    caption = captions.named(known.names[number])
+                    caption = captions.point_caption(known.configurations, known.names[number])
                     self.label(caption, at, 0.04)
         names = captions.particle_captions(known.configurations.equations)
         for number in range(particles):

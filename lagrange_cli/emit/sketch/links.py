@@ -1,4 +1,4 @@
-"""Rods, springs, dampers and ropes of a picture.
+"""Rods, springs and dampers of a picture.
 
 Links are stated by helpers, or hold at all of some feasible configurations: a distance that is the
 same, a potential that is that of a spring. What holds at the start alone is not found.
@@ -15,6 +15,7 @@ import numpy as np
 from lagrange_cli.emit.sketch.angles import find_angles
 from lagrange_cli.emit.sketch.configurations import Function
 from lagrange_cli.emit.sketch.findings import MOST_SOUGHT, MOVES, SAME, Findings, Link
+from lagrange_cli.emit.sketch.ropes import add_ropes
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def findings(configurations: Configurations) -> Findings:
     find_angles(known)
     known.links += _distances(known)
     known.links += _springs(known)
-    known.links += _ropes(known)
+    add_ropes(known)
     return known
 
 
@@ -49,7 +50,7 @@ def _stated(known: Findings) -> Iterator[Link]:
             yield Link(link.kind, ends, size, stated=True)
 
 
-# Distances, springs and ropes that no helper states.
+# Distances and springs that no helper states.
 
 
 def _distances(known: Findings) -> Iterator[Link]:
@@ -114,24 +115,3 @@ def _is_spring(values: Array, distances: Array) -> bool:
     exact = np.abs(columns @ fit - values).max() <= 1e-8 * spread
     stiff = fit[0] * np.ptp(d) ** 2 > 1e-4 * spread
     return bool(rank == 3 and exact and stiff and fit[1] <= MOVES * fit[0])
-
-
-def _ropes(known: Findings) -> Iterator[Link]:
-    """Ropes of constant length that run from one particle over a fixed place to another."""
-    if known.declared > MOST_SOUGHT or len(known.places) < 4:
-        return
-    hubs = [k for k in range(len(known.names)) if known.is_fixed(k)]
-    particles = range(known.configurations.particles)
-    for hub in hubs:
-        for a, b in combinations(particles, 2):
-            first, second = known.distances(a, hub), known.distances(b, hub)
-            whole = first + second
-            if np.ptp(first) < MOVES * whole[0] or np.ptp(whole) > SAME * whole[0]:
-                continue
-            known.links[:] = [
-                k
-                for k in known.links
-                if k.kind != "radius" or set(k.ends) not in ({a, hub}, {b, hub})
-            ]
-            yield Link("rope", (a, hub))
-            yield Link("rope", (b, hub))

@@ -27,6 +27,8 @@ _STYLES: dict[StrokeKind, str] = {
     "axis": "thin, ->",
     "gravity": "line width=0.7pt, ->",
 }
+_POINTS_PER_CM = 72.27 / 2.54
+
 _DOTS: dict[DotKind, str] = {"mass": r"\fill", "joint": r"\draw[fill=white]", "origin": r"\fill"}
 
 
@@ -39,6 +41,20 @@ def emit_tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[
         The system cannot be drawn; see :func:`.composition.sketch_of`.
     """
     return {f"{equations.name}.tikz.tex": tikz_text(sketch_of(equations))}
+
+
+def tikz_picture(equations: Equations, points: float) -> str:
+    """The same within a document, made smaller where it is wider than a line of so many points.
+
+    Raises
+    ------
+    InputError
+        The system cannot be drawn.
+    """
+    sketch = sketch_of(equations)
+    text = tikz_text(sketch).rstrip()
+    is_wide = (sketch.high[0] - sketch.low[0]) * _POINTS_PER_CM > points
+    return f"\\resizebox{{\\linewidth}}{{!}}{{%\n{text}%\n}}" if is_wide else text
 
 
 def tikz_text(sketch: Sketch) -> str:

@@ -14,11 +14,9 @@ from lagrange_cli.notation.unicode import UnicodePrinter
 class Letters(ABC):
     """Letters of one format.
 
-    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW, ``comma`` stands
-    between formulas of one display.
+    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW.
     """
 
-    comma = ", "
     dot_product: str
     virtual_work: str
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.base import DEFAULT_SECTIONS
 from lagrange_cli.emit.document.contents import contents
 from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.document_options import sections_of
+from lagrange_cli.emit.language import language
 from lagrange_cli.emit.typst.letters import TypstLetters
 from lagrange_cli.emit.typst.typesetter import Typesetter
 from lagrange_cli.notation.typst_symbols import typst_text
@@ -34,16 +35,17 @@ def emit_typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict
     equations
         What a derivation yields; its steps are written if it has any.
     options
-        ``form``: ``lagrange`` or ``explicit``.
+        Those of the registry.
 
     Raises
     ------
     InternalError
         An expression has no exact form in print.
     """
-    setter = Typesetter(stem=equations.name)
-    writer = DocumentWriter(equations, TypstLetters(equations))
-    sections = contents(writer, DEFAULT_SECTIONS, str(options["form"]))
+    setter, say = Typesetter(stem=equations.name), language(str(options["language"]))
+    writer = DocumentWriter(equations, TypstLetters(equations), say)
+    parts = sections_of(options, forces=equations.constraint_forces is not None)
+    sections = contents(writer, parts, str(options["form"]))
     blocks = [_opening(equations), *map(setter.section, sections)]
     return {f"{equations.name}.typ": "\n\n".join("\n".join(block) for block in blocks) + "\n"}
 

@@ -1,0 +1,119 @@
+"""Options of documents: their parts, the width of their lines, their language."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from lagrange_cli.emit.base import Option, OptionValue
+from lagrange_cli.emit.language import LANGUAGES
+from lagrange_cli.emit.width import is_width
+from lagrange_cli.errors import InputError, Problem
+
+#: The parts of a document, in their order.
+SECTIONS = (
+    "system",
+    "sketch",
+    "account",
+    "constraints",
+    "energies",
+    "equations",
+    "result",
+    "forces",
+    "conserved",
+    "initial",
+    "certificate",
+)
+
+#: Those that a document has if nothing else is asked for; of ``forces`` only those derived.
+DEFAULT_SECTIONS = ",".join(s for s in SECTIONS if s not in ("sketch", "result", "initial"))
+
+FORM = Option(
+    "form",
+    "Lagrange's equations, or solved for the accelerations and multipliers",
+    choices=("lagrange", "explicit"),
+    default="lagrange",
+)
+
+_SECTIONS = Option(
+    "sections",
+    "the parts, with commas between them and always in this order",
+    choices=SECTIONS,
+    default=DEFAULT_SECTIONS,
+    metavar="LIST",
+)
+
+
+_LANGUAGE = Option(
+    "language",
+    "the language of the words between formulas",
+    choices=LANGUAGES,
+    default="en",
+)
+
+
+def _sections_without_sketch(why: str) -> Option:
+    """The parts of a document that holds no pictures."""
+    kept = tuple(name for name in SECTIONS if name != "sketch")
+    return replace(_SECTIONS, choices=kept, refused={"sketch": why})
+
+
+LATEX_OPTIONS = (
+    Option(
+        "style",
+        "a complete document, frames for a lecture, or the equations alone for your own",
+        choices=("document", "beamer", "snippet"),
+        default="document",
+    ),
+    FORM,
+    _SECTIONS,
+    Option(
+        "width",
+        "the width of lines, a length as 8.6cm, or page or column; a document with column has two"
+        " columns",
+        default="page",
+        metavar="page|column|LENGTH",
+        accepted=is_width,
+    ),
+    Option("numbers", "numbers of displays", choices=("on", "off"), default="on"),
+    _LANGUAGE,
+)
+
+MARKDOWN_OPTIONS = (
+    FORM,
+    _sections_without_sketch("Markdown holds no pictures: lagrange emit SCENE --to svg writes one"),
+    _LANGUAGE,
+)
+
+TYPST_OPTIONS = (
+    FORM,
+    _sections_without_sketch("lagrange emit SCENE --to svg writes one for image(...)"),
+    _LANGUAGE,
+)
+
+TEXT_OPTIONS = (
+    _sections_without_sketch("text holds no pictures: lagrange emit SCENE --to svg writes one"),
+    _LANGUAGE,
+)
+
+
+def sections_of(options: Mapping[str, OptionValue], *, forces: bool) -> tuple[str, ...]:
+    """The parts of a document that its option ``sections`` asks for.
+
+    Parameters
+    ----------
+    options
+        Complete options.
+    forces
+        True if constraint forces were derived.
+
+    Raises
+    ------
+    InputError
+        Constraint forces are asked for, and were not derived.
+    """
+    parts = tuple(part.strip() for part in str(options["sections"]).split(","))
+    if "forces" in parts and not forces and options["sections"] != DEFAULT_SECTIONS:
+        hint = "derive(forces=True)"
+        raise InputError(Problem("constraint forces were not derived", hint=hint, rule="usage"))
+    return parts

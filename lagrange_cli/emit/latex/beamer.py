@@ -1,0 +1,83 @@
+"""A derivation as frames of beamer, one idea a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.document.contents import contents
+from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.latex.letters import LatexLetters
+from lagrange_cli.emit.steps.sections import Block, Section, Title
+from lagrange_cli.notation.latex_escape import latex_text
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.latex.options import LatexOptions
+    from lagrange_cli.mechanics.equations import Equations
+
+_PREAMBLE = r"""\documentclass[10pt]{beamer}
+\usepackage[T1]{fontenc}
+\usepackage[utf8]{inputenc}
+\IfFileExists{lmodern.sty}{\usepackage{lmodern}}{}
+\usepackage{amsmath}
+\usepackage{booktabs}
+\usepackage{tabularx}
+\usefonttheme[onlymath]{serif}
+\setbeamertemplate{navigation symbols}{}
+\setbeamertemplate{footline}[frame number]
+\setbeamertemplate{frametitle continuation}[from second]
+\allowdisplaybreaks
+\setlength{\emergencystretch}{3em}
+\setlength{\parskip}{0.3\baselineskip}
+"""
+
+
+def latex_frames(equations: Equations, options: LatexOptions) -> str:
+    """Frames that pdfLaTeX compiles with beamer: a title, then one for each idea.
+
+    A section is a frame, and each coordinate, particle or force of its own within one. What is too
+    long for a frame goes on in the next, broken between lines.
+    """
+    setter = options.setter(equations)
+    sections = contents(
+        DocumentWriter(equations, LatexLetters(equations), options.say), options.parts, options.form
+    )
+    title = latex_text(equations.title or equations.name)
+    pictures = "\\usepackage{tikz}\n" if "sketch" in options.parts else ""
+    told = latex_text(equations.description or "")
+    opening = [
+        f"% {latex_text(equations.name)}: equations of motion, written by lagrange",
+        f"{_PREAMBLE}{pictures}" + r"\begin{document}",
+        "",
+        r"\begin{frame}[allowframebreaks=0.85]",
+        rf"\begin{{center}}\usebeamerfont{{title}}\usebeamercolor[fg]{{title}}{title}\end{{center}}",
+        told,
+        r"\end{frame}",
+    ]
+    blocks = [opening]
+    for section in sections:
+        for subtitle, part in _ideas(section):
+            blocks.append(
+                [
+                    rf"\begin{{frame}}[allowframebreaks=0.85]{{{section.heading}}}",
+                    *([rf"\framesubtitle{{{subtitle}}}"] if subtitle else []),
+                    *setter.blocks(part),
+                    r"\end{frame}",
+                ]
+            )
+    return "\n\n".join("\n".join(filter(None, b)) for b in [*blocks, [r"\end{document}"]]) + "\n"
+
+
+def _ideas(section: Section) -> Iterator[tuple[str, Section]]:
+    """The parts of a section that have a title of their own, each with it."""
+    subtitle, gathered = "", list[Block]()
+    for block in section.blocks:
+        if isinstance(block, Title):
+            if gathered:
+                yield subtitle, replace(section, blocks=tuple(gathered))
+            subtitle, gathered = block.text.rstrip(" :\u00a0"), []
+        else:
+            gathered.append(block)
+    if gathered:
+        yield subtitle, replace(section, blocks=tuple(gathered))

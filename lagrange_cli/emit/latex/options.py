@@ -1,0 +1,75 @@
+"""What a LaTeX document is asked to be: its style, parts, and the width of its lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, sections_of
+from lagrange_cli.emit.language import ENGLISH, Language, language
+from lagrange_cli.emit.latex.typesetter import COLUMN_POINTS, Typesetter
+from lagrange_cli.emit.sketch.tikz import tikz_picture
+from lagrange_cli.emit.width import length
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.mechanics.equations import Equations
+
+#: Points of a line of a page in A4 with margins of 25 mm, of one of its two columns with margins of
+#: 20 mm, and of a frame.
+_PAGE, _COLUMN, _FRAME = 455.2, 230.4, 307.2
+
+#: The parts of a snippet if nothing else is asked for, without steps and with them.
+_SNIPPET = ("equations",)
+_STEPS_SNIPPET = ("energies", "equations", "conserved")
+
+
+@dataclass(frozen=True)
+class LatexOptions:
+    """Options of LaTeX.
+
+    Attributes
+    ----------
+    style
+        ``document``, ``beamer`` or ``snippet``.
+    form
+        ``lagrange`` or ``explicit``.
+    parts
+        Names of the parts of the document.
+    width
+        ``page``, ``column``, or a length.
+    numbered
+        True if displays have numbers.
+    say
+        The language of the words between formulas.
+    """
+
+    style: str = "document"
+    form: str = "lagrange"
+    parts: tuple[str, ...] = tuple(DEFAULT_SECTIONS.split(","))
+    width: str = "page"
+    numbered: bool = True
+    say: Language = ENGLISH
+
+    @classmethod
+    def of(cls, equations: Equations, options: Mapping[str, OptionValue]) -> LatexOptions:
+        """Read complete options."""
+        style = str(options["style"])
+        parts = sections_of(options, forces=equations.constraint_forces is not None)
+        if style == "snippet" and options["sections"] == DEFAULT_SECTIONS:
+            parts = _SNIPPET if equations.steps is None else _STEPS_SNIPPET
+        numbered = options["numbers"] == "on"
+        say = language(str(options["language"]))
+        return cls(style, str(options["form"]), parts, str(options["width"]), numbered, say)
+
+    def setter(self, equations: Equations) -> Typesetter:
+        """What writes displays for this width."""
+        points = length(self.width)
+        if points is None:
+            page = _FRAME if self.style == "beamer" else _PAGE
+            points = {"page": page, "column": _COLUMN}[self.width]
+        columns = points / COLUMN_POINTS[11 if self.style != "beamer" and points > _COLUMN else 10]
+        picture = tikz_picture(equations, points) if "sketch" in self.parts else ""
+        rows = 6 if self.style == "beamer" else 24
+        return Typesetter(columns, self.numbered, equations.name, picture, rows)

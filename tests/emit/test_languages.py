@@ -1,0 +1,175 @@
+"""Languages of documents: complete tables, and no word of another language left."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import lagrange_cli.emit
+from lagrange_cli import load
+from lagrange_cli.emit.language import LANGUAGES, language
+from lagrange_cli.emit.registry import DERIVED, EMITTERS
+from lagrange_cli.emit.text import derivation_text
+from lagrange_cli.errors import InternalError
+
+SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
+OTHERS = [code for code in LANGUAGES if code != "en"]
+
+
+def phrases(path: Path) -> Iterator[str]:
+    """What a module says: the texts that it hands to ``say`` and its methods."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    texts: dict[str, set[str]] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign):
+            for name, value in pairs(node.targets[0], node.value):
+                texts.setdefault(name, set()).add(value)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            for argument in said(node):
+                if isinstance(argument, ast.Constant):
+                    yield argument.value
+                elif isinstance(argument, ast.Name):
+                    yield from texts.get(argument.id, ())
+
+
+def pairs(target: ast.expr, value: ast.expr) -> Iterator[tuple[str, str]]:
+    """Names that are assigned texts."""
+    if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+        for one, other in zip(target.elts, value.elts, strict=True):
+            yield from pairs(one, other)
+    elif isinstance(target, ast.Name) and isinstance(value, ast.Constant):
+        yield target.id, str(value.value)
+
+
+def said(call: ast.Call) -> list[ast.expr]:
+    """The arguments of a call that are phrases."""
+    function = call.func
+    name = getattr(function, "attr", getattr(function, "id", ""))
+    if name == "say":
+        return call.args[:1]
+    of = getattr(function, "value", None)
+    is_saying = getattr(of, "attr", getattr(of, "id", "")) == "say"
+    return call.args[1:3] if is_saying and name in ("counted", "first") else []
+
+
+@cache
+def spoken() -> frozenset[str]:
+    """All phrases of the room of formats; JSON and steps of JSON say expressions, not phrases."""
+    room = Path(lagrange_cli.emit.__file__).parent
+    modules = [p for p in room.rglob("*.py") if not p.name.startswith("json_")]
+    return frozenset(phrase for path in modules for phrase in phrases(path))
+
+
+def test_phrases_are_found():
+    assert len(spoken()) > 190
+    assert "{count} degrees of freedom" in spoken()
+    assert "Constraint forces" in spoken()
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_a_table_has_all_phrases_and_no_other(code):
+    assert set(language(code).phrases) == spoken()
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_a_phrase_has_the_same_parts_in_every_language(code):
+    for english, other in language(code).phrases.items():
+        parts = [sorted(re.findall(r"\{\w+\}", text)) for text in (english, other)]
+        assert parts[0] == parts[1], english
+        if english.startswith((" ", ",", ";")):
+            assert other.startswith((" ", "\u00a0", ",", ";")), english
+
+
+def test_a_phrase_that_is_not_there_is_told():
+    with pytest.raises(InternalError, match="no words of language 'de' for 'Entropy'"):
+        language("de")("Entropy")
+
+
+def words(text: str) -> set[str]:
+    return set(re.findall(r"[^\W\d_]{2,}", text.lower()))
+
+
+def foreign(code: str) -> set[str]:
+    """Words of English phrases that the language does not have."""
+    own = {w for text in language(code).phrases.values() for w in words(text)}
+    english = {w for text in spoken() for w in words(re.sub(r"\{\w+\}", "", text))}
+    return english - own
+
+
+#: Scenes whose names of particles, constraints and so on are letters or no English words.
+SCENES = [
+    ("pendulums/pendulum", None),
+    ("pendulums/damped_driven_pendulum", "lagrange"),
+    ("rolling/wheel_down_incline", "lagrange"),
+    ("rolling/rolling_disk", "dalembert"),
+    ("contact/bouncing_ball", "lagrange"),
+    ("beads/bead_on_rotating_hoop", "dalembert"),
+    ("constraints/four_bar_linkage", None),
+    ("celestial/arenstorf_orbit", None),
+]
+
+
+@cache
+def silent(scene: str, steps):
+    """Equations of a scene without its own texts."""
+    equations = load(SYSTEMS / f"{scene}.yaml").derive(forces=True, steps=steps).equations
+    return replace(
+        equations,
+        title=None,
+        description=None,
+        parameters=tuple(replace(p, description=None, unit=None) for p in equations.parameters),
+        coordinates=tuple(replace(c, description=None, unit=None) for c in equations.coordinates),
+    )
+
+
+def names(equations) -> set[str]:
+    """Words of the names of a scene."""
+    listed = [p.name for p in equations.particles]
+    listed += [line.name for line in equations.account.lines]
+    listed += [n for f in equations.forces for n in (f.name, f.on)]
+    listed += [equations.name, *(c.name for c in equations.cartesian_names)]
+    listed += [e for line in equations.account.lines for e in line.equations]
+    if equations.steps is not None:
+        listed += [t.name for t in (*equations.steps.kinetic, *equations.steps.potentials)]
+    if equations.constraint_forces is not None:
+        listed += equations.constraint_forces.included
+    return words(" ".join(listed).replace("_", " "))
+
+
+@pytest.mark.parametrize("code", OTHERS)
+@pytest.mark.parametrize(("scene", "steps"), SCENES)
+def test_no_english_word_is_left(code, scene, steps):
+    equations = silent(scene, steps)
+    everything = ",".join(o for o in DERIVED["text"][0].choices)
+    options = {"sections": everything, "language": code}
+    texts = [
+        derivation_text(equations, **options),
+        derivation_text(equations, form="explicit", **options),
+    ]
+    for to in ("latex", "markdown", "typst"):
+        texts += EMITTERS[to].emit(equations, options).values()
+    for text in texts:
+        body = _MARKUP.sub(" ", text.split(r"\begin{document}")[-1])
+        assert not words(body) & foreign(code) - names(equations)
+
+
+#: What is no word of a language: formulas, comments, commands.
+_MARKUP = re.compile(
+    r"\$[^$]*\$|^(?://|%|#set|#show|#let|  columns:).*$"
+    r"|\\(?:label|begin|end)\{[^}]*\}|\\[a-zA-Z]+|<eq:.*?>",
+    re.M,
+)
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_plain_text_has_no_accents(code):
+    text = derivation_text(silent("pendulums/pendulum", None), ascii=True, language=code)
+    assert text.isascii()
+    assert {"de": "groesste", "fr": "ecart"}[code] in text
