@@ -59,7 +59,10 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
         "--steps": (None, ""),
         "--by": (None, "dalembert"),
     },
-    "typst": {"--form": ("lagrange", "explicit"), "--by": (None, "lagrange", "dalembert")},
+    "typst": {
+        "--form": ("lagrange", "explicit"),
+        "--by": (None, "lagrange", "dalembert"),
+    },
     "c": {
         "--real": ("float", "double", "long-double"),
         "--main": (None, ""),
@@ -74,14 +77,15 @@ _PARTS = ("--sections", "system,constraints,energies,result,forces,initial")
 
 #: Further options of documents, by format, of ``derive`` and ``emit``; each line is tried once.
 ONCE: dict[str, tuple[tuple[str, ...], ...]] = {
-    "text": (("--language", "de"), (*_PARTS, "--language", "fr")),
+    "text": (("--written-out",), ("--language", "de"), (*_PARTS, "--language", "fr")),
     "latex": (
+        ("--written-out",),
         ("--style", "beamer", "--numbers", "on", "--language", "en"),
         ("--style", "document", "--width", "column", "--numbers", "off", "--language", "fr"),
         ("--style", "snippet", "--width", "8.6cm", *_PARTS, "--language", "de"),
     ),
-    "markdown": (("--language", "de"), _PARTS),
-    "typst": (("--language", "fr"), _PARTS),
+    "markdown": (("--written-out",), ("--language", "de"), _PARTS),
+    "typst": (("--written-out",), ("--language", "fr"), _PARTS),
 }
 
 FORMULATIONS = ("auto", "multiplier")

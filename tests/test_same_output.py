@@ -113,7 +113,7 @@ def test_a_process_that_dies_is_a_difference(same_output, tmp_path) -> None:
 def test_every_choice_of_every_option_is_compared(same_output, subcommand) -> None:
     """A format or an option that is added later must be added to the comparison too."""
     shown = CliRunner().invoke(lagrange, [subcommand, "--help"]).output
-    declared = re.findall(r"^  (?:-\w, )?(--[a-z]+)(?: +\[([a-z|-]+)\])?", shown, re.MULTILINE)
+    declared = re.findall(r"^  (?:-\w, )?(--[a-z-]+)(?: +\[([a-z|-]+)\])?", shown, re.MULTILINE)
     commands = same_output.commands(SCENE, simulate=False, until=None)
     asked = [[*words, ""] for words in commands if words[0] == subcommand]
     elsewhere = {"--json", "--digits", "--parameter", "--list"}

@@ -246,7 +246,8 @@ def _of_formats(name: str, declared: list[tuple[str, Option]]) -> Callable[[_Com
     help = "; ".join(_meanings(declared))
     first = declared[0][1]
     if first.is_flag:
-        return click.option(f"--{name}", name, is_flag=True, default=None, help=help)
+        flag = f"--{name.replace('_', '-')}"
+        return click.option(flag, name, is_flag=True, default=None, help=help)
     if first.metavar:
         return click.option(f"--{name}", name, metavar=first.metavar, help=help)
     choices = list(dict.fromkeys(c for _, option in declared for c in option.choices))

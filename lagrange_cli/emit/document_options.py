@@ -52,6 +52,11 @@ _LANGUAGE = Option(
 )
 
 
+_WRITTEN_OUT = Option(
+    "written_out", "every element of indexed families, in place of sums and indices"
+)
+
+
 def _sections_without_sketch(why: str) -> Option:
     """The parts of a document that holds no pictures."""
     kept = tuple(name for name in SECTIONS if name != "sketch")
@@ -77,23 +82,27 @@ LATEX_OPTIONS = (
     ),
     Option("numbers", "numbers of displays", choices=("on", "off"), default="on"),
     _LANGUAGE,
+    _WRITTEN_OUT,
 )
 
 MARKDOWN_OPTIONS = (
     FORM,
     _sections_without_sketch("Markdown holds no pictures: lagrange emit SCENE --to svg writes one"),
     _LANGUAGE,
+    _WRITTEN_OUT,
 )
 
 TYPST_OPTIONS = (
     FORM,
     _sections_without_sketch("lagrange emit SCENE --to svg writes one for image(...)"),
     _LANGUAGE,
+    _WRITTEN_OUT,
 )
 
 TEXT_OPTIONS = (
     _sections_without_sketch("text holds no pictures: lagrange emit SCENE --to svg writes one"),
     _LANGUAGE,
+    _WRITTEN_OUT,
 )
 
 

@@ -73,6 +73,11 @@ FRENCH = {
     "Coordinates": "Coordonnées",
     "(chosen automatically)": "(choisies automatiquement)",
     "Generalized coordinate: {listed}.": "Coordonnée généralisée\u00a0: {listed}.",
+    "{names} for {ranges}": "{names} pour {ranges}",
+    "Here {sizes}.": "Ici {sizes}.",
+    "Before the first elements and after the last": (
+        "Avant les premiers éléments et après les derniers"
+    ),
     "Generalized coordinates: {listed}.": "Coordonnées généralisées\u00a0: {listed}.",
     "Generalized coordinate (chosen automatically): {listed}.": (
         "Coordonnée généralisée (choisie automatiquement)\u00a0: {listed}."

@@ -73,6 +73,9 @@ GERMAN = {
     "Coordinates": "Koordinaten",
     "(chosen automatically)": "(selbsttätig gewählt)",
     "Generalized coordinate: {listed}.": "Generalisierte Koordinate: {listed}.",
+    "{names} for {ranges}": "{names} für {ranges}",
+    "Here {sizes}.": "Hier ist {sizes}.",
+    "Before the first elements and after the last": "Vor den ersten Elementen und nach den letzten",
     "Generalized coordinates: {listed}.": "Generalisierte Koordinaten: {listed}.",
     "Generalized coordinate (chosen automatically): {listed}.": (
         "Generalisierte Koordinate (selbsttätig gewählt): {listed}."

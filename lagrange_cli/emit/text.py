@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
+import sympy
+
 from lagrange_cli.emit.base import OptionValue, completed
 from lagrange_cli.emit.constraint_wording import (
     certificate_line,
@@ -26,12 +28,18 @@ from lagrange_cli.emit.constraint_wording import (
     only_between_impacts,
     quantity_labels,
     recorded_line,
-    remark_on,
     telling_definitions,
     undecided,
     without_line,
 )
 from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, TEXT_OPTIONS, sections_of
+from lagrange_cli.emit.family_wording import (
+    account_lines,
+    coordinates_by_ranges,
+    sizes_line,
+    text_ranges,
+    with_families,
+)
 from lagrange_cli.emit.force_wording import force_notes, force_rows, forces_line, reaction_rows
 from lagrange_cli.emit.initial_state import multiple_of_pi
 from lagrange_cli.emit.language import ENGLISH, Language, language
@@ -41,7 +49,10 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     explicit_form,
     forcing_with_reactions,
 )
+from lagrange_cli.mechanics.families.families import Families, families_in
+from lagrange_cli.mechanics.families.forms import FamilyRow, Form, Range
 from lagrange_cli.notation.build import display, display_row, display_sum
+from lagrange_cli.notation.families import FamilyNotation
 from lagrange_cli.notation.layout import Piece, added, columns, deeper, joined, suffixed
 from lagrange_cli.notation.one_line import OneLinePrinter
 from lagrange_cli.notation.page import USUAL_WIDTH, Block, Page, Row, formula, page, words
@@ -105,13 +116,16 @@ def derivation_page(
     """
     steps = equations.steps
     letters = vocabulary(equations, abbreviating=steps is None)
-    printer = ScenePrinter() if ascii else UnicodePrinter()
     chosen = completed("text", TEXT_OPTIONS, options or {})
+    is_written = steps is not None or chosen["written_out"]
+    families = None if is_written else families_in(equations)
+    printer = ScenePrinter() if ascii else UnicodePrinter(lowered=families is not None)
+    over_letters = None if families is None else FamilyNotation(families, letters)
     forces = equations.constraint_forces is not None
     parts = frozenset(sections_of(chosen, forces=forces))
     say = language(str(chosen["language"]))
     say = say.in_ascii() if ascii else say
-    writer = _Writer(equations, letters, printer, parts=parts, say=say)
+    writer = _Writer(equations, letters, printer, over_letters, parts=parts, say=say)
     rows = writer.whole(form) if steps is None else writer.with_steps(form, steps)
     return page(rows, ascii=ascii)
 
@@ -128,6 +142,8 @@ class _Writer:
         Display names of their symbols.
     printer
         Prints display trees on one line.
+    over_letters
+        Writes what families have in common; None if all is written out.
     abbreviated
         Names of the scene's abbreviations that what was written so far holds.
     parts
@@ -139,6 +155,7 @@ class _Writer:
     equations: Equations
     words: Vocabulary
     printer: OneLinePrinter
+    over_letters: FamilyNotation | None = None
     abbreviated: set[str] = field(default_factory=set)
     parts: frozenset[str] = _DEFAULT
     say: Language = ENGLISH
@@ -283,48 +300,85 @@ class _Writer:
     def constraints(self) -> Iterator[Row]:
         account = self.equations.account
         rows = []
-        for line in account.lines:
-            items = [f"{e}," for e in line.equations[:-1]] + list(line.equations[-1:])
-            equations = [p for item in items for p in _equation_pieces(escape_controls(item))]
-            equations[0] = replace(equations[0], separator="")
-            remark = _remark_pieces(escape_controls(remark_on(line, self.say)))
-            rows.append((line.name, (*equations, *remark)))
+        for name, equations, remark in account_lines(account.lines, self.families, self.say):
+            ends = [*("," for _ in equations[1:]), ""]
+            pieces: list[Piece] = []
+            for (text, ranges), end in zip(equations, ends, strict=True):
+                mark = "," if ranges else end
+                pieces += _equation_pieces(escape_controls(text) + mark)
+                if ranges:
+                    span = self.range_piece(ranges)
+                    pieces.append(replace(span, lead="  ", text=span.text + end))
+            pieces[0] = replace(pieces[0], separator="")
+            rows.append((name, (*pieces, *_remark_pieces(escape_controls(remark)))))
         if account.implied:
             rows.append((self.say("(implied)"), words(implied_line(account, self.say))))
         width = max((len(name) for name, _ in rows), default=0)
-        for name, pieces in rows:
-            yield Row(f"  {name}", " " * (width - len(name) + 3), pieces, "name")
+        for name, shown in rows:
+            yield Row(f"  {name}", " " * (width - len(name) + 3), shown, "name")
 
     def coordinates(self, positions: Sequence[CartesianName]) -> Block:
-        symbols = ((self.printer.symbol(c.name), c) for c in self.equations.coordinates)
-        names = [f"{q} > 0" if c.is_positive else q for q, c in symbols]
-        names = names or [self.say("none")]
-        items = [f"{name}," for name in names[:-1]] + names[-1:]
+        items = self.coordinate_items()
         if self.equations.account.chosen_automatically:
             items += ["", "", *self.say("(chosen automatically)").split(" ")]
         head = Row(self.say("Coordinates"), "   ", words(items), "heading")
-        formulas = {self.printer.symbol(c.name): self.pieces(c.position) for c in positions}
+        listed = [(c.name, c.position) for c in positions]
+        formulas = {self.printer.symbol(name): body for name, body in self.listed(listed)}
+        for row in () if self.families is None else self.families.beyond:
+            assert self.over_letters is not None
+            body = self.tree(self.over_letters.whole(row))
+            formulas[self.printer.symbol(row.name)] = self.ranged(body, row)
         rows = (formula(f"  {name}", " = ", body, "") for name, body in formulas.items())
         return Block((head, *rows), "packed")
+
+    def coordinate_items(self) -> list[str]:
+        """Names of coordinates; those of a family as one, with the range of its indices."""
+        families = self.families
+        if families is None:
+            symbols = ((self.printer.symbol(c.name), c) for c in self.equations.coordinates)
+            names = [f"{q} > 0" if c.is_positive else q for q, c in symbols] or ["none"]
+            return [f"{name}," for name in names[:-1]] + names[-1:]
+        ascii_only = isinstance(self.printer, ScenePrinter)
+        items: list[str] = []
+        for named, ranges in coordinates_by_ranges(families, self.equations):
+            for name, coordinate in named:
+                sign = " > 0" if coordinate.is_positive else ""
+                items.append(f"{self.printer.symbol(name)}{sign},")
+            items += [f"{text_ranges(ranges, ascii=ascii_only)},"] if ranges else []
+        items[-1] = items[-1].removesuffix(",")
+        told = sizes_line(families)
+        return [*items, "", "", f"({told})"] if told else items
 
     # -- energies, forces, equations ------------------------------------------------
 
     def energies(self) -> list[Row]:
         labels = quantity_labels(self.equations)
         potential = "U" if is_generalized_potential(self.equations) else "V"
-        rows = [self.formula(labels["T"], self.equations.kinetic)]
-        rows.append(self.formula(labels[potential], self.equations.potential))
+        families = self.families
+        forms: tuple[Form | None, ...] = (None, None, None)
+        if families is not None:
+            forms = families.kinetic, families.potential, families.dissipation
+        rows = [
+            self.energy_row(labels["T"], self.equations.kinetic, forms[0]),
+            self.energy_row(labels[potential], self.equations.potential, forms[1]),
+        ]
         short = self.equations.short_lagrangian
         if short is not None:
             pieces = self.pieces(short.expression)
-            if sum(p.width for p in pieces) > 2 * USUAL_WIDTH:
+            if any(forms) or sum(p.width for p in pieces) > 2 * USUAL_WIDTH:
                 difference = [Piece(f"{labels['T']} - {labels[potential]}", 5)]
                 pieces = [*difference, *added(self.pieces(-short.left_out))]
             told = f"({without_line(self.equations, self.printer.symbol('t'), self.say)})"
             rows.append(formula(labels["L"], " = ", pieces, aside=told))
         if self.equations.dissipation != 0:
-            rows.append(self.formula(labels["D"], self.equations.dissipation))
+            rows.append(self.energy_row(labels["D"], self.equations.dissipation, forms[2]))
         return rows
+
+    def energy_row(self, label: str, energy: Expr, form: Form | None) -> Row:
+        """An energy, with sums over indices where it has such a form."""
+        if form is None or self.over_letters is None:
+            return self.formula(label, energy)
+        return formula(label, " = ", self.tree(self.over_letters.form(form)))
 
     def forces(self) -> list[Row | Block]:
         rows = [
@@ -341,15 +395,18 @@ class _Writer:
 
     def motion(self) -> list[Row]:
         rows = []
-        for shown in self.equations.shown:
-            left = self.left_side(shown)
+        for one in self.with_families("motion", len(self.equations.shown)):
+            shown = one.shown if isinstance(one, FamilyRow) else self.equations.shown[one]
+            left = suffixed(self.left_side(shown, one), " = 0", 4)
             divisor, factor = divisor_and_factor(shown)
             aside = ""
             if divisor is not None:
-                aside = self.say("(divided by {factor})", factor=joined(self.pieces(divisor)))
+                aside = self.say("(divided by {factor})", factor=joined(self.divisor(divisor, one)))
             elif factor is not None:
-                aside = self.say("(multiplied by {factor})", factor=joined(self.pieces(factor)))
-            rows.append((shown.coordinate, suffixed(left, " = 0", 4), aside))
+                aside = self.say(
+                    "(multiplied by {factor})", factor=joined(self.divisor(factor, one))
+                )
+            rows.append((shown.coordinate, self.ranged(left, one), aside))
         names = [self.printer.symbol(name) for name, _, _ in rows]
         leads = _leads(names)
         lines = [
@@ -361,13 +418,52 @@ class _Writer:
     def still(self) -> Row:
         return Row("", "  ", words(self.say("none: nothing can move")))
 
-    def left_side(self, shown: ShownEquation) -> list[Piece]:
+    def left_side(self, shown: ShownEquation, one: int | FamilyRow) -> list[Piece]:
         """The terms of an equation, or d/dt of its momentum, which no scene can say."""
-        if shown.momentum is None or isinstance(self.printer, ScenePrinter):
-            return self.tree(display_row(shown, self.words))
-        momentum = display(shown.momentum, self.words)
-        self.note(momentum)
-        return self.printer.rate(momentum)
+        terms, momentum = self.words, shown.momentum
+        if isinstance(one, FamilyRow) and self.over_letters is not None:
+            terms = self.over_letters.words_of(one)
+        if momentum is None or isinstance(self.printer, ScenePrinter):
+            return self.tree(display_row(shown, terms))
+        rate = display(momentum, terms)
+        self.note(rate)
+        return self.printer.rate(rate)
+
+    def divisor(self, expression: Expr, one: int | FamilyRow) -> list[Piece]:
+        """What an equation was divided by, or multiplied with."""
+        if isinstance(one, FamilyRow) and self.over_letters is not None:
+            return self.tree(self.over_letters.part(one, expression))
+        return self.pieces(expression)
+
+    # -- families -------------------------------------------------------------------
+
+    @property
+    def families(self) -> Families | None:
+        return None if self.over_letters is None else self.over_letters.families
+
+    def with_families(self, part: str, count: int) -> Iterator[int | FamilyRow]:
+        """Numbers of the rows of a part of the page, or the rows of their families."""
+        found = () if self.families is None else getattr(self.families, part)
+        return with_families(found, count)
+
+    def ranged(self, pieces: list[Piece], one: int | FamilyRow) -> list[Piece]:
+        """A formula with the range of its indices behind it."""
+        if not isinstance(one, FamilyRow) or not one.ranges:
+            return pieces
+        return [*suffixed(pieces, ",", 1), self.range_piece(one.ranges)]
+
+    def range_piece(self, ranges: Sequence[Range]) -> Piece:
+        told = text_ranges(ranges, ascii=isinstance(self.printer, ScenePrinter))
+        return Piece(told, columns(told) + 1, " ", "", 0)
+
+    def listed(self, named: Sequence[tuple[str, Expr]]) -> Iterator[tuple[str, list[Piece]]]:
+        """Names with what they stand for, those of families with letters."""
+        found = () if self.families is None else self.families.definitions(named)
+        for one in with_families(found, len(named)):
+            if isinstance(one, FamilyRow) and self.over_letters is not None:
+                yield one.name, self.ranged(self.tree(self.over_letters.whole(one)), one)
+            elif isinstance(one, int):
+                yield named[one][0], self.pieces(named[one][1])
 
     def accelerations(self, heading: str = "") -> list[Row]:
         explicit = explicit_form(self.equations)
@@ -377,9 +473,11 @@ class _Writer:
         told = explicit_line(self.equations, explicit, self.say)
         rows = [Row(heading, ", ", words(told[0].lower() + told[1:]), "heading")]
         solved = zip(self.equations.coordinates, explicit.accelerations, strict=True)
-        for c, value in solved:
-            if value is not None:
-                rows.append(self.formula(f"  {self.printer.symbol(c.name, 2)}", value))
+        known = [(c.name, value) for c, value in solved if value is not None]
+        rows += [
+            formula(f"  {self.printer.symbol(name, 2)}", " = ", right)
+            for name, right in self.listed(known)
+        ]
         for closure, value in zip(self.equations.closures, explicit.multipliers, strict=True):
             if value is not None:
                 rows.append(self.formula(f"  {joined(self.pieces(closure.multiplier))}", value))
@@ -423,10 +521,18 @@ class _Writer:
         """The equations beside those of motion, and what their multipliers mean."""
         if not self.equations.closures:
             return []
-        names = [escape_controls(c.name) for c in self.equations.closures]
+        closures = self.equations.closures
+        shown = []
+        for one in self.with_families("closures", len(closures)):
+            if isinstance(one, FamilyRow) and self.over_letters is not None:
+                name, left = one.name, self.tree(self.over_letters.whole(one))
+            elif isinstance(one, int):
+                name, left = closures[one].name, self.pieces(closures[one].expression)
+            shown.append((escape_controls(name), self.ranged(suffixed(left, " = 0", 4), one)))
+        names = [name for name, _ in shown]
         rows = [
-            formula(f"  {name}", lead, suffixed(self.pieces(c.expression), " = 0", 4))
-            for name, lead, c in zip(names, _leads(names), self.equations.closures, strict=True)
+            formula(f"  {name}", lead, left)
+            for (name, left), lead in zip(shown, _leads(names), strict=True)
         ]
         note = Row("", "  ", words(multipliers_line(self.equations, self.say)))
         return [_heading(self.say("Closure equations")), *rows, note]
@@ -487,7 +593,13 @@ class _Writer:
     def conserved(self) -> list[Row | Block]:
         if not self.equations.coordinates:
             return []
-        rows = [self.conserved_row(c) for c in self.equations.conserved]
+        conserved = self.equations.conserved
+        rows = [
+            self.conserved_family(one)
+            if isinstance(one, FamilyRow)
+            else self.conserved_row(conserved[one])
+            for one in self.with_families("momenta", len(conserved))
+        ]
         heading, searched = self.say("Conserved"), self.say("among cyclic momenta and energy")
         lines: list[Row | Block] = [Row(heading, " ", words(searched), "heading")]
         if rows:
@@ -515,7 +627,7 @@ class _Writer:
             rows.append(self.total(f"  {label}", balance.parts or (self.equations.energy,)))
         if balance.is_dissipation:
             return [*rows, Row(f"  d{label}/dt", f" = -2 {labels['D']}", role="name")]
-        return [*rows, self.formula(f"  d{label}/dt", balance.rate)]
+        return [*rows, self.total(f"  d{label}/dt", (balance.rate,))]
 
     def conserved_row(self, quantity: Conserved) -> Row:
         name, equals, total = self.quantity(quantity).partition(" = ")
@@ -524,6 +636,15 @@ class _Writer:
             return Row(f"  {name}", equals + total, role="name", aside=reason)
         parts = quantity.parts or (quantity.expression,)
         return self.total(f"  {name}", parts, self.reason(quantity))
+
+    def conserved_family(self, row: FamilyRow) -> Row:
+        """The momenta of a family."""
+        assert self.over_letters is not None
+        one = self.equations.conserved[row.covers[0]]
+        reason = one.reason.replace(one.coordinate or "", self.printer.symbol(row.name), 1)
+        shown = self.ranged(self.tree(self.over_letters.whole(row)), row)
+        label = f"  {self.printer.symbol(f'p_{row.name}')}"
+        return formula(label, " = ", shown, aside=escape_controls(reason))
 
     def quantity(self, quantity: Conserved) -> str:
         labels = quantity_labels(self.equations)
@@ -571,8 +692,12 @@ class _Writer:
             self.abbreviated.update(abbreviations_in(node))
 
     def total(self, label: str, parts: Sequence[Expr], aside: str = "") -> Row:
-        """``label = Σ parts``, the parts in their order."""
-        shown = self.tree(display_sum(parts, self.words))
+        """``label = Σ parts``, the parts in their order, or with sums over indices."""
+        form = None if self.families is None else self.families.quantity(sympy.Add(*parts))
+        if form is None or self.over_letters is None:
+            shown = self.tree(display_sum(parts, self.words))
+        else:
+            shown = self.tree(self.over_letters.form(form))
         return formula(label, " = ", shown, aside=escape_controls(aside))
 
     def formula(self, label: str, expression: Expr, aside: str = "") -> Row:

@@ -132,6 +132,8 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         simulate=simulation_defaults(reduced.scene, reduced.values),
         abbreviations=tuple(_abbreviations(reduced)),
         functions=scene.functions,
+        sizes=tuple((size.name, size.value) for size in scene.sizes),
+        families=scene.families,
         outputs=tuple(_outputs(reduced)),
         inputs=tuple(_inputs(reduced)),
         literals=decimal_literals(scene.expressions()),

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.reaction_values import ConstraintForces
     from lagrange_cli.mechanics.step_values import DerivationSteps
     from lagrange_cli.scene.defaults import SimulationDefaults
-    from lagrange_cli.scene.model import DeclaredFunction
+    from lagrange_cli.scene.model import DeclaredFunction, FamilyIndex
 
 
 def tagged(name: str, tail: str) -> str:
@@ -401,6 +401,10 @@ class Equations:
         The scene's own functions.
     abbreviations
         Definitions of the scene that name no Cartesian name.
+    sizes
+        Sizes of the scene by name.
+    families
+        Families of the scene: of each index its letter, and the size that it ends with or None.
     literals
         Exact values with decimals as the scene wrote them.
     sums
@@ -477,6 +481,8 @@ class Equations:
     simulate: SimulationDefaults
     abbreviations: tuple[tuple[str, Expr], ...] = ()
     functions: tuple[DeclaredFunction, ...] = ()
+    sizes: tuple[tuple[str, int], ...] = ()
+    families: tuple[tuple[str, tuple[FamilyIndex, ...]], ...] = ()
     literals: tuple[tuple[Fraction, str], ...] = ()
     sums: tuple[tuple[Expr, ...], ...] = ()
     warnings: tuple[Problem, ...] = ()

@@ -6,6 +6,7 @@ printers that decide nothing about order write it. Read :mod:`.tree` first.
 
 __all__ = [
     "build",
+    "families",
     "html",
     "latex",
     "latex_escape",

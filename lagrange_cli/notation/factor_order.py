@@ -14,6 +14,7 @@ from lagrange_cli.notation.tree import (
     DisplayNumber,
     DisplayPower,
     DisplayRoot,
+    DisplaySeries,
     DisplaySum,
     DisplaySymbol,
     Role,
@@ -50,6 +51,7 @@ class Place(IntEnum):
     ROOT = 17
     FUNCTION = 18
     TRIGONOMETRIC = 19
+    SERIES = 20
 
 
 _ROLES = {
@@ -84,6 +86,8 @@ def _place(node: DisplayNode) -> Place:
     level = node.traits.level
     if isinstance(node, DisplayPower) and not isinstance(node.exponent, DisplayNumber):
         return Place.FUNCTION if level > Dependence.PARAMETER else Place.PARAMETER_ROOT
+    if isinstance(base, DisplaySeries):
+        return Place.SERIES
     if isinstance(base, DisplayCall):
         is_last = base.function in TRIGONOMETRIC
         return Place.TRIGONOMETRIC if is_last else Place.FUNCTION

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from lagrange_cli.notation.layout import Piece, joined
 from lagrange_cli.notation.one_line import group
 from lagrange_cli.notation.symbols import latex_name
-from lagrange_cli.notation.tree import DisplayCall, DisplayNumber
+from lagrange_cli.notation.tree import DisplayCall, DisplayNumber, DisplayRange
 from lagrange_cli.notation.typeset import TypesetPrinter
 
 #: Function of the scene language → its macro.
@@ -36,6 +36,7 @@ class LatexPrinter(TypesetPrinter):
     tall = r"\Bigl( ", r" \Bigr)"
     ratio_opening = r"\frac"
     root_opening = r"\sqrt"
+    sum_opening = r"\sum"
     bars_opening = r"\left|"
     word_openings = (r"\mathrm{", r"\dot{\mathrm{", r"\ddot{\mathrm{", r"\text{")
     group_openings = ("(", r"\bigl", r"\left", r"\Bigl")
@@ -58,6 +59,14 @@ class LatexPrinter(TypesetPrinter):
     def stack(self, lines: Sequence[str]) -> str:
         text = r" \\ & \quad {} ".join(lines)
         return rf"\begin{{aligned}} & {text} \end{{aligned}}"
+
+    def big_sum(self, under: str, over: str) -> str:
+        return rf"\sum_{{{under}}}" + (f"^{{{over}}}" if over else "")
+
+    def condition(self, index: DisplayRange) -> str:
+        if index.after:
+            return f"{index.after} < {index.letter}"
+        return rf"{index.letter} \ne {index.besides}" if index.besides else ""
 
     def magnitude(self, body: str) -> str:
         return rf"\left| {body} \right|"

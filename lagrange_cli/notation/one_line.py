@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from lagrange_cli.notation.layout import (
@@ -23,7 +23,9 @@ from lagrange_cli.notation.tree import (
     DisplayPi,
     DisplayPower,
     DisplayProduct,
+    DisplayRange,
     DisplayRoot,
+    DisplaySeries,
     DisplaySum,
     DisplaySymbol,
     factors_of,
@@ -72,6 +74,7 @@ class OneLinePrinter(ABC):
             DisplayProduct: self.product,
             DisplayFraction: self.fraction,
             DisplayPower: self.power,
+            DisplaySeries: self.series,
         }
 
     def inline(self, node: DisplayNode) -> str:
@@ -97,6 +100,10 @@ class OneLinePrinter(ABC):
     @abstractmethod
     def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         """Tell whether the exponent stands at the function's name (``sin²θ``)."""
+
+    @abstractmethod
+    def sigma(self, ranges: Sequence[DisplayRange]) -> tuple[str, float]:
+        """The signs of a sum over indices, and their width."""
 
     @abstractmethod
     def root(self, node: DisplayRoot) -> list[Piece]:
@@ -151,6 +158,8 @@ class OneLinePrinter(ABC):
         for index, factor in enumerate(factors):
             following = factors[index + 1] if index + 1 < len(factors) else None
             body = self.factor(factor, closed=_opens(following))
+            if following is not None and isinstance(factor, DisplaySeries):
+                body = self.group(body)
             if result:
                 separator = self.separator(factors[index - 1], body[0].text)
                 body[0] = replace(
@@ -167,8 +176,19 @@ class OneLinePrinter(ABC):
         """Text between a factor and the next one."""
         return self.times
 
+    def series(self, node: DisplayNode) -> list[Piece]:
+        """A sum over indices; what it sums reaches up to the next term."""
+        assert isinstance(node, DisplaySeries)
+        text, size = self.sigma(node.ranges)
+        body = self.pieces(node.body)
+        if isinstance(node.body, DisplaySum):
+            body = self.group(body)
+        return prefixed(body, text, size)
+
     def factor(self, node: DisplayNode, *, closed: bool) -> list[Piece]:
         """A part of a product, in parentheses where it needs them."""
+        if isinstance(node, DisplaySeries):
+            return self.series(node)
         if isinstance(node, (DisplaySum, DisplayFraction, DisplayProduct)):
             return self.group(self.pieces(node))
         if isinstance(node, DisplayPower):
@@ -190,9 +210,13 @@ class OneLinePrinter(ABC):
     def fraction(self, node: DisplayNode) -> list[Piece]:
         assert isinstance(node, DisplayFraction)
         above = node.numerator
-        numerator = (
-            self.group(self.pieces(above)) if isinstance(above, DisplaySum) else self.pieces(above)
-        )
+        *others, last = factors_of(above)
+        if others and isinstance(last, DisplaySeries):
+            # What is divided stands before the sign of the sum.
+            rest = replace(node, numerator=_product(others))
+            return self.factors((rest, last))
+        compound_above = isinstance(above, (DisplaySum, DisplaySeries))
+        numerator = self.group(self.pieces(above)) if compound_above else self.pieces(above)
         below = node.denominator
         compound = isinstance(below, (DisplaySum, DisplayProduct))
         denominator = (
@@ -233,6 +257,13 @@ class OneLinePrinter(ABC):
     def enclosed_call(self, node: DisplayCall) -> list[Piece]:
         """A function that a power follows."""
         return self.group(self.call(node, "", closed=False))
+
+
+def _product(factors: list[DisplayNode]) -> DisplayNode:
+    """Some factors of a product, in their order."""
+    if len(factors) == 1:
+        return factors[0]
+    return DisplayProduct(tuple(factors), factors[0].traits)
 
 
 def _opens(node: DisplayNode | None) -> bool:

@@ -24,7 +24,9 @@ from lagrange_cli.notation.tree import (
     DisplayPi,
     DisplayPower,
     DisplayProduct,
+    DisplayRange,
     DisplayRoot,
+    DisplaySeries,
     DisplaySum,
     DisplaySymbol,
     OrderTraits,
@@ -115,6 +117,13 @@ def call_of(
     text = f"{rank}{function}{order or ''}({','.join(a.traits.text for a in arguments)})"
     traits = OrderTraits(level, 0, int(level >= Dependence.TIME), text)
     return DisplayCall(function, arguments, traits, order, latex)
+
+
+def series_of(body: DisplayNode, ranges: tuple[DisplayRange, ...]) -> DisplaySeries:
+    """The sum of a body over indices, which stands like a sum of its terms."""
+    inner = body.traits
+    text = f"sum({inner.text},{','.join(r.letter + r.first for r in ranges)})"
+    return DisplaySeries(body, ranges, OrderTraits(inner.level, inner.degree, 0, text))
 
 
 def is_one(node: DisplayNode) -> bool:

@@ -5,17 +5,21 @@ Plain ASCII text uses the same form.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.layout import Piece, columns, joined, prefixed
-from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group
+from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group, solid
 from lagrange_cli.notation.symbols import DOT_WORDS, multiplier_symbol
 from lagrange_cli.notation.tree import (
     DisplayCall,
     DisplayNode,
     DisplayNumber,
+    DisplayRange,
     DisplayRoot,
+    DisplaySeries,
     DisplaySymbol,
 )
 from lagrange_cli.notation.vocabulary import vocabulary
@@ -44,6 +48,21 @@ class ScenePrinter(OneLinePrinter):
     def enclosed_call(self, node: DisplayCall) -> list[Piece]:
         return self.call(node, "", closed=True)
 
+    def series(self, node: DisplayNode) -> list[Piece]:
+        """A sum, or two beside each other where an index is left out between them."""
+        assert isinstance(node, DisplaySeries)
+        parts = _without_exceptions(node.ranges)
+        sums = [[self.pieces(node.body), *(solid(_range(r)) for r in part)] for part in parts]
+        first, *others = [_applied("sum", arguments) for arguments in sums]
+        for more in others:
+            head = replace(more[0], separator=" + ", lead="+ ", width=more[0].width + 3, depth=0)
+            first = [*first, head, *more[1:]]
+        return self.group(first) if others else first
+
+    def sigma(self, ranges: Sequence[DisplayRange]) -> tuple[str, float]:
+        text = ", ".join(map(_range, ranges))
+        return text, columns(text)
+
     def root(self, node: DisplayRoot) -> list[Piece]:
         return _applied("sqrt", [self.pieces(node.radicand)])
 
@@ -53,6 +72,22 @@ class ScenePrinter(OneLinePrinter):
         )
         inner = joined(self.pieces(node))
         return f"^{inner}" if simple else f"^({inner})"
+
+
+def _range(index: DisplayRange) -> str:
+    return f"{index.letter}={index.first}..{index.last}"
+
+
+def _without_exceptions(ranges: Sequence[DisplayRange]) -> list[tuple[DisplayRange, ...]]:
+    """Ranges before and after what an index is not equal to."""
+    if not ranges:
+        return [()]
+    head, *others = ranges
+    heads = [head]
+    if head.besides:
+        before, after = f"{head.besides}-1", f"{head.besides}+1"
+        heads = [replace(head, last=before), replace(head, first=after)]
+    return [(h, *rest) for h in heads for rest in _without_exceptions(others)]
 
 
 def _applied(function: str, arguments: list[list[Piece]]) -> list[Piece]:

@@ -74,6 +74,30 @@ def split_name(name: str) -> NameParts:
     return NameParts(head, tuple(subscripts))
 
 
+#: Letters and signs of indices that stand below and above the line in Unicode.
+_BELOW = str.maketrans("0123456789+-=<aehijklmnoprstuvx", "₀₁₂₃₄₅₆₇₈₉₊₋₌<ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥₓ")
+_ABOVE = str.maketrans("0123456789+-ijkmn", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ⁱʲᵏᵐⁿ")
+_INDICES = re.compile(r"\[([^\]]+)\]|(?<=[^\W\d_]|[\u0307\u0308])(\d+)(?=[_)]|$)")
+
+
+def below(text: str) -> str | None:
+    """An index below the line, ``ᵢ₊₁``; None if Unicode has not all of its letters there."""
+    lowered = text.translate(_BELOW)
+    known = all(c in ",≠<" or c != d for c, d in zip(text, lowered, strict=True))
+    return lowered if known else None
+
+
+def above(text: str) -> str | None:
+    """The end of a sum above the line, ``ⁿ⁻¹``; None as of :func:`below`."""
+    raised = text.translate(_ABOVE)
+    return raised if all(c != d for c, d in zip(text, raised, strict=True)) else None
+
+
+def with_indices_below(text: str) -> str:
+    """A name that was printed, with its indices below the line: ``u₂`` for ``u[2]`` and ``u2``."""
+    return _INDICES.sub(lambda m: below(m[1] or m[2]) or m[0], text)
+
+
 def text_name(name: str, order: int = 0) -> str:
     """A name in Unicode text with ``order`` dots: ``θ̇1``, ``ẍ``, ``p_θ``, ``dot(angle)``.
 
@@ -137,6 +161,9 @@ def _latex_subscript(part: str) -> str:
     """A subscript may have one itself: that of ``p_theta1`` is θ₁."""
     if re.fullmatch(r"-\d+", part):
         return part
+    moved = re.fullmatch(r"([^\W\d]\w*)([+-]\d+)", part)
+    if moved:
+        return _latex_subscript(moved[1]) + moved[2]
     inner = split_name(part)
     return latex_name(part) if inner.is_letter and not part[0].isdigit() else _latex_word(part)
 

@@ -204,6 +204,51 @@ class DisplayCall:
     latex: str | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class DisplayRange:
+    """The values of an index.
+
+    Attributes
+    ----------
+    letter
+        The index.
+    first, last
+        Its ends, as ``n-1``.
+    besides
+        An outer index that it is not equal to, empty if it takes all values.
+    after
+        An outer index than which it is greater, where nothing else need be said; or empty.
+    is_whole
+        True if the ends are those of all elements, so that an exception alone need be said.
+    """
+
+    letter: str
+    first: str
+    last: str
+    besides: str = ""
+    after: str = ""
+    is_whole: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class DisplaySeries:
+    """A sum over indices, with Σ.
+
+    Attributes
+    ----------
+    body
+        What is summed.
+    ranges
+        The indices, the outermost first.
+    traits
+        Traits for ordering.
+    """
+
+    body: DisplayNode
+    ranges: tuple[DisplayRange, ...]
+    traits: OrderTraits = field(compare=False)
+
+
 DisplayNode: TypeAlias = (
     DisplayNumber
     | DisplayPi
@@ -214,6 +259,7 @@ DisplayNode: TypeAlias = (
     | DisplayPower
     | DisplayRoot
     | DisplayCall
+    | DisplaySeries
 )
 
 
@@ -246,6 +292,8 @@ def _children(node: DisplayNode) -> tuple[DisplayNode, ...]:
             return (node.base, node.exponent)
         case DisplayRoot():
             return (node.radicand,)
+        case DisplaySeries():
+            return (node.body,)
         case DisplayCall():
             return node.arguments
         case _:

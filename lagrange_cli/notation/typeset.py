@@ -23,7 +23,9 @@ from lagrange_cli.notation.tree import (
     DisplayPi,
     DisplayPower,
     DisplayProduct,
+    DisplayRange,
     DisplayRoot,
+    DisplaySeries,
     DisplaySum,
     DisplaySymbol,
     factors_of,
@@ -59,9 +61,9 @@ class TypesetPrinter(OneLinePrinter):
         Text between a factor and a number, and between a factor and a word.
     tall
         Parentheses around fractions that may stand on several lines.
-    ratio_opening, root_opening, bars_opening, word_openings, group_openings
-        Beginnings of fractions, of roots, of absolute values, of names of several letters, of
-        parentheses.
+    ratio_opening, root_opening, sum_opening, bars_opening, word_openings, group_openings
+        Beginnings of fractions, of roots, of sums over indices, of absolute values, of names of
+        several letters, of parentheses.
     """
 
     times = " "
@@ -75,6 +77,7 @@ class TypesetPrinter(OneLinePrinter):
     tall: tuple[str, str]
     ratio_opening: str
     root_opening: str
+    sum_opening: str
     bars_opening: str
     word_openings: tuple[str, ...]
     group_openings: tuple[str, ...]
@@ -108,6 +111,14 @@ class TypesetPrinter(OneLinePrinter):
     @abstractmethod
     def stack(self, lines: Sequence[str]) -> str:
         """A part of a fraction or root on several lines."""
+
+    @abstractmethod
+    def big_sum(self, under: str, over: str) -> str:
+        """The sign of a sum with what stands under and over it, empty for nothing."""
+
+    @abstractmethod
+    def condition(self, index: DisplayRange) -> str:
+        """What stands under the sign of a sum where its ends need not be said."""
 
     @abstractmethod
     def fenced(self, body: str) -> str:
@@ -159,9 +170,10 @@ class TypesetPrinter(OneLinePrinter):
         return self.thin if bare and not after.startswith(self.group_openings) else self.times
 
     def group(self, pieces: list[Piece]) -> list[Piece]:
-        """Parentheses that fit: taller ones around fractions."""
+        """Parentheses that fit: taller ones around fractions and sums."""
         text = joined(pieces)
-        if self.ratio_opening not in text and self.root_opening not in text:
+        tall = self.ratio_opening, self.root_opening, self.sum_opening
+        if not any(opening in text for opening in tall):
             return self.plain(pieces)
         if width(pieces) <= self.widest:
             return [Piece(self.fenced(text), width(pieces) + 3)]
@@ -180,6 +192,9 @@ class TypesetPrinter(OneLinePrinter):
     def fraction(self, node: DisplayNode) -> list[Piece]:
         """A fraction; factors that move, and long ones, stand beside it."""
         assert isinstance(node, DisplayFraction)
+        if isinstance(node.numerator, DisplaySeries):
+            inverse = self.ratio("1", joined(self.pieces(node.denominator)))
+            return [Piece(inverse, 3), *self._beside(self.series(node.numerator))]
         below = self._stacked(self.pieces(node.denominator), self.widest)
         inside, beside = self._split(node.numerator)
         factors = self.pieces(inside[0]) if len(inside) == 1 else self.factors(inside)
@@ -198,8 +213,8 @@ class TypesetPrinter(OneLinePrinter):
     ) -> tuple[tuple[DisplayNode, ...], tuple[DisplayNode, ...]]:
         """Factors over the line and factors beside the fraction."""
         factors = factors_of(numerator)
-        moving = tuple(f for f in factors if f.traits.level >= Dependence.VELOCITY)
-        still = tuple(f for f in factors if f.traits.level < Dependence.VELOCITY)
+        moving = tuple(f for f in factors if _stands_beside(f))
+        still = tuple(f for f in factors if not _stands_beside(f))
         if not moving or all(isinstance(f, DisplayNumber) for f in still):
             moving, still = (), factors
         if width(self.factors(still)) <= self.widest:
@@ -233,6 +248,20 @@ class TypesetPrinter(OneLinePrinter):
         body = self.call(node, "", closed=False)
         return body if body[0].text.startswith(self.bars_opening) else self.group(body)
 
+    def sigma(self, ranges: Sequence[DisplayRange]) -> tuple[str, float]:
+        text, size = "", 0.0
+        named = {r.after for r in ranges}
+        for index in ranges:
+            if index.letter in named:
+                continue
+            under, over = self.condition(index), ""
+            if not (index.after or (index.besides and index.is_whole)):
+                low = f"{index.letter} = {index.first}"
+                under, over = f"{low}, {under}" if under else low, index.last
+            text += self.big_sum(under, over) + " "
+            size += max(3.0, 0.7 * len(under))
+        return text, size
+
     def root(self, node: DisplayRoot) -> list[Piece]:
         body = self._stacked(self.pieces(node.radicand), self.widest - _BESIDE_ROOT)
         return [Piece(self.radical(body.text), body.width + 2)]
@@ -248,6 +277,11 @@ class TypesetPrinter(OneLinePrinter):
             return Piece(joined(pieces), width(pieces))
         lines = break_lines(pieces, widest, widest - 2)
         return Piece(self.stack([line.text for line in lines]), widest)
+
+
+def _stands_beside(factor: DisplayNode) -> bool:
+    """Tell whether a factor stands beside a fraction: what moves, and sums over indices."""
+    return isinstance(factor, DisplaySeries) or factor.traits.level >= Dependence.VELOCITY
 
 
 def _symbol_width(node: DisplaySymbol) -> float:

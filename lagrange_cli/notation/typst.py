@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.notation.tree import DisplayCall, DisplayNumber
+from lagrange_cli.notation.tree import DisplayCall, DisplayNumber, DisplayRange
 from lagrange_cli.notation.typeset import TypesetPrinter
 from lagrange_cli.notation.typst_symbols import EMPTY, typst_name, typst_scripted
 
@@ -38,6 +38,7 @@ class TypstPrinter(TypesetPrinter):
     tall = r"lr(\(, size: #2em) ", r" lr(\), size: #2em)"
     ratio_opening = "frac("
     root_opening = "sqrt("
+    sum_opening = "sum_("
     bars_opening = "abs("
     # Typst sets spaces beside words by itself, but not beside those with dots.
     word_openings = ('dot("', 'dot.double("')
@@ -60,6 +61,14 @@ class TypstPrinter(TypesetPrinter):
 
     def stack(self, lines: Sequence[str]) -> str:
         return "& " + rf" \ & quad {CONTINUED}".join(balanced(lines))
+
+    def big_sum(self, under: str, over: str) -> str:
+        return f"sum_({under})" + (f"^({over})" if over else "")
+
+    def condition(self, index: DisplayRange) -> str:
+        if index.after:
+            return f"{index.after} < {index.letter}"
+        return f"{index.letter} != {index.besides}" if index.besides else ""
 
     def magnitude(self, body: str) -> str:
         return f"abs({body})"

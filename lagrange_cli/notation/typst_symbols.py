@@ -138,6 +138,9 @@ def _subscript(part: str) -> str:
     """A subscript may have one itself: that of ``p_theta1`` is θ₁."""
     if re.fullmatch(r"-\d+", part):
         return part
+    moved = re.fullmatch(r"([^\W\d]\w*)([+-]\d+)", part)
+    if moved:
+        return _subscript(moved[1]) + moved[2]
     inner = split_name(part)
     return typst_name(part) if inner.is_letter and not part[0].isdigit() else _word(part)
 

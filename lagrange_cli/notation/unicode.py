@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from unicodedata import normalize
 
 from lagrange_cli.notation.layout import Piece, columns, joined, prefixed
 from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group, solid
-from lagrange_cli.notation.symbols import split_name, text_name
+from lagrange_cli.notation.symbols import above, below, split_name, text_name, with_indices_below
 from lagrange_cli.notation.tree import (
     DisplayCall,
     DisplayNode,
     DisplayNumber,
     DisplayPi,
+    DisplayRange,
     DisplayRoot,
     DisplaySymbol,
     factors_of,
@@ -28,19 +30,34 @@ _NAMED_POWERS = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
 
 
 class UnicodePrinter(OneLinePrinter):
-    """Greek letters, dots, superscripts; factors stand side by side."""
+    """Greek letters, dots, superscripts; factors stand side by side.
+
+    Parameters
+    ----------
+    lowered
+        Indices stand below the line, as on pages with families: ``uᵢ₊₁``, ``u₂``.
+    """
 
     times = " "
     lead = "· "
     over = " / "
     pi = "π"
 
+    def __init__(self, *, lowered: bool = False) -> None:
+        super().__init__()
+        self.lowered = lowered
+
     def number(self, node: DisplayNumber) -> str:
         plain = super().number(node)
         return _VULGAR.get(plain, plain)
 
     def symbol(self, name: str, order: int = 0) -> str:
-        return text_name(name, order)
+        text = text_name(name, order)
+        return with_indices_below(text) if self.lowered else text
+
+    def sigma(self, ranges: Sequence[DisplayRange]) -> tuple[str, float]:
+        text = "".join(f"{_sigma(index)} " for index in _conditions(ranges))
+        return text, columns(text)
 
     def separator(self, before: DisplayNode, after: str) -> str:
         return " · " if after[0].isdigit() else self.times
@@ -77,6 +94,26 @@ class UnicodePrinter(OneLinePrinter):
             return f"^({node.numerator}/{node.denominator})"
         inner = joined(self.pieces(node))
         return f"^{inner}" if isinstance(node, DisplaySymbol) else f"^({inner})"
+
+
+def _conditions(ranges: Sequence[DisplayRange]) -> list[DisplayRange]:
+    """The indices that get a sign of their own: of pairs i < j only the second."""
+    named = {r.after for r in ranges}
+    return [r for r in ranges if r.letter not in named]
+
+
+def _sigma(index: DisplayRange) -> str:
+    """``Σᵢ₌₁ⁿ``, ``Σᵢ<ⱼ``, ``Σⱼ≠ᵢ``; with brackets where Unicode lacks a letter."""
+    condition = f"{index.after}<{index.letter}" if index.after else ""
+    if index.besides and index.is_whole:
+        condition = f"{index.letter}≠{index.besides}"
+    if condition:
+        return "Σ" + (below(condition) or f"[{condition}]")
+    exception = f",{index.letter}≠{index.besides}" if index.besides else ""
+    low, high = below(f"{index.letter}={index.first}{exception}"), above(index.last)
+    if low is None or high is None:
+        return f"Σ[{index.letter}={index.first}..{index.last}{exception}]"
+    return f"Σ{low}{high}"
 
 
 def _integer(number: DisplayNumber) -> DisplayNumber:

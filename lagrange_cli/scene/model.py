@@ -38,6 +38,22 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True)
+class FamilyIndex:
+    """An index of an indexed family, as the scene first writes its range.
+
+    Attributes
+    ----------
+    letter
+        The letter of the index.
+    size
+        Name of the size that the range ends with, None if it ends with none or several.
+    """
+
+    letter: str
+    size: str | None
+
+
+@dataclass(frozen=True, slots=True)
 class DeclaredParameter:
     """A named constant.
 
@@ -339,6 +355,8 @@ class Scene:
         Texts for readers, None if absent.
     sizes, parameters, functions, particles, points, definitions, inputs
         Declarations of the sections of these names.
+    families
+        Families that have a range for every index somewhere, with these.
     constraints, unilateral
         Constraints by equations, and by inequalities.
     coordinates, coordinates_mark
@@ -369,6 +387,7 @@ class Scene:
     title: str | None = None
     description: str | None = None
     sizes: tuple[Size, ...] = ()
+    families: tuple[tuple[str, tuple[FamilyIndex, ...]], ...] = ()
     parameters: tuple[DeclaredParameter, ...] = ()
     functions: tuple[DeclaredFunction, ...] = ()
     particles: tuple[Particle, ...] = ()

@@ -251,6 +251,7 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
         coordinates_mark=mark,
         positive=frozenset(c.name for c in values.get("coordinates", ()) if c.positive),
         links=tuple(reading.links),
+        families=tuple(reading.families.items()),
         **values,
     )
 

@@ -15,7 +15,9 @@ from lagrange_cli.notation.tree import (
     DisplayPi,
     DisplayPower,
     DisplayProduct,
+    DisplayRange,
     DisplayRoot,
+    DisplaySeries,
     DisplaySum,
     DisplaySymbol,
     OrderTraits,
@@ -45,6 +47,7 @@ SAMPLES = {
     DisplayPower: (DisplayPower(A, B, TRAITS), "ab"),
     DisplayRoot: (DisplayRoot(A, TRAITS), "a"),
     DisplayCall: (DisplayCall("f", (A, B), TRAITS, 0), "fa,b"),
+    DisplaySeries: (DisplaySeries(A, (DisplayRange("i", "1", "2"),), TRAITS), "a"),
 }
 
 

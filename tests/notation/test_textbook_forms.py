@@ -24,7 +24,7 @@ def _unwrapped(text):
     """The lines of a text, each with the lines that go on with it, and single spaces."""
     lines = []
     for line in text.splitlines():
-        if lines and re.match(r"\s{4,}([-+·/] |\()", line):
+        if lines and re.match(r"\s{4,}([-+·/] |\(|[ij](, [ij])* = )", line):
             lines[-1] += " " + line.strip()
         else:
             lines.append(line)
@@ -47,7 +47,8 @@ def _parameters():
 def test_printed_form(case):
     derivation = _derived(case)
     form = case.get("form", "lagrange")
-    text = derivation_text(derivation.equations, form=form)
+    written_out = case.get("written_out", False)
+    text = derivation_text(derivation.equations, form=form, written_out=written_out)
     lines = _unwrapped(text)
     for expected in case.get("text", ()):
         assert expected in lines or any(expected in line.split("   ") for line in text.splitlines())

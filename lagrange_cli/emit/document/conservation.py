@@ -13,6 +13,7 @@ from lagrange_cli.emit.constraint_wording import (
 )
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas, section
+from lagrange_cli.mechanics.families.forms import FamilyRow
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.findings import Conserved
@@ -28,18 +29,27 @@ def conserved(writer: DocumentWriter) -> Section | None:
     doubts = writer.told(say("Of {names} this is not decided.", names=names) if names else "")
     if not equations.conserved:
         return section(heading, Words(say("None among cyclic momenta and energy.")), doubts)
-    told = [
-        say(
-            "{reason}, so {symbol} is conserved",
-            reason=_reason(writer, c),
-            symbol=letters.inline(_symbol(writer, c)),
+    told, rows = [], []
+    for one in writer.with_families("momenta", len(equations.conserved)):
+        quantity = equations.conserved[one.covers[0] if isinstance(one, FamilyRow) else one]
+        symbol, subject = _symbol(writer, quantity), _subject(writer, quantity)
+        if isinstance(one, FamilyRow):
+            subject = letters.symbol(one.name)
+            symbol = letters.below("p", subject)
+            rows.append(writer.family_row(symbol, one))
+        else:
+            rows.append(_row(writer, quantity))
+        told.append(
+            say(
+                "{reason}, so {symbol} is conserved",
+                reason=_reason(writer, quantity, subject),
+                symbol=letters.inline(symbol),
+            )
         )
-        for c in equations.conserved
-    ]
     return section(
         heading,
         Words(say("Among cyclic momenta and energy: {listed}:", listed="; ".join(told))),
-        formulas([_row(writer, c) for c in equations.conserved], result=True),
+        formulas(rows, result=True),
         doubts,
     )
 
@@ -66,7 +76,7 @@ def balance(writer: DocumentWriter) -> Section | None:
         formulas(
             [
                 writer.total(whole, change.parts or (equations.energy,)),
-                writer.row(rate, change.rate),
+                writer.total(rate, (change.rate,)),
             ],
             result=True,
         ),
@@ -78,12 +88,16 @@ def _named(writer: DocumentWriter, name: str) -> str:
     return writer.labels["E"] if name == "energy" else writer.letters.symbol(name)
 
 
-def _reason(writer: DocumentWriter, quantity: Conserved) -> str:
-    """A reason with the quantities it names as formulas."""
+def _subject(writer: DocumentWriter, quantity: Conserved) -> str:
+    """The coordinate that a momentum is conserved for, or L."""
     named = {c.name: writer.coordinate(c) for c in writer.equations.coordinates}
-    subject = writer.letters.inline(named.get(quantity.coordinate or "", writer.labels["L"]))
-    time = writer.letters.inline("t")
-    return conserved_reason(writer.equations, quantity, subject, time, writer.say)
+    return named.get(quantity.coordinate or "", writer.labels["L"])
+
+
+def _reason(writer: DocumentWriter, quantity: Conserved, subject: str) -> str:
+    """A reason with the quantities it names as formulas."""
+    shown, time = writer.letters.inline(subject), writer.letters.inline("t")
+    return conserved_reason(writer.equations, quantity, shown, time, writer.say)
 
 
 def _symbol(writer: DocumentWriter, quantity: Conserved) -> str:

@@ -25,27 +25,30 @@ def energies(writer: DocumentWriter) -> Section | None:
         ),
     }[generalized, dissipates]
     potential = labels["U" if generalized else "V"]
+    kinetic, whole, dissipation = writer.energy_forms
     rows = [
-        writer.row(labels["T"], equations.kinetic),
-        writer.row(potential, equations.potential),
+        writer.energy(labels["T"], equations.kinetic, kinetic),
+        writer.energy(potential, equations.potential, whole),
         _lagrangian(writer, f"{labels['T']} - {potential}"),
     ]
     if dissipates:
-        rows.append(writer.row(labels["D"], equations.dissipation))
+        rows.append(writer.energy(labels["D"], equations.dissipation, dissipation))
     without = without_line(equations, writer.letters.inline("t"), say)
     if without:
-        whole = writer.letters.inline(labels["L"])
-        without = say("Here {lagrangian} is {without}.", lagrangian=whole, without=without)
+        lagrangian = writer.letters.inline(labels["L"])
+        without = say("Here {lagrangian} is {without}.", lagrangian=lagrangian, without=without)
     rows_below = formulas(rows, result=True)
     return section(say("Lagrangian"), Words(told), rows_below, writer.told(without))
 
 
 def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:
-    """L = T − V, written out where it is short, less what is left out of it."""
+    """L = T − V, written out where T and V are and it is short, less what is left out of it."""
     label, short = writer.labels["L"], writer.equations.short_lagrangian
+    is_sum = any(writer.energy_forms)
+    whole = writer.equations.lagrangian if short is None else short.expression
+    row = Formula(label, ()) if is_sum else writer.sum_row(label, whole)
     if short is None:
-        return replace(writer.sum_row(label, writer.equations.lagrangian), middle=difference)
-    row = writer.sum_row(label, short.expression)
+        return replace(row, middle=difference)
     if row.chain:
         return row
     less = writer.letters.formula(writer.tree(-short.left_out))

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import (
     counting,
     implied_line,
-    remark_on,
     telling_definitions,
 )
 from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.family_wording import account_lines, coordinates_by_ranges
 from lagrange_cli.emit.steps.sections import (
     Block,
     Bullets,
@@ -24,6 +25,7 @@ from lagrange_cli.emit.steps.sections import (
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate
+    from lagrange_cli.mechanics.families.forms import Range
 
 
 def freedom(
@@ -71,14 +73,20 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
             yield Words(say("There are {listed}.", listed=implied) if implied else say("None."))
         return
     items = []
-    for line in account.lines:
-        written = ", ".join(map(letters.statement, line.equations))
-        remark = letters.words(remark_on(line, say))
-        item = say("{name}: {value}", name=letters.words(line.name), value=written)
+    for name, equations, told in account_lines(account.lines, writer.families, say):
+        written = ", ".join(_statement(writer, text, ranges) for text, ranges in equations)
+        remark = letters.words(told)
+        item = say("{name}: {value}", name=letters.words(name), value=written)
         items.append(f"{item} ({remark})" if remark else item)
     if not alone:
         yield Words(say("Constraints:"))
     yield Bullets((*items, *([implied] if implied else [])))
+
+
+def _statement(writer: DocumentWriter, text: str, ranges: Sequence[Range]) -> str:
+    """An equation as the scene writes it, with the values of its indices."""
+    shown = writer.letters.statement(text)
+    return f"{shown}, {writer.letters.inline(writer.letters.ranges(ranges))}" if ranges else shown
 
 
 def _coordinates(writer: DocumentWriter, *, positions: bool) -> Iterator[Block]:
@@ -87,7 +95,7 @@ def _coordinates(writer: DocumentWriter, *, positions: bool) -> Iterator[Block]:
     if not coordinates:
         yield Words(say("No coordinate is left: nothing can move."))
         return
-    names = ", ".join(_described(writer, c) for c in coordinates)
+    names = ", ".join(_listed(writer))
     if equations.account.chosen_automatically:
         one = "Generalized coordinate (chosen automatically): {listed}."
         yield Words(say.counted(len(coordinates), one, _CHOSEN, listed=names))
@@ -95,14 +103,33 @@ def _coordinates(writer: DocumentWriter, *, positions: bool) -> Iterator[Block]:
         one, many = "Generalized coordinate: {listed}.", "Generalized coordinates: {listed}."
         yield Words(say.counted(len(coordinates), one, many, listed=names))
     definitions = telling_definitions(equations) if positions else ()
-    if definitions:
+    named = [(c.name, letters.symbol(c.name, 0, c.latex), c.position) for c in definitions]
+    if named:
         yield Words(say("The positions are"))
-        yield formulas(
-            writer.row(letters.symbol(c.name, 0, c.latex), c.position) for c in definitions
-        )
+        yield formulas(writer.definitions(named))
+    beyond = () if writer.families is None else writer.families.beyond
+    if beyond:
+        yield Words(say("Before the first elements and after the last"))
+        yield formulas(writer.family_row(letters.symbol(row.name), row) for row in beyond)
 
 
 _CHOSEN = "Generalized coordinates (chosen automatically): {listed}."
+
+
+def _listed(writer: DocumentWriter) -> Iterator[str]:
+    """The coordinates; those of families with letters, and with the values of these."""
+    families, letters = writer.families, writer.letters
+    if families is None:
+        yield from (_described(writer, c) for c in writer.equations.coordinates)
+        return
+    for named, ranges in coordinates_by_ranges(families, writer.equations):
+        *names, last = (
+            _described(writer, c if c.name == name else replace(c, name=name, latex=None))
+            for name, c in named
+        )
+        told = letters.inline(letters.ranges(ranges)) if ranges else ""
+        yield from names
+        yield writer.say("{names} for {ranges}", names=last, ranges=told) if ranges else last
 
 
 def _described(writer: DocumentWriter, coordinate: Coordinate) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.steps.letters import Letters
@@ -12,6 +12,7 @@ from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.families.forms import Range
 
 
 class DocumentLetters(Letters):
@@ -57,3 +58,7 @@ class DocumentLetters(Letters):
     @abstractmethod
     def size(self, of: str) -> str:
         """The magnitude of a vector."""
+
+    @abstractmethod
+    def ranges(self, ranges: Sequence[Range]) -> str:
+        """The values of indices: ``i, j = 1, …, n``."""

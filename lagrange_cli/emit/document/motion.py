@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import (
@@ -18,9 +19,12 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     explicit_form,
     forcing_with_reactions,
 )
+from lagrange_cli.mechanics.families.forms import FamilyRow
 from lagrange_cli.notation.build import display, display_row, display_sum
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
 
 
@@ -46,29 +50,51 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
 
 
 def lagrange_equations(writer: DocumentWriter) -> list[Formula]:
-    """The equation of each coordinate."""
+    """The equation of each coordinate, or of all of a family."""
     equations = writer.equations
     rows = []
-    for c, shown in zip(equations.coordinates, equations.shown, strict=True):
+    for one in writer.with_families("motion", len(equations.shown)):
+        if isinstance(one, FamilyRow):
+            rows.append(_family(writer, one))
+            continue
+        shown = equations.shown[one]
         is_rate = shown.momentum is not None
         left = display_row(shown, writer.words)
         if shown.momentum is not None:
             left = display(shown.momentum, writer.words)
-        rows.append(Formula("", (writer.noted(left),), name=writer.coordinate(c), is_rate=is_rate))
+        name = writer.coordinate(equations.coordinates[one])
+        rows.append(Formula("", (writer.noted(left),), name=name, is_rate=is_rate))
     return rows
+
+
+def _family(writer: DocumentWriter, row: FamilyRow) -> Formula:
+    """The equations of a family as one."""
+    assert writer.over_letters is not None
+    momentum = row.shown.momentum
+    left = writer.over_letters.row(row)
+    if momentum is not None:
+        left = writer.over_letters.part(row, momentum)
+    return Formula(
+        "",
+        (writer.noted(left),),
+        name=writer.letters.symbol(row.name),
+        is_rate=momentum is not None,
+        ranges=writer.letters.ranges(row.ranges) if row.ranges else "",
+    )
 
 
 def accelerations(writer: DocumentWriter) -> list[Formula]:
     """Accelerations and multipliers, with M and f where they stay coupled."""
     explicit = explicit_form(writer.equations)
-    labels = [
-        *(writer.coordinate(c, 2) for c in writer.equations.coordinates),
-        *(writer.letters.formula(writer.tree(c.multiplier)) for c in writer.equations.closures),
+    named = [
+        (c.name, writer.coordinate(c, 2), value)
+        for c, value in zip(writer.equations.coordinates, explicit.accelerations, strict=True)
+        if value is not None
     ]
-    values = (*explicit.accelerations, *explicit.multipliers)
-    rows = [
-        writer.row(label, value)
-        for label, value in zip(labels, values, strict=True)
+    rows = list(writer.definitions(named, order=2))
+    rows += [
+        writer.row(writer.letters.formula(writer.tree(closure.multiplier)), value)
+        for closure, value in zip(writer.equations.closures, explicit.multipliers, strict=True)
         if value is not None
     ]
     return [*rows, *_coupled(writer, explicit.coupled), *_differentiated(writer, explicit)]
@@ -121,27 +147,46 @@ def _divided(writer: DocumentWriter) -> list[str]:
     equations, say, letters = writer.equations, writer.say, writer.letters
     divided: list[str] = []
     multiplied: list[str] = []
-    for c, shown in zip(equations.coordinates, equations.shown, strict=True):
+    for one in writer.with_families("motion", len(equations.shown)):
+        if isinstance(one, FamilyRow):
+            shown, place = one.shown, letters.inline(letters.symbol(one.name))
+        else:
+            shown = equations.shown[one]
+            place = letters.inline(writer.coordinate(equations.coordinates[one]))
         divisor, factor = divisor_and_factor(shown)
-        place = letters.inline(writer.coordinate(c))
         if divisor is not None:
             first, next_ = "{factor} in the equation for {place}", "{factor} in that for {place}"
             divided.append(
-                say.first(not divided, first, next_, factor=writer.inline(divisor), place=place)
+                say.first(
+                    not divided, first, next_, factor=_part(writer, one, divisor), place=place
+                )
             )
         if factor is not None:
             first, next_ = "the equation for {place} by {factor}", "that for {place} by {factor}"
             multiplied.append(
-                say.first(not multiplied, first, next_, factor=writer.inline(factor), place=place)
+                say.first(
+                    not multiplied, first, next_, factor=_part(writer, one, factor), place=place
+                )
             )
     told = []
     if divided:
-        one, many = "Common factor divided out: {listed}.", "Common factors divided out: {listed}."
-        told.append(say.counted(len(divided), one, many, listed=", ".join(divided)))
+        single, many = (
+            "Common factor divided out: {listed}.",
+            "Common factors divided out: {listed}.",
+        )
+        told.append(say.counted(len(divided), single, many, listed=", ".join(divided)))
     if multiplied:
         listed = ", ".join(multiplied)
         told.append(say("Multiplied to be rid of fractions: {listed}.", listed=listed))
     return told
+
+
+def _part(writer: DocumentWriter, one: int | FamilyRow, expression: Expr) -> str:
+    """A factor of an equation, within a sentence."""
+    if isinstance(one, FamilyRow) and writer.over_letters is not None:
+        node = writer.over_letters.part(one, expression)
+        return writer.letters.inline(writer.letters.formula(node))
+    return writer.inline(expression)
 
 
 def closures(writer: DocumentWriter) -> Section | None:
@@ -168,10 +213,14 @@ def closures(writer: DocumentWriter) -> Section | None:
 
 def closure_rows(writer: DocumentWriter) -> list[Formula]:
     """The closure equations, each with its name."""
-    return [
-        Formula("", (writer.tree(c.expression),), name=writer.letters.named(c.name))
-        for c in writer.equations.closures
-    ]
+    rows, held = [], writer.equations.closures
+    for one in writer.with_families("closures", len(held)):
+        if isinstance(one, FamilyRow):
+            rows.append(replace(writer.family_row("", one), name=writer.letters.named(one.name)))
+        else:
+            tree, name = writer.tree(held[one].expression), writer.letters.named(held[one].name)
+            rows.append(Formula("", (tree,), name=name))
+    return rows
 
 
 def contacts(writer: DocumentWriter) -> Section | None:

@@ -33,7 +33,8 @@ class FormulaRow:
 class RowSetter(ABC):
     """Makes rows of formulas.
 
-    ``colon`` stands after a name; ``at_least``, ``at_most`` and ``complementary`` are ≥, ≤ and ⊥.
+    ``colon`` stands after a name; ``at_least``, ``at_most`` and ``complementary`` are ≥, ≤ and ⊥;
+    ``wide`` is a wide space.
 
     Attributes
     ----------
@@ -44,6 +45,7 @@ class RowSetter(ABC):
     columns: float = 83
 
     colon = ""
+    wide = " "
     at_least = ">="
     at_most = "<="
     complementary = ""
@@ -59,7 +61,15 @@ class RowSetter(ABC):
 
     def rows(self, block: Formulas) -> list[FormulaRow]:
         """Rows of a display, one or more for each formula."""
-        return [part for row in block.rows for part in self._rows(row)]
+        return [part for row in block.rows for part in self._ranged(row, self._rows(row))]
+
+    def _ranged(self, formula: Formula, rows: list[FormulaRow]) -> list[FormulaRow]:
+        """The rows of a formula with the values of its indices behind the last one."""
+        if not formula.ranges:
+            return rows
+        last = rows[-1]
+        told = Piece(formula.ranges, 1.4 * self.room(formula.ranges) + 4, self.wide, "", 0)
+        return [*rows[:-1], replace(last, pieces=[*suffixed(last.pieces, ",", 0.5), told])]
 
     def available(self, labels: Iterable[str]) -> float:
         """Columns beside the widest label and the number."""

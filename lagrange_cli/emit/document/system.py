@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import recorded_line
 from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.family_wording import sizes_line
 from lagrange_cli.emit.steps.sections import Block, Section, Table, Words, formulas, section
 
 if TYPE_CHECKING:
@@ -21,9 +24,31 @@ if TYPE_CHECKING:
 def system(writer: DocumentWriter) -> Section | None:
     """The particles with their masses, and the parameters with their values."""
     say, particles = writer.say, writer.equations.particles
-    listed = "; ".join(_particle(writer, p) for p in particles)
+    listed = "; ".join(_particles(writer))
     told = say.counted(len(particles), "Particle: {listed}.", "Particles: {listed}.", listed=listed)
-    return section(say("System"), Words(told) if particles else None, _parameters(writer))
+    sizes = "" if writer.families is None else sizes_line(writer.families)
+    here = say("Here {sizes}.", sizes=writer.letters.inline(sizes)) if sizes else ""
+    whole = writer.told(told if particles else "", here)
+    return section(say("System"), whole, _parameters(writer))
+
+
+def _particles(writer: DocumentWriter) -> Iterator[str]:
+    """The particles; those that are alike but for their indices as one."""
+    families, particles = writer.families, writer.equations.particles
+    if families is None:
+        yield from (_particle(writer, p) for p in particles)
+        return
+    # No name of a scene holds a line break.
+    texts = ["\n".join((p.name, *p.components)) for p in particles]
+    for text in families.texts(texts):
+        alike = [particles[k] for k in text.covers]
+        if not text.ranges or len({p.mass for p in alike}) > 1:
+            yield from (_particle(writer, p) for p in alike)
+            continue
+        name, x, y, z = text.text.split("\n")
+        shown = _particle(writer, replace(alike[0], name=name, components=(x, y, z)))
+        told = writer.letters.inline(writer.letters.ranges(text.ranges))
+        yield writer.say("{names} for {ranges}", names=shown, ranges=told)
 
 
 def _particle(writer: DocumentWriter, particle: ParticleMotion) -> str:

@@ -7,8 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.contents import contents
-from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.latex.letters import LatexLetters
 from lagrange_cli.emit.steps.sections import Block, Section, Title
 from lagrange_cli.notation.latex_escape import latex_text
 
@@ -40,9 +38,7 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
     long for a frame goes on in the next, broken between lines.
     """
     setter = options.setter(equations)
-    sections = contents(
-        DocumentWriter(equations, LatexLetters(equations), options.say), options.parts, options.form
-    )
+    sections = contents(options.writer(equations), options.parts, options.form)
     title = latex_text(equations.title or equations.name)
     pictures = "\\usepackage{tikz}\n" if "sketch" in options.parts else ""
     told = latex_text(equations.description or "")

@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.contents import contents
-from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.latex.letters import LatexLetters
 from lagrange_cli.emit.latex.options import LatexOptions
 from lagrange_cli.emit.width import length
 from lagrange_cli.notation.latex_escape import latex_text
@@ -36,7 +34,7 @@ def latex_document(equations: Equations, options: LatexOptions | None = None) ->
     """A document that pdfLaTeX compiles by itself: system, freedom, L, motion, conservation."""
     options = options or LatexOptions()
     setter = options.setter(equations)
-    writer = DocumentWriter(equations, LatexLetters(equations), options.say)
+    writer = options.writer(equations)
     sections = contents(writer, options.parts, options.form)
     spread = [] if equations.steps is None else [r"\setlength{\jot}{1ex}"]
     title = latex_text(equations.title or equations.name)

@@ -47,7 +47,9 @@ def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict
 
 def equation_latex(equations: Equations, index: int) -> str:
     """One shown equation of motion on a line, without math delimiters or abbreviations."""
-    writer = DocumentWriter(equations, LatexLetters(equations), abbreviating=False)
+    writer = DocumentWriter(
+        equations, LatexLetters(equations), abbreviating=False, written_out=True
+    )
     (row,) = Typesetter().rows(formulas(lagrange_equations(writer)[index : index + 1]))
     return joined(row.pieces)
 

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from lagrange_cli.emit.document.letters import DocumentLetters
+from lagrange_cli.emit.family_wording import latex_ranges
 from lagrange_cli.emit.latex import words as latex_words
 from lagrange_cli.notation.latex import LatexPrinter, latex_number
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import DisplayNode
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.families.forms import Range
 
 
 class LatexLetters(DocumentLetters):
@@ -60,6 +67,9 @@ class LatexLetters(DocumentLetters):
 
     def upright(self, phrase: str) -> str:
         return rf"\text{{{phrase}}}"
+
+    def ranges(self, ranges: Sequence[Range]) -> str:
+        return latex_ranges(ranges)
 
     def formula(self, node: DisplayNode) -> str:
         return LatexPrinter().inline(node)

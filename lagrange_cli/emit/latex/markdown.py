@@ -74,7 +74,8 @@ def emit_markdown(equations: Equations, options: Mapping[str, OptionValue]) -> d
         An expression has no exact form in print.
     """
     letters = MarkdownLetters(equations)
-    writer = DocumentWriter(equations, letters, language(str(options["language"])))
+    say, written_out = language(str(options["language"])), bool(options["written_out"])
+    writer = DocumentWriter(equations, letters, say, written_out=written_out)
     paragraphs = [f"# {letters.words(equations.title or equations.name)}"]
     if equations.description:
         paragraphs.append(letters.words(equations.description))

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, sections_of
 from lagrange_cli.emit.language import ENGLISH, Language, language
+from lagrange_cli.emit.latex.letters import LatexLetters
 from lagrange_cli.emit.latex.typesetter import COLUMN_POINTS, Typesetter
 from lagrange_cli.emit.sketch.tikz import tikz_picture
 from lagrange_cli.emit.width import length
@@ -43,6 +45,8 @@ class LatexOptions:
         True if displays have numbers.
     say
         The language of the words between formulas.
+    written_out
+        True if every element of indexed families is shown.
     """
 
     style: str = "document"
@@ -51,6 +55,7 @@ class LatexOptions:
     width: str = "page"
     numbered: bool = True
     say: Language = ENGLISH
+    written_out: bool = False
 
     @classmethod
     def of(cls, equations: Equations, options: Mapping[str, OptionValue]) -> LatexOptions:
@@ -61,7 +66,13 @@ class LatexOptions:
             parts = _SNIPPET if equations.steps is None else _STEPS_SNIPPET
         numbered = options["numbers"] == "on"
         say = language(str(options["language"]))
-        return cls(style, str(options["form"]), parts, str(options["width"]), numbered, say)
+        form, width = str(options["form"]), str(options["width"])
+        return cls(style, form, parts, width, numbered, say, bool(options["written_out"]))
+
+    def writer(self, equations: Equations) -> DocumentWriter:
+        """What writes the content of the document."""
+        letters = LatexLetters(equations)
+        return DocumentWriter(equations, letters, self.say, written_out=self.written_out)
 
     def setter(self, equations: Equations) -> Typesetter:
         """What writes displays for this width."""

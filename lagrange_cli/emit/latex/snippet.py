@@ -12,7 +12,6 @@ from lagrange_cli.emit.document.motion import (
     lagrange_equations,
 )
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.latex.letters import LatexLetters
 from lagrange_cli.emit.steps.sections import formulas
 from lagrange_cli.notation.latex_escape import latex_text
 
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 
 def latex_snippet(equations: Equations, options: LatexOptions) -> str:
     """The equations of motion alone, or several parts with run-in headings."""
-    writer = DocumentWriter(equations, LatexLetters(equations), options.say)
+    writer = options.writer(equations)
     title = latex_text(equations.title or equations.name)
     needs = "amsmath and tikz" if "sketch" in options.parts else "amsmath"
     if equations.steps is not None:

@@ -60,6 +60,7 @@ class Typesetter(RowSetter):
     most_rows: int = 24
     counts: dict[str, int] = field(default_factory=dict)
 
+    wide = r"\quad "
     colon = r"\colon\quad"
     at_least = r"\ge"
     at_most = r"\le"

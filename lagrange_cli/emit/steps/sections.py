@@ -52,6 +52,8 @@ class Formula:
         λ of a contact, whose gap is the chain: ``0 ≤ λ ⊥ gap ≥ 0``; else empty.
     is_rate
         True if the rate of the chain vanishes: ``d/dt (first) = 0``.
+    ranges
+        The values of its indices in the letters of the format, or empty.
     """
 
     label: str
@@ -60,6 +62,7 @@ class Formula:
     name: str = ""
     multiplier: str = ""
     is_rate: bool = False
+    ranges: str = ""
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,8 @@ def emit_typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict
         An expression has no exact form in print.
     """
     setter, say = Typesetter(stem=equations.name), language(str(options["language"]))
-    writer = DocumentWriter(equations, TypstLetters(equations), say)
+    written_out = bool(options["written_out"])
+    writer = DocumentWriter(equations, TypstLetters(equations), say, written_out=written_out)
     parts = sections_of(options, forces=equations.constraint_forces is not None)
     sections = contents(writer, parts, str(options["form"]))
     blocks = [_opening(equations), *map(setter.section, sections)]

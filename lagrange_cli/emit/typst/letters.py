@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from lagrange_cli.emit.document.letters import DocumentLetters
 from lagrange_cli.emit.document.scene_text import SceneTextSpelling
+from lagrange_cli.emit.family_wording import typst_ranges
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.notation.typst import TypstPrinter, balanced, typst_number
 from lagrange_cli.notation.typst_symbols import (
@@ -13,6 +17,9 @@ from lagrange_cli.notation.typst_symbols import (
     typst_text,
     typst_unit,
 )
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.families.forms import Range
 
 _PRINTER = TypstPrinter()
 
@@ -71,6 +78,9 @@ class TypstLetters(DocumentLetters):
 
     def upright(self, phrase: str) -> str:
         return typst_string(phrase)
+
+    def ranges(self, ranges: Sequence[Range]) -> str:
+        return typst_ranges(ranges)
 
     def formula(self, node: DisplayNode) -> str:
         return _PRINTER.inline(node)

@@ -45,6 +45,7 @@ class Typesetter(RowSetter):
     counts: dict[str, int] = field(default_factory=dict)
 
     colon = ": quad"
+    wide = " quad "
     complementary = "perp"
 
     @property

@@ -26,6 +26,7 @@ from lagrange_cli.scene.language.expression import (
     Number,
     Relation,
     children,
+    walk,
 )
 from lagrange_cli.scene.language.families import (
     Budget,
@@ -40,7 +41,7 @@ from lagrange_cli.scene.language.families import (
 from lagrange_cli.scene.language.grammar import parse_equation, parse_expression, parse_key
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
-from lagrange_cli.scene.model import Link, Point
+from lagrange_cli.scene.model import FamilyIndex, Link, Point
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 _BOOLEANS = {
@@ -79,6 +80,8 @@ class Reading:
         Sizes by name; the same with the indices of the family's element that is being read.
     index_marks
         Every index with the place where it was declared first.
+    families
+        Family → its indices, of those that have a range for each.
     budget
         Names and numbers that families may still be written out to.
     """
@@ -94,6 +97,7 @@ class Reading:
     sizes: dict[str, int] = field(default_factory=dict)
     indices: dict[str, int] = field(default_factory=dict)
     index_marks: dict[str, Mark] = field(default_factory=dict)
+    families: dict[str, tuple[FamilyIndex, ...]] = field(default_factory=dict)
     budget: Budget = field(default_factory=Budget)
     _expressions: dict[Scalar, tuple[Expression, int]] = field(default_factory=dict)
     _equations: dict[tuple[Scalar, tuple[Relation, ...]], tuple[Equation, int]] = field(
@@ -377,6 +381,8 @@ class Reading:
         name = parsed.node
         assert isinstance(name, Name)
         ranges = [part for part in name.indices if _is_range(part)]
+        if len(ranges) == len(name.indices):
+            self.families.setdefault(name.name, tuple(map(self._family_index, ranges)))
         outer = self.indices
         with self.problems.collect_at(parsed):
             check_family(name, ranges, outer)
@@ -390,6 +396,13 @@ class Reading:
         self.indices = outer
         if self.budget.exceeded:
             self.problems.raise_if_any()
+
+    def _family_index(self, node: Node) -> FamilyIndex:
+        """The index of a range, and the one size that the range ends with."""
+        index, _, last = children(node)
+        assert isinstance(index, Name)
+        names = {part.name for part in walk(last) if isinstance(part, Name)}
+        return FamilyIndex(index.name, names.pop() if len(names) == 1 else None)
 
     def _declared(self, key: Scalar) -> Expression | None:
         """Parse the key of a family, once; None if it is refused."""

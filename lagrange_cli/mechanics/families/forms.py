@@ -1,0 +1,149 @@
+"""Expressions over letters of indices: sums with Σ and rows of families, as frozen values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
+from lagrange_cli.mechanics.equations import ShownEquation
+from lagrange_cli.mechanics.families.elements import Index, index_at
+
+#: Length in print of a Σ, or of the range of a element, with a letter and its two ends.
+_RANGE_LENGTH = 4
+
+
+@dataclass(frozen=True)
+class Range:
+    """The values of an index.
+
+    Attributes
+    ----------
+    letter
+        The index.
+    first, last
+        Its ends, over the letters of outer indices.
+    besides
+        The outer index that it is not equal to, None if it takes all values.
+    """
+
+    letter: sp.Symbol
+    first: Index
+    last: Index
+    besides: sp.Symbol | None = None
+
+    def values(self, outer: Mapping[sp.Symbol, int]) -> list[int]:
+        """The values of the index where those of outer ones are given."""
+        first, last = index_at(self.first, outer), index_at(self.last, outer)
+        left_out = None if self.besides is None else outer[self.besides]
+        return [k for k in range(first, last + 1) if k != left_out]
+
+
+def assignments(
+    ranges: tuple[Range, ...], outer: Mapping[sp.Symbol, int] | None = None
+) -> Iterator[dict[sp.Symbol, int]]:
+    """All values of some indices, those of outer ones given."""
+    if not ranges:
+        yield dict(outer or {})
+        return
+    for value in ranges[0].values(outer or {}):
+        yield from assignments(ranges[1:], {**(outer or {}), ranges[0].letter: value})
+
+
+@dataclass(frozen=True)
+class Series:
+    """A sum of one body over indices.
+
+    Attributes
+    ----------
+    body
+        What is summed.
+    ranges
+        The indices, the outermost first.
+    """
+
+    body: sp.Expr
+    ranges: tuple[Range, ...]
+
+
+@dataclass(frozen=True)
+class Form:
+    """An expression over letters.
+
+    Attributes
+    ----------
+    expression
+        The expression; symbols in it stand for series and for elements over letters.
+    series
+        Symbol → the series it stands for.
+    """
+
+    expression: sp.Expr
+    series: Mapping[sp.Symbol, Series] = field(default_factory=dict)
+
+    @property
+    def length(self) -> int:
+        """Its length in print."""
+        return printed_length(self.expression) + sum(
+            printed_length(s.body) - 1 + _RANGE_LENGTH * len(s.ranges) for s in self.series.values()
+        )
+
+
+@dataclass(frozen=True)
+class FamilyRow:
+    """A row of a page for all elements of a family: an equation, a definition, a momentum.
+
+    Attributes
+    ----------
+    name
+        What the element is called, with letters: ``u[i]``, ``rod[i]``.
+    ranges
+        The indices of the elements.
+    covers
+        Numbers of the rows that it stands for.
+    shown
+        The terms, and what was divided out.
+    series
+        Symbol → the series that it stands for in these.
+    """
+
+    name: str
+    ranges: tuple[Range, ...]
+    covers: tuple[int, ...]
+    shown: ShownEquation
+    series: Mapping[sp.Symbol, Series] = field(default_factory=dict)
+
+    @property
+    def form(self) -> Form:
+        """The sum of the terms."""
+        return Form(self.shown.residual, self.series)
+
+    @property
+    def length(self) -> int:
+        """Its length in print."""
+        return self.form.length + _RANGE_LENGTH * sum(r.first != r.last for r in self.ranges)
+
+
+def mapped(shown: ShownEquation, name: str, rule: Callable[[sp.Expr], sp.Expr]) -> ShownEquation:
+    """An equation under another name, with each of its expressions replaced."""
+    return ShownEquation(
+        name,
+        tuple((rule(c), rule(f)) for c, f in shown.terms),
+        rule(shown.divided_by),
+        None if shown.momentum is None else rule(shown.momentum),
+    )
+
+
+def rectangle(letters: tuple[sp.Symbol, ...], ends: list[tuple[int, int]]) -> tuple[Range, ...]:
+    """Ranges between numbers, one a letter."""
+    return tuple(
+        Range(letter, first, last) for letter, (first, last) in zip(letters, ends, strict=True)
+    )
+
+
+def places_in(ends: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
+    """All indices between some ends."""
+    return product(*(range(first, last + 1) for first, last in ends))

@@ -1,0 +1,351 @@
+"""The search for forms of families in energies and in rows of a page, each proven.
+
+An energy is taken apart into terms; those of one shape whose indices run over a range become a Σ.
+A row of a family becomes that of all elements, first with the indices counted from its own, then by
+what the terms of all rows have in common. Every form is compared with what it stands for, element
+by element (:class:`.instances.Instances`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
+from lagrange_cli.mechanics.equations import ShownEquation
+from lagrange_cli.mechanics.families.blocks import block, counted, fixed
+from lagrange_cli.mechanics.families.canonical import Shapes, Term
+from lagrange_cli.mechanics.families.elements import FEWEST_ROWS, Element, Elements, Place
+from lagrange_cli.mechanics.families.fitting import Vector, formula
+from lagrange_cli.mechanics.families.forms import (
+    FamilyRow,
+    Form,
+    mapped,
+    places_in,
+    rectangle,
+)
+from lagrange_cli.mechanics.families.gathering import Gathering
+from lagrange_cli.mechanics.families.instances import Instances
+from lagrange_cli.mechanics.families.merging import Piece
+from lagrange_cli.mechanics.families.pieces import Patterns
+
+#: Most rows that are tried as the one that shows the form of others, and fail to.
+_MOST_FAILURES = 2
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a page that belongs to an element of a family.
+
+    Attributes
+    ----------
+    number
+        Its place on the page.
+    element
+        The element.
+    shown
+        Its terms, and what was divided out.
+    """
+
+    number: int
+    element: Element
+    shown: ShownEquation
+
+    @property
+    def places(self) -> Vector:
+        """The indices of the element."""
+        return self.element.numbers
+
+
+@dataclass(frozen=True)
+class Search:
+    """Finds forms of families.
+
+    Attributes
+    ----------
+    elements
+        The families.
+    instances
+        Values that forms are compared at.
+    constants
+        Symbols that do not move.
+    """
+
+    elements: Elements
+    instances: Instances
+    constants: frozenset[sp.Symbol]
+
+    @cached_property
+    def _shapes(self) -> Shapes:
+        return Shapes(self.elements.of.get)
+
+    @cached_property
+    def _row_terms(self) -> dict[tuple[sp.Expr, Vector], list[Term] | None]:
+        return {}
+
+    # -- energies -----------------------------------------------------------------
+
+    def energy(self, whole: sp.Expr, letters: tuple[sp.Symbol, ...]) -> Form | None:
+        """An energy with its sums as Σ; None if that is not shorter in print."""
+        terms = self._shapes.terms(whole, ())
+        if terms is None:
+            return None
+        patterns = Patterns(self.elements, letters)
+        pieces, left = patterns.of_energy(terms)
+        if not pieces:
+            return None
+        pieces, rest = self._widened(patterns, pieces, left)
+        gathering = Gathering(self.elements, self._still(letters))
+        form = gathering.energy(pieces, rest)
+        if form.length >= printed_length(whole):
+            return None
+        return form if self.instances.holds(form, {}, self.instances.values([whole])[0]) else None
+
+    def _widened(
+        self, patterns: Patterns, pieces: list[Piece], left: Sequence[Term]
+    ) -> tuple[list[Piece], list[sp.Expr]]:
+        """Let sums begin before and end after the elements, where less is left over then."""
+        rest: dict[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]] = {}
+        for term in left:
+            _add(rest, term, 1)
+        for number, piece in enumerate(pieces):
+            for k in range(len(piece.ranges)):
+                for end, step in (("last", 1), ("first", -1)):
+                    wider = self._wider(pieces[number], k, end, step)
+                    smaller = wider and self._without(rest, *wider)
+                    if wider and smaller is not None and len(smaller) < len(rest):
+                        pieces[number], rest = wider[0], smaller
+        return pieces, [_rational(number) * product for number, product in rest.values()]
+
+    def _wider(
+        self, piece: Piece, k: int, end: str, step: int
+    ) -> tuple[Piece, list[sp.Expr]] | None:
+        """A piece whose range number ``k`` has one value more, and the terms that this adds."""
+        span = piece.ranges[k]
+        limit = getattr(span, end)
+        if not isinstance(limit, int) or any(isinstance(r.first, Place) for r in piece.ranges):
+            return None
+        wider = replace(span, **{end: limit + step})
+        ranges = (*piece.ranges[:k], wider, *piece.ranges[k + 1 :])
+        others = [r for m, r in enumerate(piece.ranges) if m != k]
+        added = []
+        for places in places_in([(r.first, r.last) for r in others]):  # type: ignore[misc]
+            at = dict(zip((r.letter for r in others), places, strict=True))
+            at[span.letter] = limit + step
+            value = self._instance(piece.term, at)
+            if value is None:
+                return None
+            added.append(value)
+        return replace(piece, ranges=ranges), added
+
+    def _without(
+        self,
+        rest: Mapping[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]],
+        _: Piece,
+        added: Sequence[sp.Expr],
+    ) -> dict[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]] | None:
+        smaller = dict(rest)
+        for term in self._shapes.terms(sp.Add(*added), ()) or ():
+            _add(smaller, term, -1)
+        return {key: entry for key, entry in smaller.items() if entry[0]}
+
+    def _instance(self, expr: sp.Expr, at: Mapping[sp.Symbol, int]) -> sp.Expr | None:
+        """An expression over letters at values of them; None if it has no meaning there."""
+        rules: dict[sp.Symbol, sp.Expr] = {s: sp.Integer(v) for s, v in at.items()}
+        for symbol in expr.free_symbols:
+            element = self.elements.meanings.get(symbol)
+            if element is None:
+                continue
+            places = tuple(
+                p if isinstance(p, int) else at[p.letter] + p.offset for p in element.places
+            )
+            concrete = element._replace(places=places)
+            value = self.elements.symbols.get(concrete, self.elements.beyond.get(concrete))
+            if value is None:
+                return None
+            rules[symbol] = value
+        return expr.xreplace(rules)
+
+    # -- rows -----------------------------------------------------------------------
+
+    def rows(self, rows: Sequence[Row], letters: tuple[sp.Symbol, ...]) -> Iterator[FamilyRow]:
+        """Rows that stand for several elements of a family; others are left out."""
+        families: dict[tuple[str, int], list[Row]] = {}
+        for row in rows:
+            key = row.element.family, len(row.element.places)
+            families.setdefault(key, []).append(row)
+        for (_, width), covered in families.items():
+            yield from self._family(covered, letters, letters[:width])
+
+    def _family(
+        self,
+        rows: list[Row],
+        letters: tuple[sp.Symbol, ...],
+        own: tuple[sp.Symbol, ...],
+    ) -> Iterator[FamilyRow]:
+        parts = [e for row in rows for e in _parts(row.shown)]
+        values = iter(self.instances.values(parts))
+        known = {row.places: [next(values) for _ in _parts(row.shown)] for row in rows}
+        waiting = {row.places: row for row in rows}
+        failures = 0
+        while failures < _MOST_FAILURES and len(waiting) >= FEWEST_ROWS:
+            model = self._model(list(waiting.values()))
+            best = self._best(model, waiting, known, letters, own)
+            if best is None or len(best.covers) < FEWEST_ROWS:
+                del waiting[model.places]
+                failures += 1
+                continue
+            yield best
+            for place in [p for p, r in waiting.items() if r.number in best.covers]:
+                del waiting[place]
+
+    def _best(
+        self,
+        model: Row,
+        waiting: Mapping[Vector, Row],
+        known: Mapping[Vector, Sequence[mpf | None]],
+        letters: tuple[sp.Symbol, ...],
+        own: tuple[sp.Symbol, ...],
+    ) -> FamilyRow | None:
+        """The form that most rows have, of that which a row shows and that which all show."""
+        best: FamilyRow | None = None
+        for candidate in self._candidates(model, waiting, letters, own):
+            row = self._proven(candidate, model, waiting, known, own)
+            if row is not None and (best is None or len(row.covers) > len(best.covers)):
+                best = row
+            if best is not None and len(best.covers) == len(waiting):
+                break
+        return None if best is None else fixed(best, self.elements)
+
+    def _candidates(
+        self,
+        model: Row,
+        waiting: Mapping[Vector, Row],
+        letters: tuple[sp.Symbol, ...],
+        own: tuple[sp.Symbol, ...],
+    ) -> Iterator[FamilyRow]:
+        name = model.element._replace(places=tuple(Place(letter) for letter in own)).name
+        shifted = self._shifted(model, own)
+        yield FamilyRow(name, (), (), replace(shifted, coordinate=name))
+        common = self._common(model, waiting, letters)
+        if common is not None:
+            terms, series = common
+            for divisor in self._divisors(shifted.divided_by, waiting, own):
+                yield FamilyRow(name, (), (), ShownEquation(name, terms, divisor), series)
+
+    def _divisors(
+        self, shifted: sp.Expr, waiting: Mapping[Vector, Row], own: tuple[sp.Symbol, ...]
+    ) -> list[sp.Expr]:
+        """What was divided out, by the index: its number may depend on that."""
+        numbers = {}
+        for place, row in waiting.items():
+            number = row.shown.divided_by.as_coeff_Mul(rational=True)[0]
+            numbers[place] = Fraction(int(number.p), int(number.q))
+        number = formula(numbers, own)
+        symbolic = shifted.as_coeff_Mul(rational=True)[1]
+        return [shifted] if number is None else [number * symbolic]
+
+    def _model(self, rows: list[Row]) -> Row:
+        """The row with the most elements; of several the one in the middle."""
+        centre = [sum(r.places[k] for r in rows) / len(rows) for k in range(len(rows[0].places))]
+
+        def key(row: Row) -> tuple[int, float, Vector]:
+            held = sum(s in self.elements.of for s in row.shown.residual.free_symbols)
+            away = sum((p - c) ** 2 for p, c in zip(row.places, centre, strict=True))
+            # Indices that differ tell which of them an element with one index goes with.
+            return -held, away + 0.1 * (len(set(row.places)) < len(row.places)), row.places
+
+        return min(rows, key=key)
+
+    def _shifted(self, model: Row, own: tuple[sp.Symbol, ...]) -> ShownEquation:
+        """A row with indices counted from its own."""
+        shown = model.shown
+        parts = [*(e for pair in shown.terms for e in pair), shown.divided_by]
+        parts += [] if shown.momentum is None else [shown.momentum]
+        rules: dict[sp.Symbol, sp.Symbol] = {}
+        for symbol in set[sp.Symbol]().union(*(p.free_symbols for p in parts)):
+            element = self.elements.of.get(symbol)
+            if element is not None and len(element.places) <= len(own):
+                places = counted(element.numbers, model.places, own)
+                rules[symbol] = self.elements.pattern(element._replace(places=places), symbol)
+        return mapped(shown, shown.coordinate, lambda e: e.xreplace(rules))
+
+    def _common(
+        self, model: Row, waiting: Mapping[Vector, Row], letters: tuple[sp.Symbol, ...]
+    ) -> tuple[tuple[tuple[sp.Expr, sp.Expr], ...], dict] | None:  # type: ignore[type-arg]
+        """What the terms of all rows have in common, as far as the model has it."""
+        terms: list[Term] = []
+        for row in waiting.values():
+            flat = self._terms(row)
+            if flat is None:
+                return None
+            terms += flat
+        pieces = Patterns(self.elements, letters).of_rows(terms, frozenset(waiting))
+        pieces = [p for p in pieces if model.places in p.rows]
+        gathering = Gathering(self.elements, self._still(letters))
+        shown = tuple(gathering.row(pieces))
+        return (shown, gathering.held([e for pair in shown for e in pair])) if shown else None
+
+    def _terms(self, row: Row) -> list[Term] | None:
+        """The terms of a row, found once."""
+        key = row.shown.residual, row.places
+        if key not in self._row_terms:
+            self._row_terms[key] = self._shapes.terms(*key)
+        return self._row_terms[key]
+
+    def _still(self, letters: tuple[sp.Symbol, ...]) -> frozenset[sp.Symbol]:
+        patterns = (s for s, example in self.elements.examples.items() if example in self.constants)
+        return self.constants | frozenset(letters) | frozenset(patterns)
+
+    def _proven(
+        self,
+        candidate: FamilyRow,
+        model: Row,
+        waiting: Mapping[Vector, Row],
+        known: Mapping[Vector, Sequence[mpf | None]],
+        own: tuple[sp.Symbol, ...],
+    ) -> FamilyRow | None:
+        """The candidate with the elements that it is proven for; None if these are too few."""
+        forms = [Form(part, candidate.series) for part in _parts(candidate.shown)]
+
+        def is_held_at(places: Vector) -> bool:
+            at = dict(zip(own, places, strict=True))
+            values = known[places]
+            return len(values) == len(forms) and all(
+                self.instances.holds(form, at, value)
+                for form, value in zip(forms, values, strict=True)
+            )
+
+        held = {p for p in waiting if is_held_at(p)} if is_held_at(model.places) else set()
+        if not held:
+            return None
+        ends = block(model.places, held)
+        rows = [waiting[p] for p in places_in(ends)]
+        covered = tuple(row.number for row in rows)
+        row = replace(candidate, ranges=rectangle(own, ends), covers=covered)
+        # Each row has a name and a sign of equality, too.
+        written = sum(printed_length(r.shown.residual) + 2 for r in rows)
+        return row if row.length + 2 < written else None
+
+
+def _parts(shown: ShownEquation) -> list[sp.Expr]:
+    """All that a row shows: its terms, what was divided out, a momentum."""
+    momentum = [] if shown.momentum is None else [shown.momentum]
+    return [shown.residual, shown.divided_by, *momentum]
+
+
+def _add(
+    rest: dict[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]], term: Term, sign: int
+) -> None:
+    key = term.text, term.symbols
+    number, product = rest.get(key, (Fraction(0), term.product))
+    rest[key] = number + sign * term.number, product
+
+
+def _rational(value: Fraction) -> sp.Rational:
+    return sp.Rational(value.numerator, value.denominator)
