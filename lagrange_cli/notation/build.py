@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.algebra.factor import holds_powers
 from lagrange_cli.mechanics.symbols.convert import (
     EVEN_FUNCTIONS,
     ODD_FUNCTIONS,
@@ -276,7 +277,7 @@ def _number(value: Fraction, literals: Mapping[Fraction, str]) -> DisplayNumber:
 def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> SignedNode:
     """Sign and unsigned tree of a product of expressions."""
     gathered = _Factors()
-    pending = list(factors)
+    pending = _without_names(list(factors), words, gathered)
     while pending:
         factor = pending.pop()
         if factor in words.named:
@@ -294,6 +295,23 @@ def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> SignedNode:
         else:
             gathered.multiply(_single(factor, words))
     return gathered.term(words.literals)
+
+
+def _without_names(
+    factors: list[sympy.Expr], words: Vocabulary, gathered: _Factors
+) -> list[sympy.Expr]:
+    """The factors but for those whose product has a name, which is gathered in their place."""
+    for powers, name in words.products:
+        flat = [a for f in factors for a in sympy.Mul.make_args(f)]
+        whole = sympy.Mul(*(f for f in flat if f.as_base_exp()[0] in powers))
+        if not holds_powers(whole, powers):
+            continue
+        factors = [f for f in flat if f.as_base_exp()[0] not in powers]
+        while holds_powers(whole, powers):
+            gathered.multiply_named(name, Fraction(1))
+            whole /= sympy.Mul(*(base**exponent for base, exponent in powers.items()))
+        factors.append(whole)
+    return factors
 
 
 def _multiply_power(gathered: _Factors, expression: sympy.Expr, words: Vocabulary) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 from itertools import takewhile
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -54,6 +55,19 @@ class Vocabulary:
     functions: Mapping[str, str | None] = field(default_factory=dict)
     sums: Mapping[sympy.Expr, tuple[tuple[sympy.Expr, ...], bool]] = field(default_factory=dict)
     named: Mapping[sympy.Expr, tuple[NamedFactor, ...]] = field(default_factory=dict)
+
+    @cached_property
+    def products(self) -> list[tuple[Mapping[sympy.Expr, sympy.Expr], tuple[NamedFactor, ...]]]:
+        """Those of ``named`` that are products of parameters: the powers of each, and its name."""
+        return [
+            (expression.as_powers_dict(), factors)
+            for expression, factors in self.named.items()
+            if expression.is_Mul
+            and expression.as_coeff_Mul(rational=True)[0] == 1
+            and all(
+                self.atoms[s].traits.level == Dependence.PARAMETER for s in expression.free_symbols
+            )
+        ]
 
 
 def vocabulary(equations: Equations, *, abbreviating: bool = False) -> Vocabulary:

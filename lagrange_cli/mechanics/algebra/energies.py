@@ -11,6 +11,7 @@ from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
 from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities, grouped_sum
 from lagrange_cli.mechanics.algebra.printed_length import printed_length, sum_size
+from lagrange_cli.mechanics.algebra.shortest import joined
 from lagrange_cli.mechanics.free_symbols import symbols_in
 
 #: Terms that an energy may be multiplied out to while a shorter form is sought. Set by hand.
@@ -70,14 +71,13 @@ def by_parameters(
     for term in terms:
         key = _weight(term, constants), _degree(term, velocities)
         groups.setdefault(key, []).append(term)
-    return sp.Add(
-        *(
-            next(_in_front(group, constants, velocities), sp.Add(*group))
-            if len(group) > 1
-            else group[0]
-            for group in groups.values()
-        )
-    )
+    products = [
+        next(_in_front(group, constants, velocities), sp.Add(*group))
+        if len(group) > 1
+        else group[0]
+        for group in groups.values()
+    ]
+    return sp.Add(*joined(products, constants))
 
 
 def _weight(term: sp.Expr, constants: frozenset[sp.Symbol]) -> sp.Expr:

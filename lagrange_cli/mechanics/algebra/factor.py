@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import sympy as sp
 
@@ -77,6 +77,15 @@ def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
             powers[base] = exponent
     powers.pop(_ONE, None)
     return powers
+
+
+def holds_powers(product: sp.Expr, powers: Mapping[sp.Expr, sp.Expr]) -> bool:
+    """Tell whether a product holds powers of some bases, or higher ones of the same signs."""
+    own = product.as_powers_dict()
+    return all(
+        b in own and own[b].is_Integer and own[b] * e > 0 and abs(own[b]) >= abs(e)
+        for b, e in powers.items()
+    )
 
 
 def factored(terms: list[sp.Expr]) -> sp.Expr:

@@ -66,7 +66,7 @@ def shortest_groups(
         for given in (terms,) if bracketed == list(terms) else (terms, bracketed):
             ways.append(_gathered(given, constants, _head))
             ways.append(_gathered(given, constants, _parameters))
-    return min((_joined(way) for way in ways), key=_length)
+    return min((joined(way) for way in ways), key=_length)
 
 
 def shortest_coefficient(whole: sp.Expr, constants: frozenset[sp.Symbol]) -> sp.Expr:
@@ -238,18 +238,22 @@ def _is_polynomial(factor: sp.Expr) -> bool:
     return bool(factor.is_Rational or (not base.args and exponent.is_Integer and exponent > 0))
 
 
-def _joined(groups: list[sp.Expr]) -> list[sp.Expr]:
-    """Put products together that share a sum: ``k (1 - d/s) (l sin θ - d cos θ)``."""
+def joined(groups: list[sp.Expr], apart: frozenset[sp.Symbol] = frozenset()) -> list[sp.Expr]:
+    """Put products together that share a sum: ``k (1 - d/s) (l sin θ - d cos θ)``.
+
+    ``apart``: symbols of which a sum alone is no reason to.
+    """
     sharing: dict[sp.Expr, list[sp.Expr]] = {}
     for group in groups:
         for factor in sp.Mul.make_args(group):
             base = factor.as_base_exp()[0]
-            if base.is_Add and factor.as_base_exp()[1].is_positive:
+            is_shared = base.is_Add and not symbols_in(base) <= apart
+            if is_shared and factor.as_base_exp()[1].is_positive:
                 sharing.setdefault(base, []).append(group)
     for members in sharing.values():
         if len(members) > 1 and all(m in groups for m in members):
             others = [g for g in groups if g not in members]
-            return _joined([*others, factored(members)])
+            return joined([*others, factored(members)], apart)
     return groups
 
 

@@ -17,7 +17,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
+from lagrange_cli.mechanics.algebra.factor import common_factor, factored, holds_powers, scaled
 from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient, shortest_groups
@@ -97,6 +97,8 @@ def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> Sh
         candidate = ShownEquation(name, _divided(groups, whole), whole)
         if asked(candidate.residual):
             return candidate
+    if any(rows.takes_apart(c, divisor) for c, _ in groups):
+        divisor = divisor.as_coeff_Mul(rational=True)[0]
     return ShownEquation(name, _divided(groups, divisor), divisor)
 
 
@@ -117,6 +119,13 @@ class _Rows:
         #: Symbols that a common factor may hold which is divided out.
         self.harmless = self.parameters.union(c.q for c in reduced.coordinates if c.is_positive)
         self.order = {c.v: k for k, c in enumerate(reduced.coordinates)}
+        #: Powers in the products of parameters that have a name: of the reduced mass.
+        self.named = [
+            product.as_powers_dict()
+            for _, expression in reduced.names.abbreviations()
+            if (product := reduced.convert(expression)).is_Mul
+            and product.free_symbols <= self.parameters
+        ]
         #: (entry of the gradient, multiplier) of the closures and gaps, by coordinate.
         self.pushes: list[list[tuple[sp.Expr, sp.Symbol]]] = [[] for _ in reduced.coordinates]
         for closure in derivation.pushing:
@@ -167,6 +176,11 @@ class _Rows:
         inertia = [c for c, f in groups if f in accelerations]
         turned = inertia and all(_is_negative(c) for c in inertia)
         return scaled(-number if turned else number, factor)
+
+    def takes_apart(self, coefficient: sp.Expr, divisor: sp.Expr) -> bool:
+        """Tell whether a quotient no longer holds a product that has a name."""
+        held = [powers for powers in self.named if holds_powers(coefficient, powers)]
+        return any(not holds_powers(coefficient / divisor, powers) for powers in held)
 
     def _has_decimals(self, numbers: Iterable[sp.Rational]) -> bool:
         return any(Fraction(int(abs(n.p)), int(n.q)) in self.decimals for n in numbers)
