@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
+    from lagrange_cli.analysis.values import Analysis
     from lagrange_cli.cache import Cache
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
@@ -239,6 +240,34 @@ class Derivation:
         from lagrange_cli.emit.registry import emitter
 
         return emitter(to).emit(self.equations, options)
+
+    def analyze(self, *parts: str, at: GivenValues | None = None) -> Analysis:
+        """Find equilibria and their stability, the linear system and its modes.
+
+        Parameters
+        ----------
+        parts
+            ``equilibria``, ``linearization``, ``modes``; all that can be found if there are none.
+        at
+            Coordinates of the equilibrium to linearize at, and values of inputs that are held;
+            numbers or expressions.
+
+        Raises
+        ------
+        InputError
+            A part that is named cannot be found, or there is no equilibrium at ``at``.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> [point.stability.verdict for point in derivation.analyze().equilibria.points]
+        ['stable', 'unstable']
+        >>> derivation.analyze("linearization", at={"theta": "pi"}).linearization.stiffness
+        array([[-9.81]])
+        """
+        from lagrange_cli.analysis.analyze import analyze
+
+        return analyze(self.equations, parts, _texts(at))
 
     def simulate(
         self,

@@ -2,5 +2,7 @@
 
 Certified :class:`~lagrange_cli.mechanics.equations.Equations` go in; symmetries, equilibria,
 linear systems, modes and other forms of the equations come out, as frozen values. Nothing is
-found unless it is asked for. :mod:`.symmetries` has Noether's theorem.
+found unless it is asked for. Read :mod:`.analyze` first; :mod:`.symmetries` has Noether's theorem.
 """
+
+__all__ = ["analyze", "values"]

@@ -32,7 +32,8 @@ _OTHERS: dict[str, Callable[..., Any]] = {
     "min": np.minimum,
     "max": np.maximum,
 }
-_FUNCTIONS = {name: getattr(np, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
+#: Functions of programs over arrays of doubles.
+IN_DOUBLES = {name: getattr(np, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
 
 #: States that are drawn for each that is wanted: at some an expression is not real.
 _DRAWN = 3
@@ -109,7 +110,7 @@ class SampledValues:
         wanted = [values.convert(e) for e in expressions]
         named = {name: x for (_, name, _), x in zip(inputs, numbers, strict=True)}
         with np.errstate(all="ignore"):
-            rows = evaluated(values, wanted, named, _FUNCTIONS, float)
+            rows = evaluated(values, wanted, named, IN_DOUBLES, float)
         count = _DRAWN * self._number
         return np.array([np.broadcast_to(row, (count,)) for row in rows]).reshape(-1, count)
 

@@ -19,7 +19,10 @@ from lagrange_cli.errors import InputError, InternalError, LagrangeError, Proble
 from lagrange_cli.version import __version__
 
 #: The subcommands, in the order in which help lists them: each a function in a module of its name.
-COMMANDS = ("derive", "emit", "simulate", "tradeoff", "stress", "fit", "check", "cache")
+COMMANDS = (
+    *("derive", "emit", "analyze", "simulate", "tradeoff", "stress", "fit"),
+    *("check", "cache"),
+)
 
 _REPORT = (
     "this is a defect of lagrange and not of your scene; please report it with the\n"

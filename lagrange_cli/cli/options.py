@@ -289,6 +289,13 @@ initial = _assignments_to(
     "Set an initial value, of NAME or 'dot(NAME)'; repeatable.  [default: the scene's values]",
 )
 
+#: ``--at NAME=VALUE``.
+at = _assignments_to(
+    "--at at",
+    "Linearize at the equilibrium with this value of a coordinate, or hold an input at it;"
+    " repeatable.  [default: the stable equilibrium nearest to the initial configuration]",
+)
+
 #: ``--steps`` and ``--by WAY``; see :func:`way_of`.
 steps = in_order(
     (
@@ -309,6 +316,13 @@ steps = in_order(
 #: ``-o FILE.json``.
 report_path = file(
     "-o --output", "Write the report, as .json.  [default: none]", callback=writable_as(".json")
+)
+
+#: ``-o FILE.json`` or ``FILE.npz``.
+analysis_path = file(
+    "-o --output",
+    "Write the report, as .json, or the matrices, as .npz.  [default: none]",
+    callback=writable_as(".json", ".npz"),
 )
 
 #: ``--traceback``.

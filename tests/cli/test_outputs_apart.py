@@ -30,6 +30,7 @@ OUTPUTS = {
     "picture": (("simulate", "SCENE"), "--plot", ".svg"),
     "checkpoint": (("simulate", "SCENE"), "--checkpoint", ""),
     "ensemble": (("simulate", "SCENE", "--ensemble", "MEMBERS"), "-o", ".npz"),
+    "analysis": (("analyze", "SCENE"), "-o", ".json"),
     "tradeoff": (("tradeoff", "SCENE"), "-o", ".json"),
     "tradeoff picture": (("tradeoff", "SCENE"), "--plot", ".svg"),
     "stress": (("stress", "SCENE"), "-o", ".json"),

@@ -10,4 +10,15 @@ The derivation itself is written by the formats of :mod:`lagrange_cli.emit`, whi
 interface and documents use too.
 """
 
-__all__ = ["cache", "check", "derive", "emit", "ensemble", "fit", "simulate", "stress", "tradeoff"]
+__all__ = [
+    "analyze",
+    "cache",
+    "check",
+    "derive",
+    "emit",
+    "ensemble",
+    "fit",
+    "simulate",
+    "stress",
+    "tradeoff",
+]

@@ -1,0 +1,167 @@
+"""The pipeline of an analysis: equilibria, their stability, the linear system and its modes.
+
+Each part is found when it is asked for. Without a choice all parts are, and those that cannot be
+found, or are beyond the budget, are named with the reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.analysis.at import configuration_at, nearest
+from lagrange_cli.analysis.closed_forms import ClosedForms, closed_forms
+from lagrange_cli.analysis.exact_matrices import exact_matrices
+from lagrange_cli.analysis.linearize import in_doubles, linear_system, state_space
+from lagrange_cli.analysis.modes import modes
+from lagrange_cli.analysis.repeats import distance, without_repeats
+from lagrange_cli.analysis.rest_system import RestSystem, rest_system
+from lagrange_cli.analysis.search import search
+from lagrange_cli.analysis.stability import stability
+from lagrange_cli.analysis.values import (
+    Analysis,
+    Equilibria,
+    Equilibrium,
+    LeftOut,
+    Linearization,
+    Mode,
+    Stability,
+)
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.stages import announce
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+#: The parts of an analysis, in the order in which they are found.
+PARTS = ("equilibria", "linearization", "modes")
+
+
+def analyze(
+    equations: Equations, parts: Collection[str] = (), at: Mapping[str, str] | None = None
+) -> Analysis:
+    """Analyze equations of motion.
+
+    Parameters
+    ----------
+    equations
+        The equations.
+    parts
+        Names of :data:`PARTS` that are wanted; all that can be found if there are none.
+    at
+        Coordinates of a configuration, and values of inputs that are held; expressions of the
+        scene language.
+
+    Raises
+    ------
+    InputError
+        A wanted part cannot be found, or ``at`` is no equilibrium.
+    """
+    wanted = [part for part in PARTS if part in parts or not parts]
+    configuration = configuration_at(equations, at or {})
+    try:
+        system = rest_system(equations, configuration.held)
+        announce("looking for equilibria")
+        equilibria = find_equilibria(system)
+    except InputError as error:
+        if parts or at:
+            raise
+        return Analysis(equations, left_out=_left_out(wanted, error))
+    result = Analysis(equations, equilibria=equilibria if "equilibria" in wanted else None)
+    further = [part for part in wanted if part != "equilibria"]
+    try:
+        if further:
+            announce("linearizing")
+            chosen = nearest(system, equilibria, configuration)
+            linear = linearization(system, chosen)
+            result = replace(result, linearization=linear)
+            if "modes" in further:
+                result = replace(result, modes=_modes(system, linear, bool(at)))
+    except InputError as error:
+        if parts or at:
+            raise
+        missing = [p for p in further if p != "linearization" or result.linearization is None]
+        result = replace(result, left_out=(*result.left_out, *_left_out(missing, error)))
+    if "linearization" not in wanted:
+        result = replace(result, linearization=None)
+    return result
+
+
+def _left_out(parts: Collection[str], error: InputError) -> tuple[LeftOut, ...]:
+    return tuple(LeftOut(part, error.problems[0].message) for part in parts)
+
+
+def find_equilibria(system: RestSystem) -> Equilibria:
+    """Find the equilibria in closed form where that can be, else by a search.
+
+    Raises
+    ------
+    InputError
+        There is no closed form, and a parameter lacks its value.
+    """
+    forms = closed_forms(system) or ClosedForms((), (), False)
+    points, starts = list(forms.points), 0
+    if not forms.complete and not (system.missing and points):
+        found, starts = search(system)
+        points += found
+    different = without_repeats(system, _ordered(system, points))
+    judged = tuple(replace(p, stability=_stability(system, p)) for p in different)
+    return Equilibria(judged, forms.absent, forms.complete, starts, system.held)
+
+
+def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]:
+    """Put closed forms first, short ones before others, then those that are near the start."""
+
+    def key(point: Equilibrium) -> tuple[bool, float, list[float]]:
+        if point.exact is not None:
+            length = sum(map(sp.count_ops, point.exact)) / 1000
+            return False, len(point.conditions) - len(point.free) + length, []
+        position = point.position or ()
+        rounded = [round(float(x), 9) for x in position]
+        return True, round(float(distance(system, position, system.start)), 9), rounded
+
+    return sorted(points, key=key)
+
+
+def _stability(system: RestSystem, point: Equilibrium) -> Stability:
+    if point.position is None:
+        return Stability("undecided", "parameters have no values")
+    try:
+        return stability(system, point, linear_system(system, point))
+    except InputError as error:
+        return Stability("undecided", error.problems[0].message)
+
+
+def linearization(system: RestSystem, point: Equilibrium) -> Linearization:
+    """Linearize at an equilibrium.
+
+    Raises
+    ------
+    InputError
+        A parameter lacks its value, or the coordinates are singular there.
+    """
+    linear = linear_system(system, point)
+    names = [c.name for c in system.equations.coordinates]
+    matrices = (linear.mass, linear.damping, linear.stiffness)
+    mass, damping, stiffness = (in_doubles(m) for m in matrices)
+    exact = exact_matrices(system, point)
+    space = state_space(system, linear, point)
+    coordinates = tuple(names[j] for j in linear.independent)
+    return Linearization(point, coordinates, mass, damping, stiffness, space, exact)
+
+
+def _modes(system: RestSystem, linear: Linearization, chosen: bool) -> tuple[Mode, ...]:
+    """Find the modes, at an equilibrium that was chosen or is not known to be unstable."""
+    told = linear.at.stability
+    if not chosen and told is not None and told.verdict == "unstable":
+        message = "no equilibrium that was found is stable"
+        hint = "--at NAME=VALUE chooses one"
+        raise InputError(Problem(message, hint=hint, rule="analysis-unstable"))
+    with mpmath.workdps(50):
+        values = {symbol: mpf(x) for symbol, x in system.known.items()}
+    return modes(linear, values)

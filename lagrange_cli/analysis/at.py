@@ -1,0 +1,152 @@
+"""The configuration that ``--at`` names, and the equilibrium that is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.analysis.repeats import distance
+from lagrange_cli.analysis.search import polished
+from lagrange_cli.analysis.values import Equilibria, Equilibrium, Mpf
+from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import nearest as nearest_name
+from lagrange_cli.mechanics.interpretation import interpret
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.scene.language.families import read_expression
+
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.rest_system import RestSystem
+    from lagrange_cli.mechanics.equations import Equations
+
+_DIGITS = 50
+
+#: Distance from an equilibrium, relative to 1 and to its coordinates, that is taken for rounding
+#: of what was typed.
+_TYPED = 1e-2
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """Values of coordinates, and of inputs that are held over the parameters, with their places."""
+
+    coordinates: Mapping[str, Mpf]
+    held: Mapping[str, sp.Expr]
+    marks: Mapping[str, Mark]
+
+
+def configuration_at(equations: Equations, texts: Mapping[str, str]) -> Configuration:
+    """Read the values of ``--at NAME=VALUE``.
+
+    Raises
+    ------
+    InputError
+        Located: a name is neither a coordinate nor an input, or a value is no number.
+    """
+    coordinates = {c.name for c in equations.coordinates}
+    inputs = {u.name for u in equations.inputs}
+    values: dict[str, Mpf] = {}
+    held: dict[str, sp.Expr] = {}
+    marks: dict[str, Mark] = {}
+    for name, text in texts.items():
+        shown = f"{name}={text}"
+        marks[name] = Mark(f"--at {name}", 1, 1, shown, max(1, len(name)))
+        if name not in coordinates | inputs:
+            known = ", ".join(sorted(coordinates | inputs))
+            hint = nearest_name(name, coordinates | inputs) or f"known are {known}"
+            message = f"'{name}' is no coordinate and no input"
+            raise InputError(Problem(message, marks[name], hint, "unknown-name"))
+        place = Mark(f"--at {name}", 1, len(name) + 2, shown, max(1, len(text)))
+        expression = interpret(equations, read_expression(text, place))
+        value = _value(equations, expression, place)
+        if name in coordinates:
+            values[name] = value
+        else:
+            held[name] = expression
+    return Configuration(values, held, marks)
+
+
+def _value(equations: Equations, expression: sp.Expr, place: Mark) -> Mpf:
+    with mpmath.workdps(_DIGITS):
+        known = {
+            p.symbol: mpf(p.decimal or p.value) for p in equations.parameters if p.value is not None
+        }
+        if expression.free_symbols <= known.keys():
+            try:
+                return evaluate([expression], known)[0]
+            except DomainError:
+                pass
+    message = "this is no number for the values of the parameters"
+    raise InputError(Problem(message, place, rule="no-value"))
+
+
+def nearest(
+    system: RestSystem, equilibria: Equilibria, configuration: Configuration
+) -> Equilibrium:
+    """Choose the equilibrium that is linearized at.
+
+    With coordinates in ``configuration`` the one that agrees with them; else the stable one
+    nearest to the initial configuration, or if none is known to be stable the nearest.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    if configuration.coordinates:
+        return _at(system, equilibria, configuration)
+    points = [p for p in equilibria.points if p.position is not None]
+    if equilibria.points and not points:
+        system.require_values()
+    if not points:
+        raise InputError(Problem(_none(equilibria), rule="analysis-none"))
+    stable = [p for p in points if p.stability and p.stability.verdict.split()[0] in _GOOD]
+    return min(stable or points, key=lambda p: distance(system, p.position or (), system.start))
+
+
+#: First words of verdicts that call an equilibrium stable in some sense.
+_GOOD = ("stable", "asymptotically")
+
+
+def _none(equilibria: Equilibria) -> str:
+    if equilibria.complete:
+        return "there is no equilibrium"
+    return f"no equilibrium was found from {equilibria.starts} starts"
+
+
+def _at(system: RestSystem, equilibria: Equilibria, configuration: Configuration) -> Equilibrium:
+    """Choose the known equilibrium that is named, or one that Newton's method reaches from it."""
+    system.require_values()
+    coordinates = system.equations.coordinates
+    given = {
+        k: configuration.coordinates[c.name]
+        for k, c in enumerate(coordinates)
+        if c.name in configuration.coordinates
+    }
+
+    def gap(point: Equilibrium) -> Mpf:
+        position = point.position or ()
+        full = [given.get(k, x) for k, x in enumerate(position)]
+        return distance(system, position, full)
+
+    points = [p for p in equilibria.points if p.position is not None]
+    near = [p for p in points if gap(p) <= _TYPED]
+    if near:
+        start = system.start
+        return min(near, key=lambda p: distance(system, p.position or (), start))
+    place = [float(given.get(k, x)) for k, x in enumerate(system.start)]
+    reached = polished(system, [*place, *[0.0] * len(system.equations.closures)])
+    if reached is not None and gap(reached) <= _TYPED:
+        return reached
+    name = next(iter(configuration.coordinates))
+    known = min(points, key=gap, default=None)
+    hint = "no equilibrium is known"
+    if known is not None and known.position is not None:
+        values = zip(coordinates, known.position, strict=True)
+        hint = "near: " + ", ".join(f"{c.name} = {float(x):.6g}" for c, x in values)
+    message = "this is no equilibrium"
+    raise InputError(Problem(message, configuration.marks[name], hint, "analysis-at"))

@@ -1,0 +1,267 @@
+"""Equilibria in closed form: equations split into factors and solved one after the other.
+
+An equation that is a product gives a branch for each factor. Within a branch an equation in one
+unknown is solved (:mod:`.single_equation`), an unknown that stands linearly is eliminated, and so
+on until nothing is left. Each step keeps all solutions, so that a search that ends has found all.
+Candidates are put into the equations before they count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.analysis.rest_system import RestSystem
+from lagrange_cli.analysis.single_equation import factors_of, real_roots
+from lagrange_cli.analysis.values import AbsentEquilibrium, Equilibrium, Existence, Mpf
+from lagrange_cli.mechanics.algebra.polynomials import cancelled
+from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.proofs.zero_test import vanish
+
+# The budget; all set by hand.
+
+#: Unknowns.
+_UNKNOWNS = 12
+#: Branches that are followed.
+_BRANCHES = 300
+#: Operations of one equation.
+_OPERATIONS = 400
+
+#: Digits of the numbers that decide, and the relative size below which one is rounding.
+DIGITS = 50
+ROUNDING = mpf(10) ** -30
+
+
+class _BudgetError(Exception):
+    """A branch has no closed form, or is too large."""
+
+
+@dataclass(frozen=True)
+class ClosedForms:
+    """Equilibria in closed form.
+
+    Attributes
+    ----------
+    points
+        Those that exist for the parameters' values, or whose existence is open where some lack one.
+    absent
+        Those that do not.
+    complete
+        True if there are no others.
+    """
+
+    points: tuple[Equilibrium, ...]
+    absent: tuple[AbsentEquilibrium, ...]
+    complete: bool
+
+
+@dataclass(frozen=True)
+class _Branch:
+    """Equations that are still to be solved, and what was found before, the last first."""
+
+    equations: tuple[sp.Expr, ...]
+    unknowns: tuple[sp.Symbol, ...]
+    values: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
+    conditions: tuple[Existence, ...] = ()
+
+    def solved(
+        self, unknown: sp.Symbol, value: sp.Expr, conditions: tuple[Existence, ...] = ()
+    ) -> _Branch:
+        """Put a value in place of an unknown."""
+        return _Branch(
+            tuple(e.xreplace({unknown: value}) for e in self.equations),
+            tuple(u for u in self.unknowns if u != unknown),
+            ((unknown, value), *self.values),
+            (*self.conditions, *conditions),
+        )
+
+
+class _Solver:
+    """Follows the branches of the equations of one system."""
+
+    def __init__(self, system: RestSystem) -> None:
+        self.system = system
+        coordinates = system.equations.coordinates
+        self.angles = {c.q for c in coordinates if c.is_angle}
+        self.branches = 0
+        # Of an angle that does not only stand in sines and cosines, one turn alone is looked at.
+        turning = (k for k, c in enumerate(coordinates) if c.is_angle and k not in system.free)
+        self.complete = all(k in system.periodic for k in turning)
+
+    def run(self) -> Iterator[_Branch]:
+        """Yield the branches that end in a solution."""
+        equations = (*self.system.forces, *self.system.constraints)
+        pending = [_Branch(equations, self.system.unknowns)]
+        while pending:
+            self.branches += 1
+            if self.branches > _BRANCHES:
+                self.complete = False
+                return
+            branch = pending.pop(0)
+            try:
+                simplified = self._simplified(branch)
+                if simplified is None:
+                    continue
+                if simplified.equations:
+                    pending = [*self._step(simplified), *pending]
+                else:
+                    yield simplified
+            except _BudgetError:
+                self.complete = False
+
+    def _simplified(self, branch: _Branch) -> _Branch | None:
+        """Leave out equations that hold; None if one of them cannot."""
+        unknowns, kept = frozenset(branch.unknowns), []
+        for written in branch.equations:
+            if sp.count_ops(written) > _OPERATIONS:
+                raise _BudgetError
+            equation = cancelled(written)
+            if equation.free_symbols & unknowns:
+                kept.append(equation)
+            elif equation.has(sp.zoo, sp.nan, sp.oo):
+                return None
+            elif equation != 0 and not vanish(equation):
+                if self._may_vanish(equation):
+                    raise _BudgetError  # for these values of the parameters alone
+                return None
+        return replace(branch, equations=tuple(kept))
+
+    def _may_vanish(self, expression: sp.Expr) -> bool:
+        """Say whether an expression in parameters is zero for their values."""
+        known = self.system.known
+        if not expression.free_symbols <= known.keys():
+            return False
+        return _is_zero(expression, known)
+
+    def _step(self, branch: _Branch) -> list[_Branch]:
+        unknowns = frozenset(branch.unknowns)
+        split = [factors_of(e, unknowns) for e in branch.equations]
+        if not all(split):
+            return []  # the numerator is a constant that does not vanish
+        for k, factors in enumerate(split):
+            if len(factors) > 1:
+                return [
+                    replace(branch, equations=_replaced(branch.equations, k, f)) for f in factors
+                ]
+        equations = tuple(factors[0] for factors in split)
+        branch = replace(branch, equations=equations)
+        return self._by_roots(branch) or self._by_elimination(branch)
+
+    def _by_roots(self, branch: _Branch) -> list[_Branch] | None:
+        """Solve the shortest equation in one unknown; None if there is none that can be."""
+        unknowns = frozenset(branch.unknowns)
+        for equation in sorted(branch.equations, key=sp.count_ops):
+            present = equation.free_symbols & unknowns
+            if len(present) != 1:
+                continue
+            (unknown,) = present
+            roots = real_roots(equation, unknown, is_angle=unknown in self.angles)
+            if roots is not None:
+                return [branch.solved(unknown, r.value, r.conditions) for r in roots] or [
+                    replace(branch, equations=(sp.S.One,))
+                ]
+        return None
+
+    def _by_elimination(self, branch: _Branch) -> list[_Branch]:
+        """Solve an equation for an unknown whose factor is a constant that does not vanish."""
+        unknowns = frozenset(branch.unknowns)
+        for equation in sorted(branch.equations, key=sp.count_ops):
+            for unknown in branch.unknowns:
+                if unknown not in equation.free_symbols:
+                    continue
+                parts = linear_parts(equation, unknown)
+                if parts is None or parts[0].free_symbols & unknowns:
+                    continue
+                if not self._may_vanish(parts[0]):
+                    return [branch.solved(unknown, cancelled(-parts[1] / parts[0]))]
+        raise _BudgetError
+
+
+def _replaced(equations: Sequence[sp.Expr], k: int, by: sp.Expr) -> tuple[sp.Expr, ...]:
+    return (*equations[:k], by, *equations[k + 1 :])
+
+
+def closed_forms(system: RestSystem) -> ClosedForms | None:
+    """Solve the equations of equilibrium in closed form; None beyond the budget.
+
+    Some equilibria may be found, and others not: then they are not complete.
+    """
+    if len(system.unknowns) > _UNKNOWNS:
+        return None
+    if sum(sp.count_ops(e) for e in system.forces) > _UNKNOWNS * _OPERATIONS:
+        return None
+    solver = _Solver(system)
+    points: list[Equilibrium] = []
+    absent: list[AbsentEquilibrium] = []
+    for branch in solver.run():
+        solution = _with_positions(system, branch)
+        if solution is None:
+            continue
+        if isinstance(solution, AbsentEquilibrium):
+            absent.append(solution)
+        else:
+            points.append(solution)
+    return ClosedForms(tuple(points), tuple(absent), solver.complete)
+
+
+def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | AbsentEquilibrium | None:
+    """Make an equilibrium of a branch; None if it does not satisfy the equations."""
+    values = dict[sp.Symbol, sp.Expr]()
+    for unknown, value in branch.values:
+        values[unknown] = value.xreplace(values)
+    open_ones = [u for u in branch.unknowns if u not in values]
+    coordinates, closures = system.equations.coordinates, system.equations.closures
+    multipliers = [c.multiplier for c in closures]
+    if any(u in multipliers for u in open_ones):
+        return None  # redundant closures share their forces in any way
+    exact = tuple(values.get(c.q, c.q) for c in coordinates)
+    forces = tuple(values[multiplier] for multiplier in multipliers)
+    free = tuple(c.name for k, c in enumerate(coordinates) if k in system.free or c.q in open_ones)
+    point = Equilibrium(None, None, exact, forces, free, branch.conditions)
+    residuals = [e.xreplace(values) for e in (*system.forces, *system.constraints)]
+    if system.missing:
+        return point if vanish(*residuals) else None
+    start = {c.q: x for c, x in zip(coordinates, system.start, strict=True)}
+    at = {**system.known, **start}
+    with mpmath.workdps(DIGITS):
+        try:
+            numbers = evaluate([*exact, *forces], at)
+        except DomainError:
+            if any(_holds(c, system.known) is False for c in branch.conditions):
+                return AbsentEquilibrium(exact, branch.conditions)
+            return None
+        if not vanish(*residuals) and not _all_vanish(residuals, at):
+            return None
+    n = len(exact)
+    return replace(point, position=tuple(numbers[:n]), multipliers=tuple(numbers[n:]))
+
+
+def _holds(condition: Existence, known: Mapping[sp.Symbol, Mpf]) -> bool | None:
+    """Say whether a condition holds; None if its sides have no values."""
+    try:
+        smaller, larger = evaluate([condition.smaller, condition.larger], known)
+    except DomainError:
+        return None
+    return bool(smaller <= larger)
+
+
+def _is_zero(expression: sp.Expr, known: Mapping[sp.Symbol, Mpf]) -> bool:
+    with mpmath.workdps(DIGITS):
+        return _all_vanish([expression], known)
+
+
+def _all_vanish(residuals: Sequence[sp.Expr], at: Mapping[sp.Symbol, Mpf]) -> bool:
+    """Say whether sums are rounding beside their terms; False if they have no values."""
+    for residual in residuals:
+        try:
+            terms = evaluate(sp.Add.make_args(residual), at)
+        except DomainError:
+            return False
+        if abs(mpmath.fsum(terms)) > ROUNDING * mpmath.fsum(map(abs, terms)):
+            return False
+    return True

@@ -1,0 +1,269 @@
+"""Linear systems at an equilibrium, reduced to independent coordinates.
+
+With M q̈ = f + Gᵀλ and closures G q̇ = 0, a small motion q = q* + Z x obeys
+
+    ZᵀM Z ẍ + ZᵀC Z ẋ + ZᵀK Z x = ZᵀB u,   C = −∂f/∂q̇,   K = −∂(f + Gᵀλ)/∂q
+
+where the columns of Z span the null space of the gradients; that multipliers are kept while
+gradients turn is how the second derivatives of closures enter K. Derivatives are exact ones of the
+value graph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import mpmath
+import numpy as np
+from mpmath import mpf
+
+from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf, StateSpace
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.rest_system import RestSystem
+
+#: Digits of the numbers.
+DIGITS = 50
+
+#: Size of a pivot, relative to its row, below which a gradient depends on others. Set by hand.
+_DEPENDENT = mpf(10) ** -12
+
+#: Inertia, and its part of others, that is none.
+_WITHOUT_INERTIA = mpf(10) ** -25
+
+#: Part of its terms below which a sum is rounding.
+_ROUNDING = mpf(10) ** -30
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """A linear system in many digits, over independent coordinates.
+
+    Attributes
+    ----------
+    mass, damping, stiffness, inputs
+        ZᵀM Z, ZᵀC Z, ZᵀK Y and ZᵀB.
+    velocities
+        Z, which gives all velocities of those of independent coordinates; shape (n, k).
+    sizes
+        Sizes of the terms that the entries of ZᵀK Y are sums of.
+    positions
+        Y, which gives all positions of those that closures between positions leave independent;
+        it is Z without closures between velocities.
+    independent, placed
+        Numbers of the coordinates whose velocities, whose positions are independent.
+    """
+
+    mass: mpmath.matrix
+    damping: mpmath.matrix
+    stiffness: mpmath.matrix
+    inputs: mpmath.matrix
+    velocities: mpmath.matrix
+    positions: mpmath.matrix
+    independent: tuple[int, ...]
+    placed: tuple[int, ...]
+    sizes: mpmath.matrix
+
+    @property
+    def is_holonomic(self) -> bool:
+        """Closures are between positions alone."""
+        return self.independent == self.placed
+
+
+def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
+    """Linearize the equations of motion at an equilibrium.
+
+    Raises
+    ------
+    InputError
+        They have no derivatives there, or the coordinates are singular.
+    """
+    position, multipliers = _numbers(system, at)
+    functions = system.functions
+    n, m = functions.n, functions.m
+    with mpmath.workdps(DIGITS):
+        try:
+            forces = functions.forces_at(position, multipliers).slopes
+            gradients = _columns(functions.constraints_at(position).slopes, 0, n)
+            table = functions.rates_at(position).slopes
+            sizes = functions.force_sizes_at(position, multipliers)[:, :n]
+            mass = functions.masses_at(position)
+        except DomainError:
+            message = "the equations of motion have no derivatives at this equilibrium"
+            raise InputError(Problem(message, rule="analysis-singular")) from None
+        rates = _columns(table, n, 2 * n)
+        _require_homogeneous(_columns(table, 0, n))
+        placed, positions = _null_space(gradients, n)
+        independent, velocities = _null_space([*gradients, *rates], n)
+        across = velocities.T
+        reduced = across * mass * velocities
+        largest = _magnitudes(across) * sizes * _magnitudes(positions)
+        stiffness = _without_rounding(across * -forces[:, :n] * positions, largest)
+        _require_regular(system, reduced, independent)
+        return LinearSystem(
+            reduced,
+            across * -forces[:, n : 2 * n] * velocities,
+            stiffness,
+            across * forces[:, 2 * n + m :] if functions.width > 2 * n + m else _empty(across.rows),
+            velocities,
+            positions,
+            independent,
+            placed,
+            largest,
+        )
+
+
+def _magnitudes(matrix: mpmath.matrix) -> mpmath.matrix:
+    return matrix.apply(abs)
+
+
+def _without_rounding(matrix: mpmath.matrix, sizes: mpmath.matrix) -> mpmath.matrix:
+    """Set entries to zero that are rounding beside the terms they are sums of."""
+    clean = matrix.copy()
+    for i in range(matrix.rows):
+        for j in range(matrix.cols):
+            if abs(matrix[i, j]) <= _ROUNDING * sizes[i, j]:
+                clean[i, j] = mpf(0)
+    return clean
+
+
+def _empty(rows: int) -> mpmath.matrix:
+    return mpmath.matrix(rows, 0)
+
+
+def _numbers(system: RestSystem, at: Equilibrium) -> tuple[tuple[Mpf, ...], tuple[Mpf, ...]]:
+    """Return positions and multipliers, which need the values of all parameters."""
+    system.require_values()
+    assert at.position is not None
+    assert at.multipliers is not None
+    return at.position, at.multipliers
+
+
+def _columns(table: mpmath.matrix, first: int, end: int) -> list[list[Mpf]]:
+    return [[table[row, j] for j in range(first, end)] for row in range(table.rows)]
+
+
+def _null_space(rows: Sequence[Sequence[Mpf]], n: int) -> tuple[tuple[int, ...], mpmath.matrix]:
+    """Solve rows·x = 0: the independent columns, and the matrix that gives x of their values.
+
+    Gauss–Jordan elimination with complete pivoting chooses the largest coefficients, so that
+    dependent coordinates follow the independent ones as slowly as can be.
+    """
+    left = [
+        [x / largest for x in row] for row in rows if (largest := max(map(abs, row), default=0))
+    ]
+    pivots: list[int] = []
+    done = 0
+    while done < len(left):
+        candidates = [
+            (abs(left[i][j]), -i, j)
+            for i in range(done, len(left))
+            for j in range(n)
+            if j not in pivots
+        ]
+        size, i, column = max(candidates, default=(0, 0, 0))
+        if size < _DEPENDENT:
+            break
+        left[done], left[-i] = left[-i], left[done]
+        pivot = left[done][column]
+        left[done] = [x / pivot for x in left[done]]
+        for k, row in enumerate(left):
+            if k != done and row[column]:
+                factor = row[column]
+                left[k] = [x - factor * y for x, y in zip(row, left[done], strict=True)]
+        pivots.append(column)
+        done += 1
+    independent = tuple(j for j in range(n) if j not in pivots)
+    null = mpmath.zeros(n, len(independent)) if independent else _empty(n)
+    for k, j in enumerate(independent):
+        null[j, k] = mpf(1)
+        for row, column in zip(left, pivots, strict=False):
+            null[column, k] = -row[j]
+    return independent, null
+
+
+def _require_homogeneous(by_positions: Sequence[Sequence[Mpf]]) -> None:
+    """Refuse closures between velocities that ask for velocities beside an equilibrium."""
+    if any(x for row in by_positions for x in row):
+        message = "a constraint between velocities asks for velocities beside this equilibrium"
+        raise InputError(Problem(message, rule="analysis-rates"))
+
+
+def _require_regular(system: RestSystem, mass: mpmath.matrix, independent: Sequence[int]) -> None:
+    """Refuse an equilibrium at which the velocities do not determine the motion."""
+    coordinates = system.equations.coordinates
+    rows = [[abs(mass[k, i]) for i in range(mass.cols)] for k in range(mass.rows)]
+    idle = [j for row, j in zip(rows, independent, strict=True) if max(row) < _WITHOUT_INERTIA]
+    sizes = mpmath.fprod(max(row) for row in rows)
+    if not idle and abs(mpmath.det(mass)) > _WITHOUT_INERTIA * sizes:
+        return
+    names = ", ".join(f"'{coordinates[j].name}'" for j in idle or independent)
+    mark = coordinates[(idle or independent)[0]].mark
+    message = f"coordinates are singular there: no inertia goes with a rate of {names}"
+    hint = "other coordinates, as Cartesian ones, cover it"
+    raise InputError(Problem(message, mark, hint, "analysis-singular"))
+
+
+def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> StateSpace:
+    """Write a linear system as one of first order, with the outputs of the scene.
+
+    Without outputs the coordinates are given. States are positions, then velocities.
+    """
+    position, multipliers = _numbers(system, at)
+    functions, equations = system.functions, system.equations
+    n, m = functions.n, functions.m
+    k, p = len(linear.independent), len(linear.placed)
+    names = [c.name for c in equations.coordinates]
+    with mpmath.workdps(DIGITS):
+        # ẏ = W w: the placed positions change with the independent velocities.
+        follow = linear.velocities
+        rows = [[follow[j, i] for i in range(k)] for j in linear.placed]
+        below = _solved(linear.mass, -linear.stiffness, -linear.damping, linear.inputs)
+        if equations.outputs:
+            table = functions.outputs_at(position, multipliers).slopes
+            outputs = tuple(name for name, _ in equations.outputs)
+            by_q, by_v = table[:, :n] * linear.positions, table[:, n : 2 * n] * follow
+            through = _doubles(_columns(table, 2 * n + m, functions.width))
+            seen = np.hstack([_doubles(by_q.tolist(), p), _doubles(by_v.tolist(), k)])
+        else:
+            outputs = tuple(names)
+            whole = _doubles(linear.positions.tolist(), p)
+            seen = np.hstack([whole, np.zeros((n, k))])
+            through = np.zeros((n, len(equations.inputs)))
+    kinematic = np.hstack([np.zeros((p, p)), _doubles(rows, k)])
+    stiff, damped, driven = (_doubles(x.tolist(), x.cols) for x in below)
+    return StateSpace(
+        (
+            *(names[j] for j in linear.placed),
+            *(f"dot({names[j]})" for j in linear.independent),
+        ),
+        tuple(u.name for u in equations.inputs),
+        outputs,
+        np.vstack([kinematic, np.hstack([stiff, damped])]),
+        np.vstack([np.zeros((p, len(equations.inputs))), driven]),
+        seen,
+        through,
+    )
+
+
+def _solved(mass: mpmath.matrix, *right: mpmath.matrix) -> list[mpmath.matrix]:
+    """Solve M X = R for each R."""
+    inverse = mpmath.inverse(mass) if mass.rows else mass
+    return [inverse * r if r.cols and r.rows else r for r in right]
+
+
+def _doubles(rows: Sequence[Sequence[Mpf]], columns: int = 0) -> Matrix:
+    """Round rows to doubles, shape (rows, columns)."""
+    numbers = [[float(x) for x in row] for row in rows]
+    return np.array(numbers).reshape(len(rows), len(numbers[0]) if numbers else columns)
+
+
+def in_doubles(matrix: mpmath.matrix) -> Matrix:
+    """Round a matrix to doubles."""
+    return np.array([[float(x) for x in row] for row in matrix.tolist()]).reshape(
+        matrix.rows, matrix.cols
+    )

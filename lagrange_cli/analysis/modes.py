@@ -1,0 +1,193 @@
+"""Normal modes of a linear system; poles where there is damping or gyroscopic coupling."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mpmath
+import numpy as np
+import sympy as sp
+
+from lagrange_cli.analysis.linearize import DIGITS
+from lagrange_cli.analysis.values import ExactMatrices, Linearization, Matrix, Mode
+from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
+from lagrange_cli.mechanics.elimination.solve_equation import solutions
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from lagrange_cli.analysis.values import Mpf
+
+# All set by hand.
+
+#: Part of the largest entry below which one is rounding.
+_ROUNDING = 1e-13
+#: Amplitudes, and parts of them, that are rounding beside the largest.
+_NOISE = 1e-12
+#: Coordinates, and operations, of a characteristic polynomial in closed form.
+_EXACT_SIZE, _EXACT_OPERATIONS = 8, 2_000
+#: Operations of a squared frequency, and of an amplitude, that are worth reading.
+_LONGEST = 60
+#: Coordinates of a mode whose amplitudes are solved for in closed form.
+_SHAPES = 3
+#: Relative difference between a closed form and the number it stands for.
+_AGREE = 1e-9
+
+
+def modes(linear: Linearization, known: Mapping[sp.Symbol, Mpf]) -> tuple[Mode, ...]:
+    """Find the modes at an equilibrium, by frequency.
+
+    Parameters
+    ----------
+    linear
+        The linear system.
+    known
+        Values of the parameters.
+    """
+    if not _is_conservative(linear):
+        return _damped(linear)
+    found = _normal(linear)
+    if linear.exact is None:
+        return found
+    squares = [s for s in exact_squares(linear.exact) if s.free_symbols <= known.keys()]
+    return tuple(_with_closed_form(mode, linear.exact, squares, known) for mode in found)
+
+
+def _is_conservative(linear: Linearization) -> bool:
+    """Say whether C is zero, K is symmetric, M definite and positions as many as velocities."""
+    stiff = linear.stiffness
+    if stiff.shape[0] != stiff.shape[1] or not _is_positive(linear.mass):
+        return False
+    size = np.abs(stiff).max(initial=0.0)
+    symmetric = np.abs(stiff - stiff.T).max(initial=0.0) <= _ROUNDING * size
+    scale = np.sqrt(size * np.abs(linear.mass).max(initial=0.0))
+    return bool(symmetric and np.abs(linear.damping).max(initial=0.0) <= _ROUNDING * scale)
+
+
+def _is_positive(mass: Matrix) -> bool:
+    """Say whether a mass matrix is positive definite."""
+    inertia = np.diag(mass)
+    if not (inertia > 0).all():
+        return False
+    scaled = mass / np.sqrt(np.outer(inertia, inertia))
+    return bool(np.linalg.eigvalsh((scaled + scaled.T) / 2).min(initial=1.0) > _ROUNDING)
+
+
+def _normal(linear: Linearization) -> tuple[Mode, ...]:
+    """Solve K a = ω² M a, with coordinates in units of their inertia."""
+    from scipy.linalg import eigh
+
+    unit = 1 / np.sqrt(np.diag(linear.mass))
+    mass, stiff = (unit[:, None] * m * unit for m in (linear.mass, linear.stiffness))
+    squares, shapes = eigh((stiff + stiff.T) / 2, (mass + mass.T) / 2)
+    size = np.abs(squares).max(initial=0.0)
+    found = []
+    for square, shape in zip(squares.tolist(), (unit[:, None] * shapes).T, strict=True):
+        exact = 0.0 if abs(square) <= _ROUNDING * size else square
+        pole = complex(np.sqrt(-exact), 0.0) if exact < 0 else None
+        found.append(Mode(float(np.sqrt(max(exact, 0.0))), _normalized(shape), pole))
+    return tuple(found)
+
+
+def _normalized(shape: Matrix) -> tuple[complex, ...]:
+    """Divide by the largest amplitude, the first of those as large."""
+    sizes = np.abs(shape)
+    largest = shape[int(np.argmax(sizes > sizes.max() * (1 - 1e-9)))]
+    scaled = shape / largest
+    for part in (scaled.real, scaled.imag) if np.iscomplexobj(scaled) else (scaled,):
+        part[np.abs(part) <= _NOISE] = 0.0
+    return tuple(scaled.tolist())
+
+
+def _damped(linear: Linearization) -> tuple[Mode, ...]:
+    """Find the poles in the upper half plane and on the real axis, by frequency, then decay."""
+    space = linear.state_space
+    poles, vectors = np.linalg.eig(space.a)
+    size = np.abs(poles).max(initial=0.0)
+    velocities = [k for k, name in enumerate(space.states) if name.startswith("dot(")]
+    positions = [k for k in range(len(space.states)) if k not in velocities]
+    found = []
+    for pole, vector in zip(poles.tolist(), vectors.T, strict=True):
+        if pole.imag < 0:
+            continue
+        place = complex(*(0.0 if abs(x) <= 1e-12 * size else x for x in (pole.real, pole.imag)))
+        moved = vector[positions]
+        shape = _normalized(moved) if np.abs(moved).max(initial=0.0) else (0.0,) * len(positions)
+        found.append(Mode(place.imag, shape, place))
+    return tuple(sorted(found, key=lambda mode: (mode.frequency, -(mode.pole or 0).real)))
+
+
+# Closed forms.
+
+
+def exact_squares(exact: ExactMatrices) -> list[sp.Expr]:
+    """Solve det(K − ω² M) = 0 in closed form: the roots of factors of first and second degree."""
+    n = len(exact.mass)
+    if n > _EXACT_SIZE or any(e != 0 for row in exact.damping for e in row):
+        return []
+    mass, stiff = sp.Matrix(exact.mass), sp.Matrix(exact.stiffness)
+    if sum(sp.count_ops(e) for e in (*mass, *stiff)) > _EXACT_OPERATIONS:
+        return []
+    square = sp.Dummy("w", real=True)
+    determinant = (
+        (stiff - square * mass).det(method="berkowitz") if n > 1 else (stiff[0] - square * mass[0])
+    )
+    numerator = sp.fraction(cancelled(determinant))[0]
+    roots: list[sp.Expr] = []
+    for factor in sp.Mul.make_args(factored_form(numerator)):
+        base = factor.as_base_exp()[0]
+        if square not in base.free_symbols or sp.degree(base, square) > 2:
+            continue
+        roots += [factored_form(cancelled(r)) for r in solutions(base, square) or []]
+    return [r for r in roots if sp.count_ops(r) <= _LONGEST]
+
+
+def _with_closed_form(
+    mode: Mode, exact: ExactMatrices, squares: Sequence[sp.Expr], known: Mapping[sp.Symbol, Mpf]
+) -> Mode:
+    """Add the closed form that has the mode's value."""
+    number = mode.frequency**2 if mode.pole is None else -(mode.pole.real**2)
+    for square, value in _valued(squares, known):
+        if abs(value - number) <= _AGREE * max(abs(number), 1e-300) or value == number:
+            shape = _exact_shape(exact, square, mode, known)
+            return Mode(mode.frequency, mode.shape, mode.pole, square, shape)
+    return mode
+
+
+def _valued(
+    expressions: Sequence[sp.Expr], known: Mapping[sp.Symbol, Mpf]
+) -> Iterator[tuple[sp.Expr, float]]:
+    with mpmath.workdps(DIGITS):
+        for expression in expressions:
+            try:
+                yield expression, float(evaluate([expression], known)[0])
+            except DomainError:
+                continue
+
+
+def _exact_shape(
+    exact: ExactMatrices, square: sp.Expr, mode: Mode, known: Mapping[sp.Symbol, Mpf]
+) -> tuple[sp.Expr, ...] | None:
+    """Solve (K − ω² M) a = 0 with the largest amplitude 1; None where that is long."""
+    n = len(exact.mass)
+    if n > _SHAPES:
+        return None
+    if n == 1:
+        return (sp.S.One,)
+    lead = next(k for k, a in enumerate(mode.shape) if abs(a - 1) < 1e-9)
+    matrix = sp.Matrix(exact.stiffness) - square * sp.Matrix(exact.mass)
+    others = [k for k in range(n) if k != lead]
+    block = matrix.extract(others, others)
+    right = -matrix.extract(others, [lead])
+    determinant = block.det(method="berkowitz")
+    solved = block.adjugate() * right
+    ratios = [sp.radsimp(cancelled(e / determinant)) for e in solved] if determinant != 0 else []
+    if not ratios or any(sp.count_ops(r) > _LONGEST for r in ratios):
+        return None
+    shape = [sp.S.One] * n
+    for k, ratio in zip(others, ratios, strict=True):
+        shape[k] = factored_form(ratio)
+    numbers = [value for _, value in _valued(shape, known)]
+    agrees = len(numbers) == n and np.allclose(numbers, np.real(mode.shape), rtol=1e-6, atol=1e-9)
+    return tuple(shape) if agrees else None

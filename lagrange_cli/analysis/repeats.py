@@ -1,0 +1,118 @@
+"""Distances between configurations, and those that are one under different coordinates.
+
+Angles a turn apart are one angle where all forces say so; with polar coordinates (r, φ) and
+(−r, φ + π) are one place. Configurations are compared by the places of particles, and by the
+coordinates that no place shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.analysis.values import Equilibrium, Mpf
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.rest_system import RestSystem
+
+_DIGITS = 50
+
+#: Difference, relative to 1 and to the values, below which configurations are one.
+_SAME = mpf(10) ** -9
+
+
+def distance(system: RestSystem, one: Sequence[Mpf], other: Sequence[Mpf]) -> Mpf:
+    """Measure the largest difference between two configurations but for free coordinates."""
+    numbers = range(len(system.equations.coordinates))
+    pairs = [(k, one[k], other[k]) for k in numbers if k not in system.free]
+    return _difference(system, pairs)
+
+
+def _difference(system: RestSystem, pairs: Sequence[tuple[int, Mpf, Mpf]]) -> Mpf:
+    """Find the largest difference of coordinates of these numbers, relative to 1 and to them."""
+    largest = mpf(0)
+    for k, a, b in pairs:
+        gap = abs(a - b)
+        if k in system.periodic:
+            largest = max(largest, abs(gap - 2 * mpmath.pi * mpmath.nint(gap / (2 * mpmath.pi))))
+        else:
+            largest = max(largest, gap / max(1, abs(a)))
+    return largest
+
+
+def without_repeats(system: RestSystem, points: Sequence[Equilibrium]) -> list[Equilibrium]:
+    """Keep one of the equilibria that are one configuration, the first of them."""
+    kept: list[tuple[Equilibrium, list[Mpf] | None]] = []
+    shown = _Places(system)
+    for point in points:
+        places = shown.at(point)
+        if not any(shown.is_same(point, places, *other) for other in kept):
+            kept.append((point, places))
+    return [point for point, _ in kept]
+
+
+class _Places:
+    """Places of all particles, by which configurations are compared."""
+
+    def __init__(self, system: RestSystem) -> None:
+        self.system = system
+        equations = system.equations
+        still = {equations.t: sp.S.Zero}
+        self.positions = [
+            x.xreplace(still) for particle in equations.particles for x in particle.position
+        ]
+        symbols = set().union(*(x.free_symbols for x in self.positions))
+        # Windings of a torsion spring show in no place.
+        self.others = [
+            k
+            for k, c in enumerate(equations.coordinates)
+            if k not in system.free
+            and (c.q not in symbols or (c.is_angle and k not in system.periodic))
+        ]
+
+    def _is_within(self, one: Equilibrium, other: Equilibrium) -> bool:
+        """Say whether one is the other with some values of the other's free coordinates."""
+        if not set(one.free) <= set(other.free):
+            return False
+        pairs = [
+            (k, a, b)
+            for k, (a, b) in enumerate(zip(one.position or (), other.position or (), strict=True))
+            if self.system.equations.coordinates[k].name not in other.free
+        ]
+        return bool(_difference(self.system, pairs) < _SAME)
+
+    def at(self, point: Equilibrium) -> list[Mpf] | None:
+        """Evaluate the places; None if they have no values."""
+        if point.position is None:
+            return None
+        coordinates = self.system.equations.coordinates
+        pairs = zip(coordinates, point.position, strict=True)
+        known = {**self.system.known, **{c.q: x for c, x in pairs}}
+        with mpmath.workdps(_DIGITS):
+            try:
+                return evaluate(self.positions, known)
+            except (DomainError, KeyError):
+                return None
+
+    def is_same(
+        self,
+        one: Equilibrium,
+        places: list[Mpf] | None,
+        other: Equilibrium,
+        known: list[Mpf] | None,
+    ) -> bool:
+        """Say whether an equilibrium is another one that is known, or one of its continuum."""
+        if one.position is None or other.position is None:
+            return one.exact == other.exact
+        if self._is_within(one, other):
+            return True
+        if not places or not known:
+            return False
+        rest = [(k, one.position[k], other.position[k]) for k in self.others]
+        near = all(abs(a - b) < _SAME * max(1, abs(a)) for a, b in zip(places, known, strict=True))
+        return near and _difference(self.system, rest) < _SAME

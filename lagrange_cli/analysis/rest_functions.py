@@ -1,0 +1,286 @@
+"""Values of the equations of motion at rest, with exact derivatives, over any numbers.
+
+All are values of one graph, differentiated on it (:mod:`~lagrange_cli.program.graph.derivatives`)
+and evaluated in doubles over many configurations at once, or in many digits at one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import mpmath
+import numpy as np
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.analysis.sampled_values import IN_DOUBLES
+from lagrange_cli.analysis.values import Matrix, Mpf
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives
+from lagrange_cli.program.graph.evaluation import evaluated
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
+from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.program.graph.operands import Coefficient
+
+_OTHERS: dict[str, Callable[..., Any]] = {
+    "abs": abs,
+    "sign": mpmath.sign,
+    "pow": mpmath.power,
+    "min": min,
+    "max": max,
+}
+_IN_DIGITS = {name: getattr(mpmath, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
+
+
+def _exact(x: Coefficient) -> Mpf:
+    return mpf(x.numerator) / x.denominator
+
+
+@dataclass(frozen=True)
+class _Sized:
+    """A number with the size of the terms that it is a sum of: one small beside it is rounding."""
+
+    value: Mpf
+    size: Mpf
+
+    def __add__(self, other: _Sized) -> _Sized:
+        return _Sized(self.value + other.value, self.size + other.size)
+
+    def __mul__(self, other: _Sized) -> _Sized:
+        return _Sized(self.value * other.value, self.size * other.size)
+
+    def __truediv__(self, other: _Sized) -> _Sized:
+        return _Sized(self.value / other.value, self.size / abs(other.value))
+
+    def __pow__(self, exponent: int) -> _Sized:
+        return _Sized(self.value**exponent, self.size**exponent)
+
+
+def _sized(x: Mpf) -> _Sized:
+    return _Sized(x, abs(x))
+
+
+def _sized_number(x: Coefficient) -> _Sized:
+    return _sized(_exact(x))
+
+
+def _of_sized(function: Callable[..., Mpf]) -> Callable[..., _Sized]:
+    return lambda *arguments: _sized(function(*(x.value for x in arguments)))
+
+
+_WITH_SIZES = {name: _of_sized(function) for name, function in _IN_DIGITS.items()}
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Values of the graph and their derivatives by all directions.
+
+    Attributes
+    ----------
+    values
+        The values.
+    tangents
+        Of each, the derivatives that are not plainly zero.
+    """
+
+    values: list[ScaledNode]
+    tangents: list[Tangent]
+
+
+class RestFunctions:
+    """Forces, constraints, masses and outputs at rest, and what they change with.
+
+    Of n coordinates, m closures and i inputs, directions of derivatives are numbered: n positions,
+    n velocities, m multipliers, i inputs.
+
+    Parameters
+    ----------
+    equations
+        The equations of motion.
+    known
+        Values of parameters and inputs.
+    """
+
+    def __init__(self, equations: Equations, known: Mapping[sp.Symbol, Mpf]) -> None:
+        self._known = known
+        closures, n = equations.closures, len(equations.coordinates)
+        moving = [
+            *(c.q for c in equations.coordinates),
+            *(c.v for c in equations.coordinates),
+            *(c.multiplier for c in closures),
+            *(u.symbol for u in equations.inputs),
+        ]
+        self._fixed = [equations.t, *(p.symbol for p in equations.parameters)]
+        self._unknown = [*moving[:n], *moving[2 * n : 2 * n + len(closures)]]
+        symbols = [*moving, *self._fixed]
+        self._names = {s: f"x{k}" for k, s in enumerate(symbols)}
+        self._velocities = moving[n : 2 * n]
+        self._inputs = moving[2 * n + len(closures) :]
+        self._graph = ValueGraph([(s, name, 0) for s, name in self._names.items()])
+        self._seeds: dict[int, Tangent] = {
+            self._graph.convert(s)[1]: {k: UNIT} for k, s in enumerate(moving)
+        }
+        self.n, self.m, self.width = n, len(closures), len(moving)
+        reactions = list(equations.forcing)
+        for closure in closures:
+            for j, entry in entries(closure.gradient).items():
+                reactions[j] += closure.multiplier * entry
+        self.positional = [c for c in closures if c.kind == "position"]
+        self.differential = [c for c in closures if c.kind == "velocity"]
+        self._forces = self._table(reactions)
+        self._positions = self._table([c.expression for c in self.positional])
+        self._rates = self._table([c.expression for c in self.differential])
+        self._outputs = self._table([e for _, e in equations.outputs])
+        self._masses = {
+            (i, j): self._graph.convert(entry)
+            for i, row in enumerate(equations.mass_matrix)
+            for j, entry in entries(row).items()
+        }
+
+    def _table(self, expressions: Sequence[sp.Expr]) -> _Table:
+        values = [self._graph.convert(e) for e in expressions]
+        return _Table(values, derivatives(self._graph, values, self._seeds))
+
+    @property
+    def operations(self) -> int:
+        """Return the number of values of the graph: a measure of the work of one evaluation."""
+        return len(self._graph.nodes)
+
+    # Many configurations in doubles.
+
+    def residuals(self, unknown: Matrix) -> tuple[Matrix, Matrix]:
+        """Evaluate forces and constraints at rest, with their derivatives.
+
+        Parameters
+        ----------
+        unknown
+            Positions and multipliers of many configurations, shape (n + m, points).
+
+        Returns
+        -------
+        Values, shape (points, n + m), and derivatives, shape (points, n + m, n + m); not finite
+        where there is none.
+        """
+        points = unknown.shape[1]
+        inputs: dict[str, Any] = {self._names[s]: 0.0 for s in self._velocities}
+        inputs |= {self._names[s]: float(self._known.get(s, 0)) for s in self._fixed + self._inputs}
+        inputs |= {self._names[s]: unknown[k] for k, s in enumerate(self._unknown)}
+        tables = self._forces, self._positions, self._rates
+        values = [v for table in tables for v in table.values]
+        # Derivatives by positions and multipliers, among which velocities have no column.
+        slopes = {
+            (row, by if by < self.n else by - self.n): slope
+            for row, tangent in enumerate(t for table in tables for t in table.tangents)
+            for by, slope in tangent.items()
+            if by < self.n or 2 * self.n <= by < 2 * self.n + self.m
+        }
+        with np.errstate(all="ignore"):
+            wanted = [*values, *slopes.values()]
+            numbers = evaluated(self._graph, wanted, inputs, IN_DOUBLES, float)
+        size = len(self._unknown)
+        jacobian = np.zeros((points, size, size))
+        for (row, column), slope in zip(slopes, numbers[len(values) :], strict=True):
+            jacobian[:, row, column] = slope
+        levels = np.zeros((points, size))
+        for row, value in enumerate(numbers[: len(values)]):
+            levels[:, row] = value
+        return levels, jacobian
+
+    # One configuration in many digits.
+
+    def levels_at(self, position: Sequence[Mpf], multipliers: Sequence[Mpf]) -> list[Mpf]:
+        """Evaluate forces, then closures between positions, then those between velocities."""
+        tables = self._forces, self._positions, self._rates
+        wanted = [value for table in tables for value in table.values]
+        return self._numbers(wanted, position, multipliers)
+
+    def forces_at(self, position: Sequence[Mpf], multipliers: Sequence[Mpf]) -> RestTable:
+        """Evaluate f + Σ λ ∇φ."""
+        return self._evaluate(self._forces, position, multipliers)
+
+    def force_sizes_at(self, position: Sequence[Mpf], multipliers: Sequence[Mpf]) -> mpmath.matrix:
+        """Measure the terms of which each derivative of the forces is a sum."""
+        tangents = self._forces.tangents
+        places = [(row, by) for row, tangent in enumerate(tangents) for by in tangent]
+        slopes = [tangents[row][by] for row, by in places]
+        point = {name: _sized(x) for name, x in self._point(position, multipliers).items()}
+        try:
+            numbers = evaluated(self._graph, slopes, point, _WITH_SIZES, _sized_number)
+        except (ZeroDivisionError, ValueError) as error:
+            raise DomainError from error
+        matrix = mpmath.zeros(self.n, self.width)
+        for place, value in zip(places, numbers, strict=True):
+            matrix[place] = value.size
+        return matrix
+
+    def constraints_at(self, position: Sequence[Mpf]) -> RestTable:
+        """Evaluate the closures between positions."""
+        return self._evaluate(self._positions, position, [mpf(0)] * self.m)
+
+    def rates_at(self, position: Sequence[Mpf]) -> RestTable:
+        """Evaluate the closures between velocities."""
+        return self._evaluate(self._rates, position, [mpf(0)] * self.m)
+
+    def outputs_at(self, position: Sequence[Mpf], multipliers: Sequence[Mpf]) -> RestTable:
+        """Evaluate the outputs of the scene."""
+        return self._evaluate(self._outputs, position, multipliers)
+
+    def masses_at(self, position: Sequence[Mpf]) -> mpmath.matrix:
+        """Evaluate the mass matrix."""
+        mass = mpmath.zeros(self.n, self.n)
+        numbers = self._numbers(list(self._masses.values()), position, [mpf(0)] * self.m)
+        for (i, j), value in zip(self._masses, numbers, strict=True):
+            mass[i, j] = value
+        return mass
+
+    def _evaluate(
+        self, table: _Table, position: Sequence[Mpf], multipliers: Sequence[Mpf]
+    ) -> RestTable:
+        places = [(row, by) for row, tangent in enumerate(table.tangents) for by in tangent]
+        slopes = [table.tangents[row][by] for row, by in places]
+        numbers = self._numbers([*table.values, *slopes], position, multipliers)
+        matrix = mpmath.zeros(len(table.values), self.width) if table.values else mpmath.matrix(0)
+        for place, value in zip(places, numbers[len(table.values) :], strict=True):
+            matrix[place] = value
+        return RestTable(numbers[: len(table.values)], matrix)
+
+    def _point(self, position: Sequence[Mpf], multipliers: Sequence[Mpf]) -> dict[str, Mpf]:
+        """Give all inputs of the graph their values."""
+        point = {self._names[s]: mpf(0) for s in self._velocities}
+        point |= {self._names[s]: self._known.get(s, mpf(0)) for s in self._fixed + self._inputs}
+        unknown = zip(self._unknown, [*position, *multipliers], strict=True)
+        return point | {self._names[s]: x for s, x in unknown}
+
+    def _numbers(
+        self, wanted: list[ScaledNode], position: Sequence[Mpf], multipliers: Sequence[Mpf]
+    ) -> list[Mpf]:
+        point = self._point(position, multipliers)
+        try:
+            numbers = evaluated(self._graph, wanted, point, _IN_DIGITS, _exact)
+        except (ZeroDivisionError, ValueError) as error:
+            raise DomainError from error
+        if not all(isinstance(x, mpf) and mpmath.isfinite(x) for x in numbers):
+            raise DomainError
+        return numbers
+
+
+@dataclass(frozen=True)
+class RestTable:
+    """Numbers at one configuration.
+
+    Attributes
+    ----------
+    values
+        The values.
+    slopes
+        Their derivatives, a row each, with a column for each direction.
+    """
+
+    values: list[Mpf]
+    slopes: mpmath.matrix

@@ -1,0 +1,244 @@
+"""The equations of equilibrium: forces and constraints at rest.
+
+By virtual work Q_j = 0 with constraint forces absent; where closures are kept beside the
+coordinates, f + Σ λ ∇φ = 0 and φ = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.analysis.rest_functions import RestFunctions
+from lagrange_cli.analysis.values import Mpf
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
+from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.mechanics.unknown_functions import is_unknown, require_given
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+#: Coordinates and closures beyond which nothing is analyzed. Matrices are dense.
+MOST_UNKNOWNS = 160
+
+#: Digits of numbers.
+_DIGITS = 50
+
+_ZERO = sp.S.Zero
+
+
+@dataclass(frozen=True)
+class RestSystem:
+    """Forces and constraints at rest.
+
+    Attributes
+    ----------
+    equations
+        The equations of motion.
+    forces
+        f + Σ λ ∇φ at v = 0, one a coordinate.
+    constraints
+        φ and ψ at v = 0, one a closure.
+    known
+        Values of parameters that have one, and of inputs.
+    inputs
+        Values of inputs at rest, over the parameters.
+    held
+        Inputs that vary with time, and the values at which they are held.
+    free
+        Numbers of the coordinates that nothing of this depends on.
+    """
+
+    equations: Equations
+    forces: tuple[sp.Expr, ...]
+    constraints: tuple[sp.Expr, ...]
+    known: Mapping[sp.Symbol, Mpf]
+    inputs: Mapping[sp.Symbol, sp.Expr]
+    held: tuple[tuple[str, float], ...]
+    free: tuple[int, ...]
+
+    @property
+    def unknowns(self) -> tuple[sp.Symbol, ...]:
+        """The coordinates that are sought, then multipliers."""
+        coordinates = self.equations.coordinates
+        sought = (c.q for k, c in enumerate(coordinates) if k not in self.free)
+        return (*sought, *(c.multiplier for c in self.equations.closures))
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Names of parameters without a value."""
+        unused = self.equations.facts.unused_parameters
+        return tuple(
+            p.name
+            for p in self.equations.parameters
+            if p.symbol not in self.known and p.name not in unused
+        )
+
+    def require_values(self) -> None:
+        """Refuse parameters without a value.
+
+        Raises
+        ------
+        InputError
+            Some have none.
+        """
+        if self.missing:
+            names = ", ".join(f"'{name}'" for name in self.missing)
+            hint = " ".join(f"-p {name}=1" for name in self.missing)
+            raise InputError(Problem(f"no value for {names}", hint=hint, rule="no-value"))
+
+    @cached_property
+    def periodic(self) -> frozenset[int]:
+        """Numbers of the coordinates of which values a turn apart mean the same."""
+        everything = (*self.forces, *self.constraints)
+        turned = {c.q: c.q + 2 * sp.pi for c in self.equations.coordinates if c.is_angle}
+        return frozenset(
+            k
+            for k, c in enumerate(self.equations.coordinates)
+            if c.q in turned
+            and all(e.xreplace({c.q: turned[c.q]}) == e for e in everything if e.has(c.q))
+        )
+
+    @cached_property
+    def functions(self) -> RestFunctions:
+        """The same as functions of numbers."""
+        return RestFunctions(self.equations, self.known)
+
+    @cached_property
+    def start(self) -> tuple[Mpf, ...]:
+        """The initial configuration, zeros if the scene has none."""
+        initial, n = self.equations.initial, len(self.equations.coordinates)
+        if initial is None:
+            return (mpf(0),) * n
+        with mpmath.workdps(_DIGITS):
+            return tuple(map(mpf, (initial.decimals or initial.positions)[:n]))
+
+
+def rest_system(equations: Equations, held: Mapping[str, sp.Expr]) -> RestSystem:
+    """Write the equations of equilibrium.
+
+    Parameters
+    ----------
+    equations
+        The equations of motion.
+    held
+        Values of inputs that are held, over the parameters. Others keep theirs, and are held at 0
+        if they vary.
+
+    Raises
+    ------
+    InputError
+        There is no rest to speak of: the equations depend on time, hold unknown functions or
+        one-sided constraints, or are too many.
+    """
+    _require_small(equations)
+    inputs = {
+        u.symbol: _input_value(u.expression, held.get(u.name), equations.t)
+        for u in equations.inputs
+    }
+    # What an input does is seen when the graph is differentiated; here it has its value.
+    rest = {c.v: _ZERO for c in equations.coordinates} | inputs
+    forces = list(equations.forcing)
+    for closure in equations.closures:
+        for j, entry in entries(closure.gradient).items():
+            forces[j] += closure.multiplier * entry
+    stills = tuple(e.xreplace(rest) for e in forces)
+    constraints = tuple(c.expression.xreplace(rest) for c in equations.closures)
+    _require_autonomous(equations, (*stills, *constraints))
+    with mpmath.workdps(_DIGITS):
+        known = {
+            p.symbol: mpf(p.decimal or p.value) for p in equations.parameters if p.value is not None
+        }
+    values = known | {
+        u: mpf(sp.N(value.subs(known), _DIGITS))
+        for u, value in inputs.items()
+        if _is_known(value, known)
+    }
+    varying = [
+        (u.name, float(values[u.symbol]))
+        for u in equations.inputs
+        if u.name in held or u.expression is None or equations.t in u.expression.free_symbols
+    ]
+    system = RestSystem(equations, stills, constraints, values, inputs, tuple(varying), ())
+    return replace(system, free=_free(system))
+
+
+def _free(system: RestSystem) -> tuple[int, ...]:
+    """Find the coordinates that neither forces nor constraints depend on."""
+    everything = (*system.forces, *system.constraints)
+    coordinates = system.equations.coordinates
+    place = {c.q: x for c, x in zip(coordinates, system.start, strict=True)}
+    point = {**system.known, **place, **{c.multiplier: mpf(1) for c in system.equations.closures}}
+    return tuple(
+        k
+        for k, c in enumerate(coordinates)
+        if not _is_seen(everything, c.q, point) and all(does_not_depend(e, c.q) for e in everything)
+    )
+
+
+def _is_seen(
+    expressions: Sequence[sp.Expr], symbol: sp.Symbol, point: Mapping[sp.Symbol, Mpf]
+) -> bool:
+    """Say whether a value is seen to change with a symbol; a proof that none does is long."""
+    present = [e for e in expressions if symbol in e.free_symbols]
+    if not all(e.free_symbols <= point.keys() for e in present):
+        return False
+    try:
+        before = evaluate(present, point)
+        after = evaluate(present, {**point, symbol: point[symbol] + mpf("0.37")})
+    except DomainError:
+        return False
+    pairs = zip(before, after, strict=True)
+    return any(abs(a - b) > mpf(10) ** -6 * (abs(a) + abs(b)) for a, b in pairs)
+
+
+def _is_known(value: sp.Expr, known: Mapping[sp.Symbol, Mpf]) -> bool:
+    return bool(value.free_symbols <= known.keys())
+
+
+def _input_value(expression: sp.Expr | None, held: sp.Expr | None, t: sp.Symbol) -> sp.Expr:
+    """Give the value of an input at rest: the one it is held at, else its own if it has one."""
+    if held is not None:
+        return held
+    if expression is None or t in expression.free_symbols:
+        return _ZERO
+    return expression
+
+
+def _require_small(equations: Equations) -> None:
+    require_given(equations.functions)
+    size = len(equations.coordinates) + len(equations.closures)
+    if equations.contacts:
+        names = ", ".join(f"'{c.name}'" for c in equations.contacts)
+        message = f"equilibria are not sought where one-sided constraints ({names}) may push"
+        raise InputError(
+            Problem(message, equations.contacts[0].closure.mark, rule="analysis-contacts")
+        )
+    if size > MOST_UNKNOWNS:
+        message = f"{size} coordinates and multipliers are more than the {MOST_UNKNOWNS} analyzed"
+        raise InputError(Problem(message, rule="analysis-size"))
+    if not equations.coordinates:
+        raise InputError(Problem("nothing can move", rule="analysis-size"))
+
+
+def _require_autonomous(equations: Equations, at_rest: tuple[sp.Expr, ...]) -> None:
+    """Refuse equations that depend on time."""
+    others = [e for row in equations.mass_matrix for e in entries(row).values()]
+    for closure in equations.closures:
+        others += [*entries(closure.gradient).values(), closure.expression]
+    everything = [*at_rest, *equations.forcing, *others]
+    if any(any(map(is_unknown, e.atoms(sp.Function))) for e in everything):
+        raise InputError(Problem("a function is not given", rule="unknown-function"))
+    timed = [e for e in everything if equations.t in e.free_symbols]
+    if not all(does_not_depend(e, equations.t) for e in timed):
+        message = "nothing stays at rest: the equations depend on t"
+        hint = "only inputs can be held, with --at NAME=VALUE"
+        raise InputError(Problem(message, hint=hint, rule="analysis-time"))

@@ -1,0 +1,296 @@
+"""Equilibria found in numbers: Newton's method from many starts, polished in many digits.
+
+Starts are drawn about the initial configuration and about zero, with a fixed seed, and move side by
+side in doubles by the method of Levenberg and Marquardt (Nocedal and Wright, Numerical
+Optimization, 2006, section 10.3). Where they end, Newton's method in 50 digits decides. How many
+there are is not known: a search says from how many starts it found what it found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+from mpmath import mpf
+
+from lagrange_cli.analysis.repeats import distance
+from lagrange_cli.analysis.rest_functions import RestFunctions
+from lagrange_cli.analysis.rest_system import RestSystem
+from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+
+#: Digits of the points.
+DIGITS = 50
+
+# All set by hand.
+
+#: Starts, at most and at least.
+_MOST_STARTS, _FEWEST_STARTS = 256, 16
+#: The work of all: values of the graph times starts, and unknowns cubed times starts.
+_WORK, _SOLVING = 400_000, 10_000_000
+#: Values of the graph that are found in digits, over all points.
+_DIGIT_WORK = 1_500_000
+#: Steps of a start.
+_STEPS = 80
+#: Damping of the first step, relative to the squares of the columns, and how it changes.
+_DAMPING, _DOWN, _UP = 1e-2, 1 / 5, 4.0
+#: Distances of starts in units of the largest length in sight.
+_WIDTHS = (0.5, 1.0, 2.0, 6.0)
+#: Points farther than this many lengths are on their way to infinity.
+_FAR = 1e6
+#: Residual, relative to its row, at which digits are asked.
+_NEAR = 1e-6
+#: Newton steps in digits that reach a simple root.
+_FEWEST_STEPS = 8
+#: The same at most: multiple roots gain one bit a step.
+_POLISHING = 200
+#: Size of a step, relative to the point, that ends them, and one that is good enough.
+_LAST, _GOOD = mpf(10) ** -45, mpf(10) ** -20
+#: Ends of starts that are closer are one.
+_CLOSE = 1e-5
+#: Different equilibria that are kept.
+_MOST_POINTS = 64
+#: Singular values below which a step is not taken, and below which a direction is flat.
+_CUT, _FLAT = 1e-13, 1e-6
+#: Uncertainty of a point along a flat direction, where the last steps are slow.
+_BLURRED = 1e-6
+#: Number of points with a flat direction that are taken for parts of a continuum.
+_CONTINUUM = 3
+
+
+def search(system: RestSystem) -> tuple[list[Equilibrium], int]:
+    """Search for equilibria; return those found, and the number of starts.
+
+    Raises
+    ------
+    InputError
+        A parameter lacks its value.
+    """
+    system.require_values()
+    functions = system.functions
+    size = functions.n + functions.m
+    affordable = min(_WORK // functions.operations, _SOLVING // size**3)
+    starts = max(_FEWEST_STARTS, min(_MOST_STARTS, affordable))
+    found: list[Equilibrium] = []
+    ends = _different(system, _moved(system, _starts(system, starts)))
+    steps = max(_FEWEST_STEPS, _DIGIT_WORK // functions.operations // max(1, len(ends)))
+    for unknown in ends:
+        point = polished(system, unknown, steps)
+        if point is not None and all(_differ(system, point, other) for other in found):
+            found.append(point)
+    return _without_continua(system, found), starts
+
+
+def _different(system: RestSystem, ends: Matrix) -> list[list[float]]:
+    """Leave out ends that are close to earlier ones."""
+    kept: list[list[float]] = []
+    for end in ends.tolist():
+        if all(distance(system, end, other) > _CLOSE for other in kept):
+            kept.append(end)
+    return kept[:_MOST_POINTS]
+
+
+def _differ(system: RestSystem, one: Equilibrium, other: Equilibrium) -> bool:
+    return bool(distance(system, one.position or (), other.position or ()) > mpf(10) ** -9)
+
+
+def _without_continua(system: RestSystem, found: list[Equilibrium]) -> list[Equilibrium]:
+    """Keep of points that form a continuum the one that is nearest to the start."""
+    flat = [p for p in found if p.uncertainty == _BLURRED]
+    if len(flat) < _CONTINUUM:
+        return found
+    nearest = min(flat, key=lambda p: distance(system, p.position or (), system.start))
+    kept = [p for p in found if p.uncertainty != _BLURRED]
+    return [*kept, replace(nearest, isolated=False)]
+
+
+def _starts(system: RestSystem, count: int) -> Matrix:
+    """Draw positions, shape (n, count): the initial ones and zeros first."""
+    random = np.random.default_rng(0)
+    coordinates = system.equations.coordinates
+    start = np.array([float(x) for x in system.start])
+    length = _length(system)
+    angles = np.array([c.is_angle or c.unit == "rad" for c in coordinates])
+    points = np.zeros((len(coordinates), count))
+    points[:, 0] = start
+    for column in range(2, count):
+        width = _WIDTHS[column % len(_WIDTHS)] * length
+        center = start if column % 2 else np.zeros_like(start)
+        drawn = center + width * random.uniform(-1, 1, len(start))
+        turn = random.uniform(-np.pi, np.pi, len(start))
+        points[:, column] = np.where(angles, turn, drawn)
+    for k in system.free:
+        points[k] = start[k]
+    return points
+
+
+def _length(system: RestSystem) -> float:
+    """Return the largest length in the initial configuration, else among the parameters, else 1."""
+    coordinates = system.equations.coordinates
+    pairs = zip(coordinates, system.start, strict=True)
+    lengths = [abs(float(x)) for c, x in pairs if not c.is_angle]
+    units = {c.unit for c in coordinates if c.unit and not c.is_angle} - {"rad"}
+    lengths += [
+        abs(p.value) for p in system.equations.parameters if p.value is not None and p.unit in units
+    ]
+    return max((x for x in lengths if 0 < x < _FAR), default=1.0)
+
+
+def _moved(system: RestSystem, positions: Matrix) -> Matrix:
+    """Move starts towards equilibria; return the ends close to one, shape (ends, n + m)."""
+    functions = system.functions
+    fixed = list(system.free)
+    unknown = np.vstack([positions, _multipliers(functions, positions)])
+    damping = np.full(positions.shape[1], _DAMPING)
+    level, jacobian = _finite(functions, unknown, fixed)
+    rows = _row_sizes(jacobian)
+    cost = _cost(level, rows)
+    for _ in range(_STEPS):
+        step = _step(level / rows, jacobian / rows[:, None], damping)
+        trial = unknown - step.T
+        there, slopes = _finite(functions, trial, fixed)
+        after = _cost(there, rows)
+        better = after < cost
+        damping = np.where(better, damping * _DOWN, damping * _UP).clip(1e-15, 1e12)
+        unknown = np.where(better, trial, unknown)
+        level = np.where(better[:, None], there, level)
+        jacobian = np.where(better[:, None, None], slopes, jacobian)
+        cost = np.where(better, after, cost)
+    size = np.abs(unknown[: functions.n]).max(axis=0)
+    near = np.isfinite(cost) & (cost < _NEAR**2) & (size < _FAR * _length(system))
+    return np.asarray(unknown[:, near].T)
+
+
+def _finite(
+    functions: RestFunctions, unknown: Matrix, fixed: Sequence[int]
+) -> tuple[Matrix, Matrix]:
+    """Evaluate residuals; where they have no values, they are infinite with no slopes."""
+    level, jacobian = functions.residuals(unknown)
+    jacobian[:, :, fixed] = 0.0
+    wrong = ~(np.isfinite(level).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2)))
+    level[wrong], jacobian[wrong] = np.inf, 0.0
+    return level, jacobian
+
+
+def _row_sizes(jacobian: Matrix) -> Matrix:
+    """Return the usual size of each row of the Jacobian matrix, 1 where it is zero."""
+    sizes = np.median(np.abs(jacobian).max(axis=2), axis=0)
+    return np.where(sizes > 0, sizes, 1.0)
+
+
+def _cost(level: Matrix, rows: Matrix) -> Matrix:
+    with np.errstate(over="ignore"):
+        return np.asarray(((level / rows) ** 2).sum(axis=1))
+
+
+def _step(level: Matrix, jacobian: Matrix, damping: Matrix) -> Matrix:
+    """Find the damped least-squares steps, shape (points, unknowns)."""
+    transposed = np.swapaxes(jacobian, 1, 2)
+    normal = transposed @ jacobian
+    size = np.einsum("kii->ki", normal)
+    scale = np.maximum(size, size.max(axis=1, keepdims=True) * 1e-12) + 1e-300
+    diagonal = np.arange(normal.shape[1])
+    normal[:, diagonal, diagonal] += damping[:, None] * scale
+    slope = transposed @ np.where(np.isfinite(level), level, 0.0)[:, :, None]
+    return np.asarray(np.linalg.solve(normal, slope)[:, :, 0])
+
+
+def _multipliers(functions: RestFunctions, positions: Matrix) -> Matrix:
+    """Find the multipliers that balance forces best, shape (m, points)."""
+    n, m, count = functions.n, functions.m, positions.shape[1]
+    level, jacobian = functions.residuals(np.vstack([positions, np.zeros((m, count))]))
+    multipliers = np.zeros((m, count))
+    for k in range(count if m else 0):
+        gradient, force = jacobian[k, :n, n:], level[k, :n]
+        if np.isfinite(gradient).all() and np.isfinite(force).all():
+            multipliers[:, k] = np.linalg.lstsq(gradient, -force, rcond=1e-9)[0]
+    return multipliers
+
+
+def polished(
+    system: RestSystem, unknown: Sequence[float], steps: int = _POLISHING
+) -> Equilibrium | None:
+    """Approach an equilibrium by Newton's method in 50 digits; None if it is not reached.
+
+    Residuals and derivatives have all digits, steps are solved for in doubles.
+
+    Parameters
+    ----------
+    unknown
+        Positions and multipliers close to it.
+    steps
+        Most steps.
+    """
+    functions = system.functions
+    n, m = functions.n, functions.m
+    moving = [k for k in range(n + m) if k not in system.free]
+    with mpmath.workdps(DIGITS):
+        x = [mpf(float(value)) for value in unknown]
+        for k in system.free:
+            x[k] = system.start[k]
+        size, is_flat = mpf("inf"), False
+        try:
+            for _ in range(min(steps, _POLISHING)):
+                level, jacobian = _system_at(functions, x, moving)
+                step, is_flat = _newton_step(jacobian, level, len(moving) - m)
+                for k, change in zip(moving, step, strict=True):
+                    x[k] -= change
+                pairs = zip(moving, step, strict=True)
+                size = max((abs(s) / max(1, abs(x[k])) for k, s in pairs), default=mpf(0))
+                if size < _LAST:
+                    break
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None
+        if size > _GOOD:
+            return None
+        position = [_within_turn(v) if k in system.periodic else v for k, v in enumerate(x[:n])]
+        return Equilibrium(
+            tuple(map(_rounded, position)),
+            tuple(map(_rounded, x[n:])),
+            free=tuple(system.equations.coordinates[k].name for k in system.free),
+            uncertainty=_BLURRED if is_flat else float(_GOOD),
+        )
+
+
+def _rounded(x: Mpf) -> Mpf:
+    """Return 0 for what is rounding."""
+    return mpf(0) if abs(x) < mpf(10) ** -35 else x
+
+
+def _within_turn(angle: Mpf) -> Mpf:
+    turned = angle - 2 * mpmath.pi * mpmath.nint(angle / (2 * mpmath.pi))
+    return turned + 2 * mpmath.pi if turned <= -mpmath.pi + mpf(10) ** -30 else turned
+
+
+def _system_at(
+    functions: RestFunctions, x: Sequence[Mpf], moving: Sequence[int]
+) -> tuple[list[Mpf], Matrix]:
+    """Evaluate all residuals, and in doubles their derivatives by the unknowns that move."""
+    _, jacobian = functions.residuals(np.array([[float(value)] for value in x]))
+    if not np.isfinite(jacobian).all():
+        raise DomainError
+    return functions.levels_at(x[: functions.n], x[functions.n :]), jacobian[0][:, list(moving)]
+
+
+def _newton_step(jacobian: Matrix, level: Sequence[Mpf], positions: int) -> tuple[list[Mpf], bool]:
+    """Solve J x = r with least squares and least norm.
+
+    ``positions``: number of columns before those of multipliers. True is returned with the step
+    if a change of positions alone, or with one of multipliers, leaves the residuals as they are.
+    """
+    sizes = np.abs(jacobian).max(axis=1, initial=0.0)
+    sizes[sizes == 0.0] = 1.0
+    rows = jacobian / sizes[:, None]
+    right = [r / mpf(float(s)) for r, s in zip(level, sizes, strict=True)]
+    largest = max(map(abs, right), default=mpf(0))
+    rank = int(np.linalg.matrix_rank(rows, tol=_FLAT)) if rows.size else 0
+    others = rows[:, positions:]
+    shared = int(np.linalg.matrix_rank(others, tol=_FLAT)) if others.size else 0
+    is_flat = rank - shared < positions
+    if not largest:
+        return [mpf(0)] * jacobian.shape[1], is_flat
+    target = np.array([float(r / largest) for r in right])
+    step = np.linalg.lstsq(rows, target, rcond=_CUT)[0]
+    return [largest * mpf(x) for x in step.tolist()], is_flat

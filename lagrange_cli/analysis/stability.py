@@ -1,0 +1,303 @@
+"""Stability of equilibria: no more is said than a theorem proves.
+
+Lagrange and Dirichlet: where a conserved energy T₂ + W(q) has a strict minimum of W, the
+equilibrium is stable; dissipation does not change that. Lyapunov's first method: if all poles
+lie in the left half plane it is asymptotically stable; if one lies in the right it is unstable.
+Where K is degenerate the first terms of higher order of W decide, along the null direction;
+without a minimum there the equilibrium is unstable (V. V. Kozlov and V. P. Palamodov, Soviet Math.
+Dokl. 25 (1982) 335). Poles on the imaginary axis prove nothing of the nonlinear system.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import mpmath
+import numpy as np
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.analysis.energy_test import EnergyTest, reduced_energy
+from lagrange_cli.analysis.linearize import DIGITS, LinearSystem, in_doubles
+from lagrange_cli.analysis.values import Equilibrium, Mpf, Stability
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.rest_system import RestSystem
+
+#: Part of the largest entry below which an eigenvalue is taken for zero, at a point that is known
+#: to 30 digits.
+_ZERO = mpf(10) ** -22
+#: States up to which poles are found in many digits.
+_MOST_STATES = 16
+#: Real parts, relative to the largest pole, that count, in many digits and in doubles: a multiple
+#: pole is known to a part of the digits only.
+_FINE, _COARSE = 1e-10, 1e-6
+#: Relative distance of different poles.
+_APART = 1e-6
+
+_KINKED = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.Heaviside)
+
+
+def stability(system: RestSystem, at: Equilibrium, linear: LinearSystem) -> Stability:
+    """Find what is proven of an equilibrium's stability."""
+    if _is_kinked(system, at):
+        return Stability("undecided", "the forces are not smooth there")
+    return _Question(system, at, linear).answer()
+
+
+def _is_kinked(system: RestSystem, at: Equilibrium) -> bool:
+    """Say whether abs, sign, min or max changes its side at the equilibrium, or at rest."""
+    equations = system.equations
+    place = dict(zip((c.q for c in equations.coordinates), at.position or (), strict=False))
+    place |= {c.v: mpf(0) for c in equations.coordinates} | dict(system.known)
+    for expression in equations.forcing:
+        for atom in expression.atoms(*_KINKED):
+            sides = atom.args if len(atom.args) == 1 else (sp.Add(atom.args[0], -atom.args[1]),)
+            if not any(s in place for s in atom.free_symbols - system.known.keys()):
+                continue
+            with mpmath.workdps(DIGITS):
+                try:
+                    if any(abs(x) < mpf(10) ** -12 for x in evaluate(sides, place)):
+                        return True
+                except DomainError:
+                    return True
+    return False
+
+
+@dataclass(frozen=True)
+class _Question:
+    """The stability of one equilibrium."""
+
+    system: RestSystem
+    at: Equilibrium
+    linear: LinearSystem
+
+    def answer(self) -> Stability:
+        if not self.at.isolated:
+            told = self.by_poles()
+            if told.verdict == "unstable":
+                return told
+            return Stability("undecided", "it is one of a continuum of equilibria")
+        if self.energy_is_bound and self.linear.is_holonomic and self.has_inertia:
+            return self.by_energy()
+        return self.by_poles()
+
+    # What is known of the energy.
+
+    @property
+    def is_conservative(self) -> bool:
+        """T + V, or Jacobi's integral, is conserved."""
+        return any(c.kind in ("energy", "jacobi") for c in self.system.equations.conserved)
+
+    @property
+    def energy_is_bound(self) -> bool:
+        """It is conserved or decreases."""
+        balance = self.system.equations.balance
+        if self.system.held:
+            return False
+        return self.is_conservative or (
+            balance is not None and balance.is_dissipation and self.dissipates
+        )
+
+    @property
+    def has_inertia(self) -> bool:
+        """M is positive definite, so that the energy rises with velocities."""
+        rows = self.linear.mass.tolist()
+        with mpmath.workdps(DIGITS):
+            signs = _signs(rows, _ZERO * max(abs(x) for row in rows for x in row))
+        return signs[0] == len(rows)
+
+    @property
+    def dissipates(self) -> bool:
+        """The dissipation function is a quadratic form in velocities that is never negative."""
+        equations = self.system.equations
+        v = [c.v for c in equations.coordinates]
+        if not equations.dissipation.is_polynomial(*v):
+            return False
+        form = sp.hessian(equations.dissipation, v)
+        if not form.free_symbols <= self.system.known.keys():
+            return False
+        degrees = {sum(m) for m in sp.Poly(equations.dissipation, *v).monoms()}
+        numbers = np.array(form.subs(self.system.known).tolist(), dtype=float)
+        values = np.linalg.eigvalsh(numbers)
+        return degrees <= {2} and bool(values.min(initial=0.0) >= -1e-12 * values.max(initial=0.0))
+
+    # Directions.
+
+    @cached_property
+    def drifting(self) -> list[int]:
+        """Numbers, among the independent coordinates, of those that may have any value."""
+        names = [c.name for c in self.system.equations.coordinates]
+        chosen = self.linear.independent
+        return [k for k, j in enumerate(chosen) if names[j] in self.at.free]
+
+    @cached_property
+    def bound(self) -> list[int]:
+        """Numbers of the other ones."""
+        return [k for k in range(len(self.linear.independent)) if k not in self.drifting]
+
+    @cached_property
+    def drift_is_cyclic(self) -> bool:
+        equations = self.system.equations
+        return set(self.at.free) <= set(equations.cyclic)
+
+    @cached_property
+    def has_velocity_forces(self) -> bool:
+        damping = in_doubles(self.linear.damping)
+        return bool(np.abs(damping).max(initial=0.0) > 0)
+
+    # The energy's minimum.
+
+    def by_energy(self) -> Stability:
+        positive, flat, negative = self.signs()
+        if not negative and not flat:
+            return self.at_minimum("K is positive definite" if self.bound else "no force acts")
+        if negative:
+            return self.by_poles()
+        if len(flat) == 1 and positive == len(self.bound) - 1:
+            return self.by_higher_terms()
+        return Stability("undecided", f"K has {len(flat)} null directions")
+
+    def at_minimum(self, found: str) -> Stability:
+        """The energy has a strict minimum in all coordinates but those that drift."""
+        if self.drifting:
+            if not self.drift_is_cyclic:
+                return Stability("undecided", f"{found}, but free coordinates are not cyclic")
+            names = ", ".join(self.at.free)
+            return Stability("stable but for drift", f"{found}; {names} may drift")
+        if self.has_velocity_forces:
+            poles, tolerance = self.poles()
+            if max(p.real for p in poles) < -tolerance:
+                return Stability("asymptotically stable", f"{found}, and all motions are damped")
+        return Stability("stable", f"{found}: the energy has a minimum")
+
+    def signs(self) -> tuple[int, list[int], int]:
+        """Count the positive directions of K, list null ones, count the negative ones."""
+        chosen = self.bound
+        if not chosen:
+            return 0, [], 0
+        with mpmath.workdps(DIGITS):
+            unit = [1 / mpmath.sqrt(self.linear.mass[k, k]) for k in chosen]
+            rows = [
+                [
+                    unit[a]
+                    * unit[b]
+                    * (self.linear.stiffness[i, j] + self.linear.stiffness[j, i])
+                    / 2
+                    for b, j in enumerate(chosen)
+                ]
+                for a, i in enumerate(chosen)
+            ]
+            pairs = [(a, b, i, j) for a, i in enumerate(chosen) for b, j in enumerate(chosen)]
+            size = max(unit[a] * unit[b] * self.linear.sizes[i, j] for a, b, i, j in pairs)
+            return _signs(rows, size * max(_ZERO, mpf(self.at.uncertainty) * 100))
+
+    def by_higher_terms(self) -> Stability:
+        test = EnergyTest.FLAT
+        if self.at.uncertainty < 1e-15 and not self.system.equations.closures and not self.drifting:
+            test = reduced_energy(self.system, self.at, self.linear)
+        if test is EnergyTest.MINIMUM:
+            return self.at_minimum("K is degenerate, and terms of higher order rise")
+        if test is EnergyTest.NONE and not self.has_velocity_forces and self.is_conservative:
+            reason = "K is degenerate, and along its null direction the energy has no minimum"
+            return Stability("unstable", reason)
+        return Stability("undecided", "K is degenerate")
+
+    # Poles.
+
+    def by_poles(self) -> Stability:
+        poles, tolerance = self.poles()
+        largest = max((p.real for p in poles), default=0.0)
+        if largest > tolerance:
+            return Stability("unstable", f"a pole has the real part {largest:.3g}")
+        if largest < -tolerance:
+            if self.drifting:
+                names = ", ".join(self.at.free)
+                return Stability(
+                    "stable but for drift", f"all motions are damped; {names} may drift"
+                )
+            return Stability("asymptotically stable", "all poles have negative real parts")
+        if not self.linear.is_holonomic:
+            return Stability("undecided", "no pole has a positive real part")
+        size = max((abs(p) for p in poles), default=0.0)
+        apart = min(
+            (abs(p - q) for k, p in enumerate(poles) for q in poles[:k]), default=float("inf")
+        )
+        if size and apart > _APART * size and not self.drifting:
+            return Stability(
+                "stable in the linear approximation", "no pole has a positive real part"
+            )
+        return Stability("undecided", "poles on the imaginary axis coincide")
+
+    def poles(self) -> tuple[list[complex], float]:
+        """Find the poles of what does not drift, and the real part that counts."""
+        a = self.first_order()
+        if not a.rows:
+            return [], 0.0
+        if a.rows <= _MOST_STATES:
+            with mpmath.workdps(DIGITS):
+                values = [complex(x) for x in mpmath.eig(a, left=False, right=False)]
+            tolerance = _FINE
+        else:
+            values, tolerance = np.linalg.eigvals(in_doubles(a)).tolist(), _COARSE
+        return values, tolerance * max(self.usual_rate(), *map(abs, values))
+
+    def usual_rate(self) -> float:
+        """Return a rate that the sizes of the terms of K stand for."""
+        linear, chosen = self.linear, range(len(self.linear.independent))
+        rates = [
+            linear.sizes[k, j] / abs(linear.mass[k, k])
+            for k in chosen
+            for j in range(linear.sizes.cols)
+            if linear.mass[k, k]
+        ]
+        return float(mpmath.sqrt(max(rates, default=mpf(0))))
+
+    def first_order(self) -> mpmath.matrix:
+        """Write A without the positions that drift."""
+        linear = self.linear
+        k, placed = len(linear.independent), list(linear.placed)
+        names = [c.name for c in self.system.equations.coordinates]
+        kept = [i for i, j in enumerate(placed) if names[j] not in self.at.free]
+        with mpmath.workdps(DIGITS):
+            inverse = mpmath.inverse(linear.mass)
+            stiff, damped = inverse * linear.stiffness, inverse * linear.damping
+            a = mpmath.zeros(len(kept) + k, len(kept) + k)
+            for row, i in enumerate(kept):
+                for column in range(k):
+                    a[row, len(kept) + column] = linear.velocities[placed[i], column]
+            for row in range(k):
+                for column, i in enumerate(kept):
+                    a[len(kept) + row, column] = -stiff[row, i]
+                for column in range(k):
+                    a[len(kept) + row, len(kept) + column] = -damped[row, column]
+        return a
+
+
+def _signs(rows: list[list[Mpf]], rounding: Mpf) -> tuple[int, list[int], int]:
+    """Count the signs of a symmetric matrix by Sylvester's law of inertia.
+
+    Elimination pivots on the largest diagonal entry; a block without any is indefinite if it has
+    other entries.
+    """
+    left = list(range(len(rows)))
+    positive = negative = 0
+    while left:
+        pivot = max(left, key=lambda k: abs(rows[k][k]))
+        others = [abs(rows[i][j]) for i in left for j in left if i != j]
+        largest = max((abs(rows[pivot][pivot]), *others))
+        if largest <= rounding:
+            return positive, left, negative
+        if abs(rows[pivot][pivot]) <= rounding:
+            return positive + 1, [], negative + 1  # off-diagonal entries alone: both signs
+        positive += rows[pivot][pivot] > 0
+        negative += rows[pivot][pivot] < 0
+        left.remove(pivot)
+        for i in left:
+            factor = rows[i][pivot] / rows[pivot][pivot]
+            for j in left:
+                rows[i][j] -= factor * rows[pivot][j]
+    return positive, [], negative

@@ -1,0 +1,254 @@
+"""Equilibria, linear systems and modes as frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+
+Matrix: TypeAlias = NDArray[np.float64]
+"""Numbers in doubles, of any shape."""
+
+Mpf: TypeAlias = Any
+"""An mpmath.mpf, which carries no types."""
+
+Verdict: TypeAlias = Literal[
+    "stable",
+    "asymptotically stable",
+    "stable but for drift",
+    "stable in the linear approximation",
+    "unstable",
+    "undecided",
+]
+"""What is proven of the motions that begin near an equilibrium, at most as much as is proven."""
+
+
+@dataclass(frozen=True)
+class Existence:
+    """The condition ``smaller ≤ larger`` under which an equilibrium exists."""
+
+    smaller: Expr
+    larger: Expr
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Stability of an equilibrium.
+
+    Attributes
+    ----------
+    verdict
+        What is proven.
+    reason
+        The theorem and what of it was found to hold, a short phrase.
+    """
+
+    verdict: Verdict
+    reason: str
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A configuration in which the system can stay at rest.
+
+    Attributes
+    ----------
+    position
+        One mpf for each coordinate, true to 30 digits; None if a parameter lacks its value.
+    multipliers
+        One mpf for each closure; None as before.
+    exact
+        The same in closed form, one a coordinate; None if it is known in numbers alone.
+    exact_multipliers
+        Those of closures; None as before.
+    free
+        Names of the coordinates that have any value there; their ``position`` is that of
+        the initial configuration.
+    conditions
+        What must hold of the parameters for it to exist.
+    uncertainty
+        Relative size of what is not known of the position.
+    isolated
+        False if it is known to be one of a continuum besides that of free coordinates.
+    stability
+        Its stability, None if that was not asked for.
+    """
+
+    position: tuple[Mpf, ...] | None
+    multipliers: tuple[Mpf, ...] | None
+    exact: tuple[Expr, ...] | None = None
+    exact_multipliers: tuple[Expr, ...] | None = None
+    free: tuple[str, ...] = ()
+    conditions: tuple[Existence, ...] = ()
+    uncertainty: float = 1e-30
+    isolated: bool = True
+    stability: Stability | None = None
+
+
+@dataclass(frozen=True)
+class AbsentEquilibrium:
+    """An equilibrium in closed form that does not exist for the values of the parameters.
+
+    ``exact``: one expression for each coordinate.
+    """
+
+    exact: tuple[Expr, ...]
+    conditions: tuple[Existence, ...]
+
+
+@dataclass(frozen=True)
+class Equilibria:
+    """The equilibria of a system.
+
+    Attributes
+    ----------
+    points
+        Those that exist.
+    absent
+        Those that exist for other parameters.
+    complete
+        True if it is proven that there are no others.
+    starts
+        Number of starts of the numeric search, 0 if none was needed.
+    held
+        Inputs that vary with time, and the values at which they are held.
+    """
+
+    points: tuple[Equilibrium, ...]
+    absent: tuple[AbsentEquilibrium, ...] = ()
+    complete: bool = False
+    starts: int = 0
+    held: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """A linear system ẋ = A x + B u, y = C x + D u, in doubles.
+
+    Attributes
+    ----------
+    states, inputs, outputs
+        Names of the components of x, u and y, each the difference from its value at rest.
+    a, b, c, d
+        The matrices.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    a: Matrix
+    b: Matrix
+    c: Matrix
+    d: Matrix
+
+
+@dataclass(frozen=True)
+class ExactMatrices:
+    """Matrices in closed form, each as rows: M, C, K, and A and B where these are short."""
+
+    mass: tuple[tuple[Expr, ...], ...]
+    damping: tuple[tuple[Expr, ...], ...]
+    stiffness: tuple[tuple[Expr, ...], ...]
+    a: tuple[tuple[Expr, ...], ...] | None = None
+    b: tuple[tuple[Expr, ...], ...] | None = None
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """The equations of motion near an equilibrium: M ẍ + C ẋ + K x = F u.
+
+    Attributes
+    ----------
+    at
+        The equilibrium.
+    coordinates
+        Names of the independent coordinates, whose differences from the equilibrium are x.
+    mass, damping, stiffness
+        M, C and K in doubles.
+    state_space
+        The same of first order.
+    exact
+        M, C, K in closed form; None if they are known in numbers alone.
+    """
+
+    at: Equilibrium
+    coordinates: tuple[str, ...]
+    mass: Matrix
+    damping: Matrix
+    stiffness: Matrix
+    state_space: StateSpace
+    exact: ExactMatrices | None = None
+
+    @property
+    def dissipative(self) -> Matrix:
+        """The symmetric part of C, which takes energy or brings it in."""
+        return (self.damping + self.damping.T) / 2
+
+    @property
+    def gyroscopic(self) -> Matrix:
+        """The antisymmetric part of C, which does no work."""
+        return (self.damping - self.damping.T) / 2
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A normal mode, or one of a damped or gyroscopic system.
+
+    Attributes
+    ----------
+    frequency
+        Angular frequency.
+    shape
+        Amplitude of each independent coordinate, the largest 1; complex if they have phases.
+    pole
+        The exponent s of exp(s t) with Im s ≥ 0; None for an undamped normal mode.
+    exact_square
+        ω² in closed form, None if it is known in numbers alone.
+    exact_shape
+        The amplitudes in closed form, or None.
+    """
+
+    frequency: float
+    shape: tuple[complex, ...]
+    pole: complex | None = None
+    exact_square: Expr | None = None
+    exact_shape: tuple[Expr, ...] | None = None
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A part of an analysis that was left out, and the reason."""
+
+    part: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What was found of equations of motion.
+
+    Attributes
+    ----------
+    equations
+        The equations.
+    equilibria
+        None if they were not asked for, or left out.
+    linearization, modes
+        At the stable equilibrium nearest to the initial configuration, or at the one that was
+        asked for.
+    left_out
+        What was asked for and is not here.
+    """
+
+    equations: Equations
+    equilibria: Equilibria | None = None
+    linearization: Linearization | None = None
+    modes: tuple[Mode, ...] | None = None
+    left_out: tuple[LeftOut, ...] = field(default=())

@@ -1,0 +1,168 @@
+"""An analysis as JSON values: what ``lagrange analyze --json`` writes.
+
+Closed forms are in the scene language, so that they can be read back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.notation.scene_language import to_scene_language
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.analysis.values import (
+        Analysis,
+        Equilibria,
+        Equilibrium,
+        Existence,
+        Linearization,
+        Mode,
+    )
+
+_Say = Callable[["Expr"], str]
+
+
+def analysis_report(analysis: Analysis) -> dict[str, Any]:
+    """Return an analysis as values that JSON can hold.
+
+    Parts that were not asked for, or are left out, are null.
+    """
+    equations = analysis.equations
+
+    def say(expression: Expr) -> str:
+        return to_scene_language(expression, equations)
+
+    names = [c.name for c in equations.coordinates]
+    equilibria, linear, modes = analysis.equilibria, analysis.linearization, analysis.modes
+    return {
+        "name": equations.name,
+        "coordinates": names,
+        "cyclic": list(equations.cyclic),
+        "conserved": [
+            {"name": c.name, "expression": say(c.expression), "symmetry": c.reason}
+            for c in equations.conserved
+        ],
+        **_equilibria(equilibria, names, say),
+        "linearization": None if linear is None else _linearization(linear, names, say),
+        "modes": None if modes is None else [_mode(mode, say) for mode in modes],
+        "left_out": [{"part": left.part, "reason": left.reason} for left in analysis.left_out],
+    }
+
+
+def _equilibria(equilibria: Equilibria | None, names: Sequence[str], say: _Say) -> dict[str, Any]:
+    if equilibria is None:
+        return {"equilibria": None}
+    return {
+        "equilibria": [_equilibrium(point, names, say) for point in equilibria.points],
+        "absent": [
+            {
+                "exact": _named(names, map(say, point.exact)),
+                "exists": _conditions(point.conditions, say),
+            }
+            for point in equilibria.absent
+        ],
+        "complete": equilibria.complete,
+        "starts": equilibria.starts,
+        "held": dict(equilibria.held),
+    }
+
+
+def _equilibrium(point: Equilibrium, names: Sequence[str], say: _Say) -> dict[str, Any]:
+    told = point.stability
+    return {
+        "at": _position(point, names),
+        "exact": None if point.exact is None else _named(names, map(say, point.exact)),
+        "exists": _conditions(point.conditions, say),
+        "free": list(point.free),
+        "isolated": point.isolated,
+        "stability": None if told is None else told.verdict,
+        "reason": None if told is None else told.reason,
+    }
+
+
+def _position(point: Equilibrium, names: Sequence[str]) -> dict[str, float | None]:
+    if point.position is None:
+        return dict.fromkeys(names)
+    return _named(names, map(float, point.position))
+
+
+def _named(names: Sequence[str], values: Any) -> dict[str, Any]:
+    return dict(zip(names, values, strict=True))
+
+
+def _conditions(conditions: Sequence[Existence], say: _Say) -> list[str]:
+    return [f"{say(c.smaller)} <= {say(c.larger)}" for c in conditions]
+
+
+def _linearization(linear: Linearization, names: Sequence[str], say: _Say) -> dict[str, Any]:
+    space, exact = linear.state_space, linear.exact
+    rows = {}
+    if exact is not None:
+        rows = {"M": exact.mass, "C": exact.damping, "K": exact.stiffness}
+        rows |= {} if exact.a is None or exact.b is None else {"A": exact.a, "B": exact.b}
+    return {
+        "at": _position(linear.at, names),
+        "coordinates": list(linear.coordinates),
+        "M": linear.mass.tolist(),
+        "C": linear.damping.tolist(),
+        "K": linear.stiffness.tolist(),
+        "damping": linear.dissipative.tolist(),
+        "gyroscopic": linear.gyroscopic.tolist(),
+        "exact": {k: [[say(e) for e in row] for row in m] for k, m in rows.items()} or None,
+        "state_space": {
+            "states": list(space.states),
+            "inputs": list(space.inputs),
+            "outputs": list(space.outputs),
+            "A": space.a.tolist(),
+            "B": space.b.tolist(),
+            "C": space.c.tolist(),
+            "D": space.d.tolist(),
+        },
+    }
+
+
+def _mode(mode: Mode, say: _Say) -> dict[str, Any]:
+    pole, square, shape = mode.pole, mode.exact_square, mode.exact_shape
+    return {
+        "frequency": mode.frequency,
+        "shape": [_amplitude(a, pole is not None) for a in mode.shape],
+        "pole": None if pole is None else [pole.real, pole.imag],
+        "exact_square": None if square is None else say(square),
+        "exact_shape": None if shape is None else list(map(say, shape)),
+    }
+
+
+def _amplitude(value: complex, has_phase: bool) -> float | list[float]:
+    """Write an amplitude: one number, or real and imaginary part."""
+    value = complex(value)
+    return [value.real, value.imag] if has_phase else value.real
+
+
+def linearization_arrays(report: dict[str, Any]) -> dict[str, Any]:
+    """Return the matrices of a report by name, as NumPy arrays for a file.
+
+    C and D are those of outputs; ``mass``, ``damping``, ``gyroscopic`` and ``stiffness`` those of
+    second order, damping being the symmetric part.
+    """
+    linear = report["linearization"]
+    space = linear["state_space"]
+    n, inputs = len(space["states"]), len(space["inputs"])
+    shapes = {"B": (n, inputs), "D": (len(space["outputs"]), inputs)}
+    arrays: dict[str, Any] = {
+        name: np.array(space[name], dtype=float).reshape(shapes.get(name, (-1, n)))
+        for name in ("A", "B", "C", "D")
+    }
+    arrays |= {name: np.array(space[name], dtype=str) for name in ("states", "inputs", "outputs")}
+    arrays |= {
+        "mass": np.array(linear["M"]),
+        "damping": np.array(linear["damping"]),
+        "gyroscopic": np.array(linear["gyroscopic"]),
+        "stiffness": np.array(linear["K"]),
+        "coordinates": np.array(linear["coordinates"], dtype=str),
+    }
+    return arrays

@@ -1,0 +1,312 @@
+"""Equilibria against closed forms from books, and what is said of those that are not known."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from lagrange_cli.api import loads
+from lagrange_cli.errors import InputError
+from tests.systems.shipped import SYSTEMS
+
+HOOP = (SYSTEMS / "beads" / "bead_on_rotating_hoop.yaml").read_text()
+
+
+def analyzed(text, *parts, parameters=None, at=None):
+    return loads(text, parameters=parameters).derive().analyze(*parts, at=at)
+
+
+def verdicts(analysis):
+    return {
+        tuple(round(float(x), 9) for x in point.position): point.stability.verdict
+        for point in analysis.equilibria.points
+    }
+
+
+def test_hoop_above_its_critical_rate():
+    found = analyzed(HOOP)
+    angle = math.acos(9.81 / (0.3 * 8.0**2))
+    assert found.equilibria.complete
+    assert verdicts(found) == {
+        (round(angle, 9),): "stable",
+        (round(-angle, 9),): "stable",
+        (0.0,): "unstable",
+        (round(math.pi, 9),): "unstable",
+    }
+    exact = {str(point.exact[0]) for point in found.equilibria.points}
+    assert exact == {"acos(g/(R*omega**2))", "-acos(g/(R*omega**2))", "0", "pi"}
+
+
+def test_hoop_below_its_critical_rate():
+    found = analyzed(HOOP, parameters={"omega": 5})
+    assert verdicts(found) == {(0.0,): "stable", (round(math.pi, 9),): "unstable"}
+    assert len(found.equilibria.absent) == 2
+    (condition,) = found.equilibria.absent[0].conditions
+    assert (str(condition.smaller), str(condition.larger)) == ("Abs(g)", "R*omega**2")
+
+
+def test_hoop_at_its_critical_rate_is_decided_by_the_fourth_order():
+    found = analyzed(HOOP, parameters={"omega": "sqrt(g/R)"})
+    assert verdicts(found) == {(0.0,): "stable", (round(math.pi, 9),): "unstable"}
+    point = next(p for p in found.equilibria.points if not p.position[0])
+    assert "higher order" in point.stability.reason
+
+
+def quartic(potential):
+    return f"""\
+particles: {{ball: {{mass: 2, position: [x, 0, 0]}}}}
+coordinates: [x]
+potentials: {{well: {potential}}}
+initial: {{x: 0.1}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("potential", "verdict"),
+    [
+        ("x^4", "stable"),
+        ("-x^4", "unstable"),
+        ("x^3", "unstable"),
+        ("x^6 + x^7", "stable"),
+        ("x^2 - x^4", "stable"),
+        ("-x^2", "unstable"),
+    ],
+)
+def test_degenerate_minima(potential, verdict):
+    found = analyzed(quartic(potential))
+    here = next(p for p in found.equilibria.points if not p.position[0])
+    assert here.stability.verdict == verdict
+
+
+@pytest.mark.parametrize(("sign", "verdict"), [("-", "unstable"), ("+", "stable")])
+def test_degenerate_direction_in_two_coordinates(sign, verdict):
+    """y follows x² along the null direction: x⁴ (1 − 2) against x⁴ (1 + 1/2)."""
+    energy = "x^4 + (y^2 - 2*x^2*y)" if sign == "-" else "x^4 + y^2 + x^2*y"
+    if sign == "-":
+        energy = "x^4 + 2*y^2 - 4*x^2*y"  # y = x²: 1 + 2 − 4 = −1
+    scene = f"""\
+particles: {{ball: {{mass: 1, position: [x, y, 0]}}}}
+coordinates: [x, y]
+potentials: {{well: {energy}}}
+initial: {{x: 0.1, y: 0}}
+"""
+    here = next(
+        p for p in analyzed(scene).equilibria.points if not p.position[0] and not p.position[1]
+    )
+    assert here.stability.verdict == verdict
+
+
+def test_lagranges_five_points():
+    """Collinear points: roots of Euler's quintic by bisection of the force; the others exact."""
+    found = analyzed((SYSTEMS / "celestial" / "arenstorf_orbit.yaml").read_text())
+    mu = 0.012277471
+
+    def force(x):
+        earth, moon = x + mu, x - 1 + mu
+        return x - (1 - mu) * earth / abs(earth) ** 3 - mu * moon / abs(moon) ** 3
+
+    def bisected(low, high):
+        for _ in range(200):
+            middle = (low + high) / 2
+            low, high = (middle, high) if force(middle) * force(low) > 0 else (low, middle)
+        return low
+
+    collinear = [bisected(*ends) for ends in ((-1.5, -0.5), (0.1, 0.95), (1.0, 2.0))]
+    expected = {(round(x, 9), 0.0): "unstable" for x in collinear}
+    for y in (1, -1):
+        place = round(0.5 - mu, 9), round(y * math.sqrt(3) / 2, 9)
+        expected[place] = "stable in the linear approximation"
+    assert verdicts(found) == expected
+    assert not found.equilibria.complete
+    assert found.equilibria.starts > 0
+
+
+@pytest.mark.parametrize(("mu", "stable"), [(0.0384, True), (0.0386, False)])
+def test_rouths_mass_ratio(mu, stable):
+    """Routh: mu < (1 − √(23/27))/2 = 0.03852."""
+    scene = (SYSTEMS / "celestial" / "arenstorf_orbit.yaml").read_text()
+    found = analyzed(scene, "equilibria", parameters={"mu": mu})
+    triangular = [p for p in found.equilibria.points if abs(p.position[1]) > 0.1]
+    expected = "stable in the linear approximation" if stable else "unstable"
+    assert [p.stability.verdict for p in triangular] == [expected] * 2
+
+
+DAMPED = """\
+parameters: {m: 1, k: 4, c: 0.5}
+particles: {ball: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: k*x^2/2}
+dissipation: {drag: c/2*dot(x)^2}
+initial: {x: 1}
+"""
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict"),
+    [
+        ({}, "asymptotically stable"),
+        ({"c": 0}, "stable"),
+        ({"c": -0.5}, "unstable"),
+        ({"k": -4}, "unstable"),
+    ],
+)
+def test_damping(values, verdict):
+    found = analyzed(DAMPED, parameters=values)
+    assert verdicts(found) == {(0.0,): verdict}
+
+
+def test_partly_damped_is_stable_and_no_more():
+    """The drag holds one of two uncoupled oscillators."""
+    scene = """\
+particles: {a: {mass: 1, position: [x, y, 0]}}
+coordinates: [x, y]
+potentials: {springs: 2*x^2 + 3*y^2}
+dissipation: {drag: dot(x)^2}
+initial: {x: 1, y: 1}
+"""
+    assert verdicts(analyzed(scene)) == {(0.0, 0.0): "stable"}
+
+
+def test_rotating_saddle_is_gyroscopically_stable_or_not():
+    """x² − y² in axes that turn: K is indefinite, Coriolis forces hold the linear motion."""
+    scene = """\
+parameters: {W: 3}
+particles: {ball: {mass: 1, position: [X, Y, 0]}}
+coordinates: [x, y]
+definitions:
+  X: x*cos(W*t) - y*sin(W*t)
+  Y: x*sin(W*t) + y*cos(W*t)
+potentials: {saddle: (x^2 - y^2)/2}
+initial: {x: 0.1, y: 0.2}
+"""
+    fast, slow = (analyzed(scene, parameters={"W": w}) for w in (3, 0.5))
+    assert verdicts(fast) == {(0.0, 0.0): "stable in the linear approximation"}
+    assert verdicts(slow) == {(0.0, 0.0): "unstable"}
+
+
+def test_follower_force_flutters_without_a_negative_direction():
+    """Ziegler's column: masses 2m and m, P along the last link; P > 2.086 k/l flutters."""
+    scene = """\
+parameters: {m: 1, l: 1, k: 1, P: 1}
+particles:
+  a: {mass: 2*m, position: [l*cos(p), l*sin(p), 0]}
+  b: {mass: m, position: [l*cos(p) + l*cos(q), l*sin(p) + l*sin(q), 0]}
+coordinates: [p, q]
+potentials: {joints: k*p^2/2 + k*(q - p)^2/2}
+forces: {follower: {on: b, force: [-P*cos(q), -P*sin(q), 0]}}
+initial: {p: 0.01, q: 0}
+"""
+    critical = 7 / 2 - math.sqrt(2)
+    for load, verdict in (
+        (critical - 0.01, "stable in the linear approximation"),
+        (critical + 0.01, "unstable"),
+    ):
+        found = analyzed(scene, parameters={"P": load})
+        here = next(p for p in found.equilibria.points if max(map(abs, p.position)) < 1e-9)
+        assert here.stability.verdict == verdict
+
+
+def test_cyclic_coordinates_are_free_and_may_drift():
+    found = analyzed((SYSTEMS / "pendulums" / "pendulum_on_cart.yaml").read_text())
+    hanging = next(p for p in found.equilibria.points if not p.position[1])
+    assert hanging.free == ("x",)
+    assert hanging.stability.verdict == "stable but for drift"
+
+
+def test_the_lever_is_in_balance_by_its_law():
+    """a m g = b F at any angle, and upright elsewhere: cos θ = 0."""
+    scene = (SYSTEMS / "lecture" / "lever.yaml").read_text()
+    found = analyzed(scene)
+    assert {round(float(p.position[0]), 9) for p in found.equilibria.points} == {
+        round(math.pi / 2, 9),
+        round(-math.pi / 2, 9),
+    }
+
+
+def test_pendulum_in_cartesian_coordinates_has_forces_of_its_rod():
+    scene = (SYSTEMS / "constraints" / "pendulum_in_cartesian_coordinates.yaml").read_text()
+    found = analyzed(scene)
+    assert found.equilibria.complete
+    assert verdicts(found) == {(0.0, -1.0): "stable", (0.0, 1.0): "unstable"}
+
+
+def test_nothing_holds_a_falling_body():
+    scene = """\
+particles: {ball: {mass: 1, position: [x, y, z]}}
+coordinates: [x, y, z]
+potentials: {weight: {gravity: 9.81}}
+initial: {x: 0, y: 0, z: 0}
+"""
+    found = analyzed(scene)
+    assert found.equilibria.points == ()
+    assert found.equilibria.complete
+    assert [left.part for left in found.left_out] == ["linearization", "modes"]
+
+
+def test_polar_coordinates_show_each_place_once():
+    """(r, φ) and (−r, φ + π) are one place."""
+    found = analyzed((SYSTEMS / "celestial" / "trojan_asteroid.yaml").read_text())
+    regular = [p for p in found.equilibria.points if "singular" not in p.stability.reason]
+    assert len(regular) == 5
+
+
+def test_dry_friction_is_not_smooth_at_rest():
+    scene = """\
+particles: {ball: {mass: 1, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: x^2}
+forces: {friction: {on: x, force: -sign(dot(x))}}
+initial: {x: 1}
+"""
+    found = analyzed(scene)
+    assert [p.stability.verdict for p in found.equilibria.points] == ["undecided"]
+
+
+def test_time_is_said_to_be_the_reason():
+    scene = (SYSTEMS / "pendulums" / "kapitza_pendulum.yaml").read_text()
+    found = analyzed(scene)
+    assert [left.part for left in found.left_out] == ["equilibria", "linearization", "modes"]
+    assert "depend on t" in found.left_out[0].reason
+    with pytest.raises(InputError, match="depend on t"):
+        analyzed(scene, "equilibria")
+
+
+def test_without_values_closed_forms_are_kept():
+    text = HOOP.replace("omega: {value: 8.0, ", "omega: {")
+    found = analyzed(text)
+    assert len(found.equilibria.points) == 4
+    assert all(p.position is None for p in found.equilibria.points)
+    assert "'omega'" in found.left_out[0].reason
+
+
+def test_inputs_are_held():
+    scene = """\
+parameters: {k: 4}
+inputs: {u: sin(t)}
+particles: {ball: {mass: 1, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: k*(x - u)^2/2}
+initial: {x: 1}
+"""
+    assert analyzed(scene).equilibria.held == (("u", 0.0),)
+    held = analyzed(scene, at={"u": "k/2"})
+    assert verdicts(held) == {(2.0,): "stable in the linear approximation"}
+    assert held.equilibria.held == (("u", 2.0),)
+
+
+@pytest.mark.parametrize(
+    ("at", "fragment"),
+    [
+        ({"thta": 0}, "'thta' is no coordinate and no input"),
+        ({"theta": 1.5}, "this is no equilibrium"),
+        ({"theta": "theta"}, "this is no number"),
+        ({"theta": "1 +"}, "end"),
+    ],
+)
+def test_wrong_configurations_are_refused_at_their_place(at, fragment):
+    with pytest.raises(InputError, match=fragment) as refusal:
+        analyzed(HOOP, at=at)
+    (problem,) = refusal.value.problems
+    assert problem.mark is not None
+    assert problem.mark.file.startswith("--at th")

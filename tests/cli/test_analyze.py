@@ -1,0 +1,114 @@
+"""``lagrange analyze`` as a user runs it: text, JSON, files, refusals."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.cli.terminal import lagrange, succeed
+from tests.systems.shipped import SYSTEMS
+
+HOOP = str(SYSTEMS / "beads" / "bead_on_rotating_hoop.yaml")
+
+SPRING = """\
+name: spring
+parameters: {k: 4}
+inputs: [u]
+particles: {ball: {mass: 1, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: k/2*x^2}
+forces: {push: {on: x, force: u}}
+initial: {x: 1}
+"""
+
+
+def test_text_shows_each_part():
+    shown = succeed("analyze", HOOP)
+    assert "Equilibria   these are all\n" in shown
+    assert "stable     θ = acos(g / (R ω²)) = 1.03452 where abs(g) ≤ R ω²" in shown
+    assert "M[1,1] = m R²   = 0.0045" in shown
+    assert "Modes   angular frequencies\n  6.87694291   squared" in shown
+    assert "h = ½ m R² θ̇²" in shown
+    assert "Left out" not in shown
+
+
+def test_text_in_ascii():
+    shown = succeed("analyze", HOOP, "--ascii")
+    assert shown.isascii()
+    assert "theta = acos(g/(R*omega^2)) = 1.03452 where abs(g) <= R*omega^2" in shown
+
+
+def test_json_is_the_contract():
+    report = json.loads(succeed("analyze", "-", "--json", input=SPRING))
+    assert report["name"] == "spring"
+    assert report["cyclic"] == []
+    assert report["conserved"] == []
+    (point,) = report["equilibria"]
+    assert point["at"] == {"x": 0.0}
+    assert point["stability"] == "stable in the linear approximation"
+    linear = report["linearization"]
+    assert (linear["M"], linear["C"], linear["K"]) == ([[1.0]], [[0.0]], [[4.0]])
+    space = linear["state_space"]
+    assert space["states"] == ["x", "dot(x)"]
+    assert space["inputs"] == ["u"]
+    assert space["A"] == [[0.0, 1.0], [-4.0, 0.0]]
+    assert space["B"] == [[0.0], [1.0]]
+    (mode,) = report["modes"]
+    assert mode["frequency"] == pytest.approx(2.0)
+    assert mode["shape"] == [1.0]
+    assert mode["exact_square"] == "k"
+    assert report["left_out"] == []
+
+
+def test_parts_that_are_not_asked_for_are_null():
+    report = json.loads(succeed("analyze", "-", "--modes", "--json", input=SPRING))
+    assert report["equilibria"] is None
+    assert report["linearization"] is None
+    assert report["modes"]
+
+
+def test_files(tmp_path):
+    shown = succeed("analyze", "-", "-o", str(tmp_path / "a.json"), "--json", input=SPRING)
+    assert (tmp_path / "a.json").read_text() == shown
+    succeed("analyze", "-", "-o", str(tmp_path / "a.npz"), input=SPRING)
+    with np.load(tmp_path / "a.npz") as arrays:
+        assert arrays["A"].tolist() == [[0.0, 1.0], [-4.0, 0.0]]
+        assert arrays["B"].tolist() == [[0.0], [1.0]]
+        assert arrays["states"].tolist() == ["x", "dot(x)"]
+        assert arrays["stiffness"].tolist() == [[4.0]]
+
+
+def test_at_chooses_the_equilibrium():
+    report = json.loads(succeed("analyze", HOOP, "--at", "theta=pi", "--json"))
+    assert report["linearization"]["at"]["theta"] == pytest.approx(np.pi)
+    assert report["modes"][0]["pole"][0] > 0
+
+
+@pytest.mark.parametrize(
+    ("words", "fragment"),
+    [
+        (["--at", "theta=1.5"], "--at theta:1:1: this is no equilibrium"),
+        (["--at", "thta=0"], "did you mean 'theta'?"),
+        (["-o", "a.csv"], "does not end in .json or .npz"),
+        (["--modes", "-o", "a.npz"], "add --linearization"),
+    ],
+)
+def test_refusals(words, fragment, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = lagrange("analyze", HOOP, *words)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert fragment in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_cannot_be_found_is_left_out_or_refused():
+    driven = str(SYSTEMS / "pendulums" / "kapitza_pendulum.yaml")
+    assert "Left out\n  equilibria, linearization, modes: nothing stays" in succeed(
+        "analyze", driven
+    )
+    done = lagrange("analyze", driven, "--modes")
+    assert done.returncode == 2
+    assert "the equations depend on t" in done.stderr
