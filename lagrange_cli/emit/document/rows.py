@@ -16,6 +16,9 @@ _NUMBER, _LABEL = 5, 3
 #: The part of a line that formulas fill by estimated widths, which are not exact.
 FILLED = 0.94
 
+#: The part of a line that a label takes at the most beside its formula.
+WIDEST_LABEL = 0.35
+
 
 @dataclass(frozen=True)
 class FormulaRow:
@@ -49,6 +52,10 @@ class RowSetter(ABC):
     at_least = ">="
     at_most = "<="
     complementary = ""
+
+    def alone(self, label: str) -> str | None:
+        """A label that has a line for itself and no width; None if the format has none such."""
+        return None
 
     @property
     @abstractmethod
@@ -91,7 +98,10 @@ class RowSetter(ABC):
         middle = [[Piece(row.middle, self.room(row.middle))]] if row.middle else []
         sides = [prefixed(side, "= ", 3) for side in (*middle, *bodies)] or [[Piece("", 0)]]
         whole = [piece for side in sides for piece in (replace(side[0], separator=" "), *side[1:])]
-        if width(whole) <= self.available([label]):
+        if self.room(label) > WIDEST_LABEL * self.columns and (apart := self.alone(label)):
+            sides = [[Piece("", 0)], *sides]
+            label = apart
+        elif width(whole) <= self.available([label]):
             return [FormulaRow(label, [replace(whole[0], separator=""), *whole[1:]])]
         labels = [label, *("" for _ in sides[1:])]
         last = len(sides) - 1

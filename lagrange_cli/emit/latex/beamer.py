@@ -26,6 +26,7 @@ _PREAMBLE = r"""\documentclass[10pt]{beamer}
 \setbeamertemplate{footline}[frame number]
 \setbeamertemplate{frametitle continuation}[from second]
 \allowdisplaybreaks
+\setlength{\splitmaxdepth}{4pt}
 \setlength{\emergencystretch}{3em}
 \setlength{\parskip}{0.3\baselineskip}
 """

@@ -72,7 +72,15 @@ class Typesetter(RowSetter):
         return LatexPrinter(min(WIDEST_PART, 0.6 * self.columns - 5))
 
     def room(self, formula: str) -> float:
-        return len(re.sub(r"[a-z]{2,}", "x", _NO_ROOM.sub("", formula)))
+        if formula.startswith(_ALONE):
+            return 0
+        words = _TEXTS.findall(formula)
+        return sum(map(_letters, words)) + len(
+            re.sub(r"[a-z]{2,}", "x", _NO_ROOM.sub("", _TEXTS.sub("", formula)))
+        )
+
+    def alone(self, label: str) -> str:
+        return rf"{_ALONE}{{$\displaystyle {label}$}}"
 
     def section(self, section: Section) -> list[str]:
         """The heading of a section and its blocks."""
@@ -184,6 +192,12 @@ class Typesetter(RowSetter):
 
 #: Where a general formula may be broken.
 _LAW_BREAK = re.compile(r"(,\\quad | = | \+ )")
+
+#: Words in a formula, in which braces may stand around brackets.
+_TEXTS = re.compile(r"\\text\{((?:[^{}]|\{[^{}]*\})*)\}")
+
+#: What begins a label that has a line for itself.
+_ALONE = r"\rlap"
 
 #: Within a display that a sentence goes on after: no page ends there.
 _UNBROKEN = r"\postdisplaypenalty=10000 "
