@@ -80,7 +80,7 @@ ONCE: dict[str, tuple[tuple[str, ...], ...]] = {
     "text": (("--written-out",), ("--language", "de"), (*_PARTS, "--language", "fr")),
     "latex": (
         ("--written-out",),
-        ("--style", "beamer", "--numbers", "on", "--language", "en"),
+        ("--style", "beamer", "--numbers", "on", "--language", "en", "--macros"),
         ("--style", "document", "--width", "column", "--numbers", "off", "--language", "fr"),
         ("--style", "snippet", "--width", "8.6cm", *_PARTS, "--language", "de"),
     ),

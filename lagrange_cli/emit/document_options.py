@@ -44,6 +44,11 @@ _SECTIONS = Option(
 )
 
 
+_MACROS = Option(
+    "macros",
+    "a macro for each symbol, so that a letter is changed at one place",
+)
+
 _LANGUAGE = Option(
     "language",
     "the language of the words between formulas",
@@ -81,6 +86,7 @@ LATEX_OPTIONS = (
         accepted=is_width,
     ),
     Option("numbers", "numbers of displays", choices=("on", "off"), default="on"),
+    _MACROS,
     _LANGUAGE,
     _WRITTEN_OUT,
 )

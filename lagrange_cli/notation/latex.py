@@ -38,7 +38,7 @@ class LatexPrinter(TypesetPrinter):
     root_opening = r"\sqrt"
     sum_opening = r"\sum"
     bars_opening = r"\left|"
-    word_openings = (r"\mathrm{", r"\dot{\mathrm{", r"\ddot{\mathrm{", r"\text{")
+    word_openings: tuple[str, ...] = (r"\mathrm{", r"\dot{\mathrm{", r"\ddot{\mathrm{", r"\text{")
     group_openings = ("(", r"\bigl", r"\left", r"\Bigl")
 
     def name(self, name: str, order: int = 0, latex: str | None = None) -> str:

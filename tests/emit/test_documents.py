@@ -14,6 +14,7 @@ import pytest
 from lagrange_cli import InputError, load
 from lagrange_cli.cli.main import run
 from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, SECTIONS
+from lagrange_cli.emit.latex.macros import Macros
 from lagrange_cli.emit.width import is_width, length
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
@@ -164,6 +165,46 @@ def test_frames_hold_one_idea_each():
     equations = [f for f in frames if "{Lagrange's equations}" in f]
     assert [r"\framesubtitle{For $\theta_{" in f for f in equations] == [False, True, True]
     assert not re.search(r"\\(section|paragraph)", text)
+
+
+@pytest.mark.parametrize("style", ["document", "beamer", "snippet"])
+@pytest.mark.parametrize("steps", [None, "dalembert"])
+def test_macros_stand_for_the_letters(style, steps):
+    """With what they stand for in their places the document is the one without them."""
+    scene = "rolling/wheel_down_incline"
+    text = emitted(scene, steps=steps, style=style, macros=True)
+    defined = dict(re.findall(r"\\providecommand\{(\\\w+)\}\[1\]\[\]\{(.*)\}\n", text))
+    assert defined[r"\symalpha"] == r"#1{\alpha}"
+    text = re.sub(r"% Letters of.*\n|\\InputIf.*\n|\\providecommand.*\n", "", text)
+
+    def letters(use: re.Match[str]) -> str:
+        meaning = defined.get(use[1])
+        if meaning is None:
+            return use[0]
+        if use[2]:
+            return meaning.replace("#1", use[2])
+        return re.sub(r"#1\{((?:[^{}]|\{[^{}]*\})*)\}", r"\1", meaning)
+
+    text = re.sub(r"(\\(?:sym|word)[A-Za-z]+)(?:\[(\\d?dot)\])?", letters, text)
+    assert text == emitted(scene, steps=steps, style=style)
+
+
+def test_macros_have_names_of_their_own():
+    macros = Macros({"beta": r"\beta_0"})
+    names = [macros.name(n) for n in ("x_1", "x1", "x[1]", "angle", "θ", "lambda(rod)", "beta")]
+    assert names[:3] == [r"\symxOne"] * 3
+    assert names[3:] == [
+        r"\wordangle",
+        r"\symUNineFiveTwo",
+        r"\symlambdarod",
+        r"\symbeta",
+    ]
+    assert macros.name("xOne") == r"\wordxOne"
+    assert macros.name("x_one") != macros.name("x_1") != macros.name("xone")
+    assert macros.name("beta", 2) == r"\symbeta[\ddot]"
+    assert macros.definitions("s", [r"\symbeta \symbetax"])[2:] == [
+        r"\providecommand{\symbeta}[1][]{#1{\beta}_0}"
+    ]
 
 
 def log_of(folder: Path, text: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.contents import contents
@@ -39,31 +40,36 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
     long for a frame goes on in the next, broken between lines.
     """
     setter = options.setter(equations)
-    sections = contents(options.writer(equations), options.parts, options.form)
     title = latex_text(equations.title or equations.name)
-    pictures = "\\usepackage{tikz}\n" if "sketch" in options.parts else ""
-    told = latex_text(equations.description or "")
+    frames = [
+        [
+            r"\begin{frame}[allowframebreaks=0.85]",
+            r"\begin{center}\usebeamerfont{title}\usebeamercolor[fg]{title}",
+            title,
+            r"\end{center}",
+            latex_text(equations.description or ""),
+            r"\end{frame}",
+        ]
+    ]
+    frames += [
+        [
+            rf"\begin{{frame}}[allowframebreaks=0.85]{{{section.heading}}}",
+            *([rf"\framesubtitle{{{subtitle}}}"] if subtitle else []),
+            *setter.blocks(part),
+            r"\end{frame}",
+        ]
+        for section in contents(options.writer(equations), options.parts, options.form)
+        for subtitle, part in _ideas(section)
+    ]
     opening = [
         f"% {latex_text(equations.name)}: equations of motion, written by lagrange",
-        f"{_PREAMBLE}{pictures}" + r"\begin{document}",
-        "",
-        r"\begin{frame}[allowframebreaks=0.85]",
-        rf"\begin{{center}}\usebeamerfont{{title}}\usebeamercolor[fg]{{title}}{title}\end{{center}}",
-        told,
-        r"\end{frame}",
+        _PREAMBLE
+        + ("\\usepackage{tikz}\n" if "sketch" in options.parts else "")
+        + options.definitions(equations, chain(*frames))
+        + r"\begin{document}",
     ]
-    blocks = [opening]
-    for section in sections:
-        for subtitle, part in _ideas(section):
-            blocks.append(
-                [
-                    rf"\begin{{frame}}[allowframebreaks=0.85]{{{section.heading}}}",
-                    *([rf"\framesubtitle{{{subtitle}}}"] if subtitle else []),
-                    *setter.blocks(part),
-                    r"\end{frame}",
-                ]
-            )
-    return "\n\n".join("\n".join(filter(None, b)) for b in [*blocks, [r"\end{document}"]]) + "\n"
+    blocks = [opening, *frames, [r"\end{document}"]]
+    return "\n\n".join("\n".join(filter(None, block)) for block in blocks) + "\n"
 
 
 def _ideas(section: Section) -> Iterator[tuple[str, Section]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.contents import contents
@@ -34,18 +35,18 @@ def latex_document(equations: Equations, options: LatexOptions | None = None) ->
     """A document that pdfLaTeX compiles by itself: system, freedom, L, motion, conservation."""
     options = options or LatexOptions()
     setter = options.setter(equations)
-    writer = options.writer(equations)
-    sections = contents(writer, options.parts, options.form)
+    sections = contents(options.writer(equations), options.parts, options.form)
+    body = [setter.section(section) for section in sections]
     spread = [] if equations.steps is None else [r"\setlength{\jot}{1ex}"]
     title = latex_text(equations.title or equations.name)
     opening = [
         f"% {latex_text(equations.name)}: equations of motion, written by lagrange",
-        _preamble(options) + r"\begin{document}",
+        _preamble(options) + options.definitions(equations, chain(*body)) + r"\begin{document}",
         rf"\begin{{center}}\LARGE {title}\end{{center}}",
     ]
     if equations.description:
         opening += ["", latex_text(equations.description)]
-    blocks = [opening, spread, *map(setter.section, sections), [r"\end{document}"]]
+    blocks = [opening, spread, *body, [r"\end{document}"]]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
 
 

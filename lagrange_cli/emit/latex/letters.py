@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.document.letters import DocumentLetters
 from lagrange_cli.emit.family_wording import latex_ranges
 from lagrange_cli.emit.latex import words as latex_words
+from lagrange_cli.emit.latex.macros import MacroPrinter, Macros
 from lagrange_cli.notation.latex import LatexPrinter, latex_number
 from lagrange_cli.notation.latex_escape import latex_text
-from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import DisplayNode
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.families.forms import Range
 
 
@@ -24,8 +25,14 @@ class LatexLetters(DocumentLetters):
     virtual_work = r"\delta W"
     comma = r",\quad "
 
+    def __init__(self, equations: Equations, macros: Macros | None = None) -> None:
+        super().__init__(equations)
+        self._printer = LatexPrinter() if macros is None else MacroPrinter(macros)
+        # Macros know by themselves what the scene says.
+        self._names = self.written if macros is None else {}
+
     def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
-        return latex_name(name, order, latex or self.override(name))
+        return self._printer.name(name, order, latex or self.override(name))
 
     def vector(self, letter: str, order: int = 0) -> str:
         bold = rf"\mathbf{{{letter}}}"
@@ -72,7 +79,7 @@ class LatexLetters(DocumentLetters):
         return latex_ranges(ranges)
 
     def formula(self, node: DisplayNode) -> str:
-        return LatexPrinter().inline(node)
+        return self._printer.inline(node)
 
     def number(self, value: float) -> str:
         return latex_number(f"{value:.0e}") if value else "0"
@@ -84,7 +91,7 @@ class LatexLetters(DocumentLetters):
         return latex_text(text)
 
     def statement(self, text: str) -> str:
-        return latex_words.scene_text_latex(text, self.written)
+        return latex_words.scene_text_latex(text, self._names, self._printer)
 
     def unit(self, text: str) -> str:
         return latex_words.unit_latex(text)

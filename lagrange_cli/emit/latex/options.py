@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,9 +10,11 @@ from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, sections_of
 from lagrange_cli.emit.language import ENGLISH, Language, language
 from lagrange_cli.emit.latex.letters import LatexLetters
+from lagrange_cli.emit.latex.macros import Macros
 from lagrange_cli.emit.latex.typesetter import COLUMN_POINTS, Typesetter
 from lagrange_cli.emit.sketch.tikz import tikz_picture
 from lagrange_cli.emit.width import length
+from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
@@ -47,6 +49,8 @@ class LatexOptions:
         The language of the words between formulas.
     written_out
         True if every element of indexed families is shown.
+    macros
+        Macros of the symbols, None if letters stand for themselves.
     """
 
     style: str = "document"
@@ -56,6 +60,7 @@ class LatexOptions:
     numbered: bool = True
     say: Language = ENGLISH
     written_out: bool = False
+    macros: Macros | None = None
 
     @classmethod
     def of(cls, equations: Equations, options: Mapping[str, OptionValue]) -> LatexOptions:
@@ -67,11 +72,13 @@ class LatexOptions:
         numbered = options["numbers"] == "on"
         say = language(str(options["language"]))
         form, width = str(options["form"]), str(options["width"])
-        return cls(style, form, parts, width, numbered, say, bool(options["written_out"]))
+        written_out = bool(options["written_out"])
+        macros = Macros(latex_overrides(equations)) if options["macros"] else None
+        return cls(style, form, parts, width, numbered, say, written_out, macros)
 
     def writer(self, equations: Equations) -> DocumentWriter:
         """What writes the content of the document."""
-        letters = LatexLetters(equations)
+        letters = LatexLetters(equations, self.macros)
         return DocumentWriter(equations, letters, self.say, written_out=self.written_out)
 
     def setter(self, equations: Equations) -> Typesetter:
@@ -83,4 +90,9 @@ class LatexOptions:
         columns = points / COLUMN_POINTS[11 if self.style != "beamer" and points > _COLUMN else 10]
         picture = tikz_picture(equations, points) if "sketch" in self.parts else ""
         rows = 6 if self.style == "beamer" else 24
-        return Typesetter(columns, self.numbered, equations.name, picture, rows)
+        return Typesetter(columns, self.numbered, equations.name, picture, rows, self.macros)
+
+    def definitions(self, equations: Equations, body: Iterable[str]) -> str:
+        """Definitions of the macros that stand in a body, each line with its end."""
+        lines = [] if self.macros is None else self.macros.definitions(equations.name, body)
+        return "".join(f"{line}\n" for line in lines)

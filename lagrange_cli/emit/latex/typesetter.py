@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from lagrange_cli.emit.document.rows import FILLED, FormulaRow, RowSetter
+from lagrange_cli.emit.latex.macros import MacroPrinter, Macros
 from lagrange_cli.emit.steps.sections import (
     Block,
     Bullets,
@@ -50,6 +51,8 @@ class Typesetter(RowSetter):
         LaTeX of the sketch, empty if none is wanted.
     most_rows
         Rows of a table that is kept on one page.
+    macros
+        Macros of the symbols, None if letters stand for themselves.
     counts
         Part of the document → how many of its formulas have a label.
     """
@@ -58,6 +61,7 @@ class Typesetter(RowSetter):
     stem: str = ""
     picture: str = ""
     most_rows: int = 24
+    macros: Macros | None = None
     counts: dict[str, int] = field(default_factory=dict)
 
     wide = r"\quad "
@@ -69,7 +73,8 @@ class Typesetter(RowSetter):
     @cached_property
     def printer(self) -> LatexPrinter:
         # Parts that are not broken, as fractions, leave room for what stands beside them.
-        return LatexPrinter(min(WIDEST_PART, 0.6 * self.columns - 5))
+        widest = min(WIDEST_PART, 0.6 * self.columns - 5)
+        return LatexPrinter(widest) if self.macros is None else MacroPrinter(self.macros, widest)
 
     def room(self, formula: str) -> float:
         if formula.startswith(_ALONE):

@@ -10,17 +10,24 @@ from lagrange_cli.emit.document.scene_text import SceneTextSpelling
 from lagrange_cli.notation.latex import LatexPrinter, latex_number
 from lagrange_cli.notation.latex_escape import latex_text
 
-_SPELLING = SceneTextSpelling(
-    LatexPrinter(), over="/", at_least=r"\ge", at_most=r"\le", operator=r"\operatorname{{{}}}"
-)
 
-
-def scene_text_latex(text: str, names: Mapping[str, str] = MappingProxyType({})) -> str:
+def scene_text_latex(
+    text: str,
+    names: Mapping[str, str] = MappingProxyType({}),
+    printer: LatexPrinter | None = None,
+) -> str:
     """Write an equation or expression of the scene language in math mode, other text as it is.
 
     ``names``: LaTeX of names that do not print as their letters.
     """
-    written = _SPELLING.formula(text, names)
+    spelling = SceneTextSpelling(
+        printer or LatexPrinter(),
+        over="/",
+        at_least=r"\ge",
+        at_most=r"\le",
+        operator=r"\operatorname{{{}}}",
+    )
+    written = spelling.formula(text, names)
     return rf"\texttt{{{latex_text(text)}}}" if written is None else f"${written}$"
 
 
