@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import sympy as sp
+from mpmath import mpf
 
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.families.elements import (
@@ -24,7 +25,7 @@ from lagrange_cli.mechanics.families.forms import (
     Range,
     assignments,
 )
-from lagrange_cli.mechanics.families.instances import Instances
+from lagrange_cli.mechanics.families.instances import Instances, random_point
 from lagrange_cli.mechanics.families.search import Row, Search
 from lagrange_cli.mechanics.families.sizes import Sizes
 from lagrange_cli.mechanics.families.texts import IndexedText, indexed_texts
@@ -227,11 +228,22 @@ class Families:
         return plain, found
 
     def _searching(self, elements: Elements) -> Search:
+        return Search(elements, Instances(elements, self._point), self._constants)
+
+    @cached_property
+    def _point(self) -> Mapping[sp.Symbol, mpf]:
+        """A random state at which the equations have values; that of the certificate if need be."""
         equations = self.equations
-        symbols = {equations.t, *self._constants, *elements.of}
+        symbols = {equations.t, *self._constants}
         symbols |= {s for c in equations.coordinates for s in (c.q, c.v, c.a)}
         symbols |= {c.multiplier for c in equations.pushing} | {u.symbol for u in equations.inputs}
-        return Search(elements, Instances(elements, sorted(symbols, key=str)), self._constants)
+        point = random_point(sorted(symbols, key=str))
+        sources = equations.sources
+        if sources is None or not symbols <= sources.state.keys():
+            return point
+        parts = [equations.potential, *(shown.residual for shown in equations.shown)]
+        values = Instances(self._given, point).values(parts)
+        return sources.state if None in values else point
 
     @cached_property
     def _motion(self) -> tuple[FamilyRow, ...]:

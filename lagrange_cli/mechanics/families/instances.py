@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import mpmath
 import sympy as sp
@@ -25,6 +25,13 @@ class UndefinedElementError(LookupError):
     """A form holds an element that the system does not have."""
 
 
+def random_point(symbols: Sequence[sp.Symbol]) -> dict[sp.Symbol, mpf]:
+    """Values between ½ and 3/2, where most functions are defined, of symbols in a fixed order."""
+    chance = random.Random(_SEED)
+    with mpmath.workdps(_DIGITS):
+        return {s: mpf(chance.randrange(10**39)) / 10**39 + mpf(1) / 2 for s in symbols}
+
+
 class Instances:
     """Values of forms and of expressions at one random state.
 
@@ -32,17 +39,13 @@ class Instances:
     ----------
     elements
         The families.
-    symbols
-        All symbols of the equations, in a fixed order.
+    point
+        The state: symbol → value, of all symbols of the equations.
     """
 
-    def __init__(self, elements: Elements, symbols: list[sp.Symbol]) -> None:
+    def __init__(self, elements: Elements, point: Mapping[sp.Symbol, mpf]) -> None:
         self.elements = elements
-        chance = random.Random(_SEED)
-        with mpmath.workdps(_DIGITS):
-            # Elements of one family are apart, in the order of their indices: roots and
-            # logarithms of differences of neighbours stay real as often as can be.
-            self.point = {s: mpf(chance.randrange(10**39)) / 10**39 + mpf(1) / 2 for s in symbols}
+        self.point = point
         self._beyond: dict[Element, mpf] = {}
         self._tapes: dict[sp.Expr, tuple[Tape, list[sp.Symbol]]] = {}
 

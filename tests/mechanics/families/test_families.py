@@ -1,6 +1,7 @@
 """Forms of families are what they stand for: each is read back at every element."""
 
 import random
+from itertools import pairwise
 from pathlib import Path
 
 import mpmath
@@ -10,6 +11,7 @@ from lagrange_cli import api
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.mechanics.families.elements import element_of
 from lagrange_cli.mechanics.families.families import families_in
+from lagrange_cli.mechanics.families.instances import Instances
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from tests.mechanics.families import scenes
 from tests.mechanics.families.reading import DIGITS, Page
@@ -149,6 +151,35 @@ def test_equations_with_multipliers_are_families(name):
     assert families.motion
     assert families.closures
     with mpmath.workdps(DIGITS):
+        _checked(equations, families, Page(equations, families))
+
+
+def test_forms_that_hold_only_where_some_functions_are_defined():
+    names = [f"x{k}" for k in range(1, 6)]
+    kinetic = " + ".join(f"m/2*dot({x})^2" for x in names)
+    logs = " + ".join(f"log({b} - {a})" for a, b in pairwise(names))
+    scene = "\n".join(
+        [
+            "name: logarithms",
+            "parameters: {m: 1, k: 2}",
+            f"coordinates: [{', '.join(names)}]",
+            f"kinetic: {{t: {kinetic}}}",
+            f"potentials: {{v: -k*({logs})}}",
+            "initial: {" + ", ".join(f"{x}: {k}" for k, x in enumerate(names)) + "}",
+        ]
+    )
+    text = api.loads(scene).derive().text()
+    assert "V = -k Σᵢ₌₁⁴ ln(xᵢ₊₁ - xᵢ)" in text
+    assert "m ẍᵢ - k / (xᵢ - xᵢ₋₁) + k / (xᵢ₊₁ - xᵢ) = 0, i = 2 … 4" in text
+
+
+def test_wrong_forms_are_told_from_right_ones(monkeypatch):
+    """Without the proof, the row of the inner masses stands for those at the walls as well."""
+    equations = api.loads(scenes.chain(6)).derive().equations
+    monkeypatch.setattr(Instances, "holds", lambda *_: True)
+    families = families_in(equations)
+    assert sum(len(row.covers) for row in families.motion) > 4
+    with mpmath.workdps(DIGITS), pytest.raises((AssertionError, KeyError)):
         _checked(equations, families, Page(equations, families))
 
 
