@@ -36,11 +36,12 @@ if TYPE_CHECKING:
 @options.json_flag("The same as --format json.")
 @click.option(
     "--form",
-    type=click.Choice(["lagrange", "explicit", "multiplier"]),
+    type=click.Choice(["lagrange", "explicit", "multiplier", "hamiltonian", "routhian"]),
     default="lagrange",
     show_default=True,
     help="Lagrange's equations, or solved for the accelerations and multipliers where closed forms "
-    "are short; or with all constraints beside Cartesian names, each with its multiplier.",
+    "are short; with all constraints beside Cartesian names, each with its multiplier; Hamilton's "
+    "canonical equations; or Routh's, with cyclic coordinates ignored and an effective potential.",
 )
 @click.option(
     "--forces",
@@ -90,7 +91,7 @@ def derive(
 
     formulation: Formulation = "multiplier" if form == "multiplier" else "auto"
     way = options.way_of(steps, by)
-    form = "explicit" if form == "explicit" else "lagrange"
+    form = "lagrange" if form == "multiplier" else form
 
     request = SceneRequest(source, parameters, forces=forces, formulation=formulation, steps=way)
 

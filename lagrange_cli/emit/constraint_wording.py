@@ -25,13 +25,14 @@ if TYPE_CHECKING:
 
 #: Letters of quantities → their labels if the scene uses the letter.
 _LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
-_LABELS |= {"h": "h_Jac", "M": "M_mass", "f": "f_gen"}
+_LABELS |= {"h": "h_Jac", "M": "M_mass", "f": "f_gen", "H": "H_fun", "R": "R_fun"}
+_LABELS |= {"V_eff": "V_eff_red"}
 #: Letters of the account of degrees of freedom.
 _COUNTED = {"N", "K", "DOF"}
 
 
 def quantity_labels(equations: Equations) -> dict[str, str]:
-    """Return ``T, V, U, L, D, E, h, M, f`` → labels that differ from all names of the scene."""
+    """Return labels of ``T, V, U, L, D, E, h, M, f, H, R, V_eff`` that no name of the scene is."""
     taken = _names(equations)
     return {short: long if short in taken else short for short, long in _LABELS.items()}
 

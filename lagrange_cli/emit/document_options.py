@@ -30,8 +30,8 @@ DEFAULT_SECTIONS = ",".join(s for s in SECTIONS if s not in ("sketch", "result",
 
 FORM = Option(
     "form",
-    "Lagrange's equations, or solved for the accelerations and multipliers",
-    choices=("lagrange", "explicit"),
+    "Lagrange's equations, or solved for the accelerations and multipliers; Hamilton's; Routh's",
+    choices=("lagrange", "explicit", "hamiltonian", "routhian"),
     default="lagrange",
 )
 

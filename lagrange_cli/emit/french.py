@@ -396,4 +396,49 @@ FRENCH = {
     ", between impacts": ", entre les chocs",
     "; it is {energy}": "\u00a0; c'est {energy}",
     "; it is not {energy}": "\u00a0; ce n'est pas {energy}",
+    # -- other forms
+    "Momenta": "Moments conjugués",
+    "Hamiltonian": "Hamiltonien",
+    "Hamilton's equations": "Équations de Hamilton",
+    (
+        "The momenta are linear in {velocities}, which they determine as a linear system: its"
+        " solution has no short form, and half of {product} stands for the kinetic energy."
+    ): (
+        "Les moments sont linéaires en {velocities}, qu'ils déterminent par un système"
+        " linéaire : sa solution n'a pas de forme courte, et la moitié de {product} tient"
+        " lieu d'énergie cinétique."
+    ),
+    "{H} is {T} plus what {U} has without velocities.": (
+        "{H} est {T} plus ce que {U} a sans vitesses."
+    ),
+    "{H} is {total}.": "{H} est {total}.",
+    "{H} is not {total}.": "{H} n'est pas {total}.",
+    "{H} is the energy {E}.": "{H} est l'énergie {E}.",
+    "{H} is conserved: {L} does not depend on {t}.": (
+        "{H} est conservé : {L} ne dépend pas de {t}."
+    ),
+    "{H} is conserved between impacts: {L} does not depend on {t}.": (
+        "{H} est conservé entre les chocs : {L} ne dépend pas de {t}."
+    ),
+    "It is not decided whether {H} is conserved.": "Il n'est pas décidé si {H} est conservé.",
+    "{H} is not conserved.": "{H} n'est pas conservé.",
+    "Compared at {count} state with Lagrange's equations, to {digits} digits.": (
+        "Comparé en {count} état aux équations de Lagrange, à {digits} chiffres."
+    ),
+    "Compared at {count} states with Lagrange's equations, to {digits} digits.": (
+        "Comparé en {count} états aux équations de Lagrange, à {digits} chiffres."
+    ),
+    "Ignored coordinates": "Coordonnées ignorées",
+    "Routhian": "Fonction de Routh",
+    "Velocities of the ignored coordinates": "Vitesses des coordonnées ignorées",
+    "{coordinates} is cyclic; its momentum is a constant of the motion:": (
+        "{coordinates} est cyclique ; son moment est une constante du mouvement :"
+    ),
+    "{coordinates} are cyclic; their momenta are constants of the motion:": (
+        "{coordinates} sont cycliques ; leurs moments sont des constantes du mouvement :"
+    ),
+    "At the start {values}.": "Au départ {values}.",
+    "{linear} is gyroscopic: its force does no work.": (
+        "{linear} est gyroscopique : sa force ne travaille pas."
+    ),
 }

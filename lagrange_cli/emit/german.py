@@ -394,4 +394,49 @@ GERMAN = {
     ", between impacts": ", zwischen Stößen",
     "; it is {energy}": "; sie ist {energy}",
     "; it is not {energy}": "; sie ist nicht {energy}",
+    # -- other forms
+    "Momenta": "Impulse",
+    "Hamiltonian": "Hamilton-Funktion",
+    "Hamilton's equations": "Hamiltonsche Gleichungen",
+    (
+        "The momenta are linear in {velocities}, which they determine as a linear system: its"
+        " solution has no short form, and half of {product} stands for the kinetic energy."
+    ): (
+        "Die Impulse sind linear in {velocities}, die sie als lineares Gleichungssystem"
+        " bestimmen: dessen Lösung hat keine kurze Form, und die Hälfte von {product} steht"
+        " für die kinetische Energie."
+    ),
+    "{H} is {T} plus what {U} has without velocities.": (
+        "{H} ist {T} und was {U} ohne Geschwindigkeiten hat."
+    ),
+    "{H} is {total}.": "{H} ist {total}.",
+    "{H} is not {total}.": "{H} ist nicht {total}.",
+    "{H} is the energy {E}.": "{H} ist die Energie {E}.",
+    "{H} is conserved: {L} does not depend on {t}.": (
+        "{H} ist erhalten: {L} hängt nicht von {t} ab."
+    ),
+    "{H} is conserved between impacts: {L} does not depend on {t}.": (
+        "{H} ist zwischen Stößen erhalten: {L} hängt nicht von {t} ab."
+    ),
+    "It is not decided whether {H} is conserved.": "Ob {H} erhalten ist, ist nicht entschieden.",
+    "{H} is not conserved.": "{H} ist nicht erhalten.",
+    "Compared at {count} state with Lagrange's equations, to {digits} digits.": (
+        "An {count} Zustand mit den Lagrange-Gleichungen verglichen, auf {digits} Stellen."
+    ),
+    "Compared at {count} states with Lagrange's equations, to {digits} digits.": (
+        "An {count} Zuständen mit den Lagrange-Gleichungen verglichen, auf {digits} Stellen."
+    ),
+    "Ignored coordinates": "Ignorierte Koordinaten",
+    "Routhian": "Routh-Funktion",
+    "Velocities of the ignored coordinates": "Geschwindigkeiten der ignorierten Koordinaten",
+    "{coordinates} is cyclic; its momentum is a constant of the motion:": (
+        "{coordinates} ist zyklisch; der Impuls dazu ist eine Konstante der Bewegung:"
+    ),
+    "{coordinates} are cyclic; their momenta are constants of the motion:": (
+        "{coordinates} sind zyklisch; die Impulse dazu sind Konstanten der Bewegung:"
+    ),
+    "At the start {values}.": "Am Anfang {values}.",
+    "{linear} is gyroscopic: its force does no work.": (
+        "{linear} ist gyroskopisch: die Kraft daraus leistet keine Arbeit."
+    ),
 }

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.emit.constraint_wording import undecided
 from lagrange_cli.emit.force_wording import forces_report
+from lagrange_cli.emit.forms.json_values import hamiltonian_report, routhian_report
+from lagrange_cli.emit.speaker import Speaker, matrix
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
     explicit_form,
@@ -19,11 +21,10 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display, display_row
 from lagrange_cli.notation.latex import LatexPrinter
-from lagrange_cli.notation.one_line import OneLinePrinter
 from lagrange_cli.notation.ordering import sum_of
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.tree import DisplayNode, SignedNode, as_terms
-from lagrange_cli.notation.vocabulary import Vocabulary, vocabulary
+from lagrange_cli.notation.vocabulary import vocabulary
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,15 +33,13 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations, Input
 
-#: Matrices of more rows are given by their entries.
-LARGEST_DENSE = 64
-
 
 #: Keys whose values hold expressions, which ``latex`` has too.
 _EXPRESSIONS = (
     *("singular", "kinetic", "potential", "lagrangian", "equations", "multiplier_equations"),
     *("mass_matrix", "forcing", "conserved", "energy_balance", "closure", "contacts"),
     *("inputs", "outputs", "constraint_forces", "constraint_multipliers"),
+    *("hamiltonian", "canonical", "routhian", "effective_potential", "gyroscopic", "recovered"),
 )
 
 
@@ -57,7 +56,8 @@ def derivation_report(
         ``lagrange``: each residual is the shown form of Lagrange's equation.
         ``explicit``: it is ``ddot(q) - (acceleration)``, or the row of M q̈ − f where too many
         accelerations are coupled; ``multiplier_equations`` hold ``lambda - (value)`` of each
-        closure, or the closure differentiated.
+        closure, or the closure differentiated. ``hamiltonian``: H and the canonical equations
+        beside Lagrange's. ``routhian``: those of the coordinates that are not ignored.
     latex
         The key ``latex`` has the values that hold expressions once more, these in LaTeX, and
         how the symbols print.
@@ -68,17 +68,17 @@ def derivation_report(
         An expression has no exact form in the scene language.
     """
     words = vocabulary(equations)
-    report = _report(equations, form, _Speaker(words, ScenePrinter()))
+    report = _report(equations, form, Speaker(words, ScenePrinter()))
     if latex:
         printer = LatexPrinter()
-        typeset = _report(equations, form, _Speaker(words, printer))
+        typeset = _report(equations, form, Speaker(words, printer))
         symbols = {symbol.name: printer.inline(node) for symbol, node in words.atoms.items()}
         held = {key: typeset[key] for key in _EXPRESSIONS if key in typeset}
         report["latex"] = {"symbols": symbols, **held}
     return report
 
 
-def _report(equations: Equations, form: str, say: _Speaker) -> dict[str, Any]:
+def _report(equations: Equations, form: str, say: Speaker) -> dict[str, Any]:
     """The report, with expressions as they are said."""
     forces = equations.constraint_forces
     account, unused = equations.account, equations.facts.unused_parameters
@@ -102,9 +102,7 @@ def _report(equations: Equations, form: str, say: _Speaker) -> dict[str, Any]:
         "kinetic": say(equations.kinetic),
         "potential": say(equations.potential),
         "lagrangian": say(equations.lagrangian),
-        **(_explicit(equations, say) if form == "explicit" else _lagrange(equations, say)),
-        "mass_matrix": _matrix(equations.mass_matrix, say),
-        "forcing": [say(f) for f in equations.forcing],
+        **_in_form(equations, form, say),
         "cyclic": list(equations.cyclic),
         "conserved": [
             {"name": c.name, "expression": say(c.expression)} for c in equations.conserved
@@ -127,23 +125,22 @@ def _report(equations: Equations, form: str, say: _Speaker) -> dict[str, Any]:
     }
 
 
+def _in_form(equations: Equations, form: str, say: Speaker) -> dict[str, Any]:
+    """The equations of motion in a form, with M and f of their rows."""
+    if form == "routhian":
+        return routhian_report(equations, say)
+    whole = {
+        "mass_matrix": matrix(equations.mass_matrix, say),
+        "forcing": [say(f) for f in equations.forcing],
+    }
+    if form == "hamiltonian":
+        return _lagrange(equations, say) | whole | hamiltonian_report(equations, say)
+    return (_explicit if form == "explicit" else _lagrange)(equations, say) | whole
+
+
 def in_scene_language(equations: Equations, expression: Expr) -> str:
     """An expression over the symbols of equations as the scene language writes it."""
-    return _Speaker(vocabulary(equations), ScenePrinter())(expression)
-
-
-class _Speaker:
-    """Prints expressions and trees in one language."""
-
-    def __init__(self, words: Vocabulary, printer: OneLinePrinter) -> None:
-        self.words = words
-        self._printer = printer
-
-    def __call__(self, expression: Expr) -> str:
-        return self.tree(display(expression, self.words))
-
-    def tree(self, node: DisplayNode) -> str:
-        return self._printer.inline(node)
+    return Speaker(vocabulary(equations), ScenePrinter())(expression)
 
 
 def _steps(equations: Equations) -> dict[str, Any]:
@@ -155,7 +152,7 @@ def _steps(equations: Equations) -> dict[str, Any]:
     return steps_report(equations, equations.steps)
 
 
-def _contacts(equations: Equations, say: _Speaker) -> list[dict[str, Any]]:
+def _contacts(equations: Equations, say: Speaker) -> list[dict[str, Any]]:
     names = [c.name for c in equations.coordinates]
     return [
         {
@@ -172,12 +169,12 @@ def _contacts(equations: Equations, say: _Speaker) -> list[dict[str, Any]]:
     ]
 
 
-def _lagrange(equations: Equations, say: _Speaker) -> dict[str, Any]:
+def _lagrange(equations: Equations, say: Speaker) -> dict[str, Any]:
     rows = [display_row(shown, say.words) for shown in equations.shown]
     return {"equations": _residuals(equations, rows, say)}
 
 
-def _explicit(equations: Equations, say: _Speaker) -> dict[str, Any]:
+def _explicit(equations: Equations, say: Speaker) -> dict[str, Any]:
     """The rows for coordinates, and those for the multipliers of closures."""
     explicit, right = explicit_form(equations), forcing_with_reactions(equations)
     rows = []
@@ -205,7 +202,7 @@ def _explicit(equations: Equations, say: _Speaker) -> dict[str, Any]:
 
 
 def _residuals(
-    equations: Equations, rows: Sequence[DisplayNode], say: _Speaker
+    equations: Equations, rows: Sequence[DisplayNode], say: Speaker
 ) -> list[dict[str, str]]:
     return [
         {"coordinate": c.name, "residual": say.tree(row)}
@@ -213,20 +210,12 @@ def _residuals(
     ]
 
 
-def _difference(unknowns: Sequence[Expr], value: Expr, say: _Speaker) -> DisplayNode:
+def _difference(unknowns: Sequence[Expr], value: Expr, say: Speaker) -> DisplayNode:
     """``Σ unknown − value``, the unknowns first."""
     left = [display(unknown, say.words) for unknown in unknowns]
     terms = [term for node in left for term in as_terms(node)]
     terms += [SignedNode(not t.negative, t.node) for t in as_terms(display(value, say.words))]
     return sum_of(terms, ordered=True)
-
-
-def _matrix(rows: Sequence[Sequence[Expr]], say: _Speaker) -> list[list[str]] | dict[str, Any]:
-    """All entries, or (row, column, entry) of those that are not 0, counted from 0."""
-    if len(rows) <= LARGEST_DENSE:
-        return [[say(entry) for entry in row] for row in rows]
-    terms = [[i, j, say(entry)] for i, row in enumerate(rows) for j, entry in entries(row).items()]
-    return {"shape": [len(rows), len(rows)], "entries": terms}
 
 
 def _predicted(equations: Equations) -> dict[str, int] | None:
@@ -237,7 +226,7 @@ def _predicted(equations: Equations) -> dict[str, int] | None:
     return {"minimal": choice.minimal, "multiplier": choice.multiplier}
 
 
-def _balance(equations: Equations, say: _Speaker) -> dict[str, str] | None:
+def _balance(equations: Equations, say: Speaker) -> dict[str, str] | None:
     """The energy that is not conserved and its rate; None if it is conserved or that is long."""
     balance = equations.balance
     if balance is None:
@@ -249,7 +238,7 @@ def _balance(equations: Equations, say: _Speaker) -> dict[str, str] | None:
     }
 
 
-def _input(source: Input, say: _Speaker) -> dict[str, Any]:
+def _input(source: Input, say: Speaker) -> dict[str, Any]:
     """An input: its expression, or the file and column of its values."""
     record = source.recording
     if record is None:

@@ -29,8 +29,9 @@ _WORDS_INDENT, _FORMULA_INDENT = 2, 4
 _LONGEST_LABEL = 24
 
 
-def text_letters(*, ascii: bool) -> Letters:
-    return AsciiLetters() if ascii else UnicodeLetters()
+def text_letters(*, ascii: bool, lowered: bool = False) -> Letters:
+    """Letters of a terminal; indices stand below the line if they are ``lowered``."""
+    return AsciiLetters() if ascii else UnicodeLetters(lowered=lowered)
 
 
 def section_writers(
@@ -42,28 +43,33 @@ def section_writers(
 
 def _written(write: Callable[[], Section | None], printer: OneLinePrinter) -> list[Row]:
     section = write()
-    if section is None:
-        return []
-    body = [row for block in section.blocks for row in _rows(block, printer)]
+    return [] if section is None else section_rows(section, printer)
+
+
+def section_rows(
+    section: Section, printer: OneLinePrinter, indent: int = _FORMULA_INDENT
+) -> list[Row]:
+    """The rows of a section, its heading first; formulas are indented."""
+    body = [row for block in section.blocks for row in _rows(block, printer, indent)]
     return [Row(section.heading, role="heading"), *body]
 
 
-def _rows(block: Block, printer: OneLinePrinter) -> list[Row]:
+def _rows(block: Block, printer: OneLinePrinter, margin: int) -> list[Row]:
     if isinstance(block, Formulas):
-        return _aligned(block.rows, printer)
+        return _aligned(block.rows, printer, margin)
     assert isinstance(block, Words | Title | Law)
     indent = _FORMULA_INDENT if isinstance(block, Law) else _WORDS_INDENT
     return [Row("", " " * indent, words(block.text))]
 
 
-def _aligned(rows: Iterable[Formula], printer: OneLinePrinter) -> list[Row]:
+def _aligned(rows: Iterable[Formula], printer: OneLinePrinter, margin: int) -> list[Row]:
     """Rows with their first signs of equality below each other."""
     rows = list(rows)
     widths = [columns(row.label) for row in rows if row.label]
     aligned = max((w for w in widths if w <= _LONGEST_LABEL), default=0)
     shown = []
     for row in rows:
-        indent = _FORMULA_INDENT + (max(0, aligned - columns(row.label)) if row.label else 0)
+        indent = margin + (max(0, aligned - columns(row.label)) if row.label else 0)
         shown.append(_row(row, " " * indent, printer))
     return shown
 
@@ -72,7 +78,9 @@ def _row(row: Formula, indent: str, printer: OneLinePrinter) -> Row:
     """A label and what it equals one after the other; lines go on at signs of equality first."""
     bodies = [printer.pieces(node) for node in row.chain]
     if not row.label:
-        return formula("", indent, suffixed(bodies[0], " = 0", 4), "")
+        name = f"{indent}{row.name}" if row.name else ""
+        lead = "   " if row.name else indent
+        return formula(name, lead, suffixed(bodies[0], " = 0", 4), "name" if name else "")
     pieces = [piece for body in bodies for piece in _equal(body)]
     if row.middle:
         pieces = [*_equal([Piece(row.middle, columns(row.middle))]), *pieces]

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
@@ -41,8 +42,12 @@ from lagrange_cli.emit.family_wording import (
     with_families,
 )
 from lagrange_cli.emit.force_wording import force_notes, force_rows, forces_line, reaction_rows
+from lagrange_cli.emit.forms.contents import FORMS, form_sections
 from lagrange_cli.emit.initial_state import multiple_of_pi
 from lagrange_cli.emit.language import ENGLISH, Language, language
+from lagrange_cli.emit.steps.sections import Law
+from lagrange_cli.emit.steps.writer import Writer
+from lagrange_cli.emit.steps_text import section_rows, section_writers, text_letters
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
@@ -105,7 +110,8 @@ def derivation_page(
         Seven-bit text with formulas in the scene language; else Unicode.
     form
         ``lagrange`` for Lagrange's equations; ``explicit`` for accelerations and
-        multipliers where few are coupled, and M q̈ = f where more are.
+        multipliers where few are coupled, and M q̈ = f where more are; or one of
+        :data:`.forms.contents.FORMS`.
     options
         ``sections`` and ``language`` as the registry declares them for text.
 
@@ -168,7 +174,7 @@ class _Writer:
             ("system energies", self.inputs),
             ("energies", self.energies),
             ("equations", self.forces),
-            ("equations", self.accelerations if form == "explicit" else self.motion),
+            *self.equations_in(form),
             ("equations constraints", self.closures),
             ("equations constraints", self.contacts),
         )
@@ -189,7 +195,6 @@ class _Writer:
         """The derivation line by line."""
         from lagrange_cli.emit.steps.board import conclusions, working
         from lagrange_cli.emit.steps.writer import StepsWriter
-        from lagrange_cli.emit.steps_text import section_writers, text_letters
 
         letters = text_letters(ascii=isinstance(self.printer, ScenePrinter))
         board = StepsWriter(self.equations, letters, self.say, steps=steps)
@@ -200,7 +205,7 @@ class _Writer:
                 ("account constraints", lambda: self.account(positions=False)),
                 ("system energies", self.inputs),
                 *section_writers(working(board), self.printer),
-                ("equations", self.accelerations if form == "explicit" else list),
+                *(self.equations_in(form) if form != "lagrange" else ()),
                 ("equations constraints", self.contacts),
                 ("result", lambda: self.result(form)),
                 ("forces", self.constraint_forces),
@@ -392,6 +397,21 @@ class _Writer:
             if q != 0
         ]
         return _with_asides(self.say("Generalized forces"), rows)
+
+    def equations_in(self, form: str) -> _Parts:
+        """The sections of the equations of motion in a form."""
+        if form not in FORMS:
+            yield "equations", self.accelerations if form == "explicit" else self.motion
+        elif "equations" in self.parts:
+            is_lowered = isinstance(self.printer, UnicodePrinter) and self.printer.lowered
+            is_ascii = isinstance(self.printer, ScenePrinter)
+            letters = text_letters(ascii=is_ascii, lowered=is_lowered)
+            writer = Writer(self.equations, letters, self.say)
+            for whole in form_sections(form, writer, self.words, self.noted):
+                # Laws are for documents and boards.
+                blocks = tuple(b for b in whole.blocks if not isinstance(b, Law))
+                rows = section_rows(replace(whole, blocks=blocks), self.printer, indent=2)
+                yield "equations", partial(list[Row], rows)
 
     def motion(self) -> list[Row]:
         rows = []
@@ -686,6 +706,11 @@ class _Writer:
         """The pieces of a tree, whose abbreviations are noted."""
         self.note(node)
         return self.printer.pieces(node)
+
+    def noted(self, node: DisplayNode) -> DisplayNode:
+        """The same tree, whose abbreviations are noted."""
+        self.note(node)
+        return node
 
     def note(self, node: DisplayNode) -> None:
         if self.words.named:

@@ -109,6 +109,18 @@ def latex_overrides(equations: Equations) -> dict[str, str]:
     return names | {f.name: f.latex for f in equations.functions if f.latex is not None}
 
 
+def with_symbols(
+    words: Vocabulary, symbols: Iterable[tuple[sympy.Symbol, str, str | None]]
+) -> Vocabulary:
+    """Further symbols with their names and LaTeX, in the places of velocities: momenta."""
+    first = len(words.atoms)
+    atoms = {
+        symbol: ordering.symbol_of(name, Dependence.VELOCITY, rank, latex=latex)
+        for rank, (symbol, name, latex) in enumerate(symbols, first)
+    }
+    return replace(words, atoms={**words.atoms, **atoms})
+
+
 def _written(
     sums: Iterable[tuple[sympy.Expr, ...]],
 ) -> dict[sympy.Expr, tuple[tuple[sympy.Expr, ...], bool]]:

@@ -117,7 +117,8 @@ class TestDerive:
             (("-p", "aa=1"), "did you mean 'a'?"),
             (("-p", "a=b+"), "a=b+"),
             (("--digits", "3"), "15<=x<=1000"),
-            (("--form", "hamiltonian"), "hamiltonian"),
+            (("--form", "hamilton"), "hamilton"),
+            (("--form", "routhian"), "there is no Routhian: no coordinate is cyclic"),
         ],
     )
     def test_wrong_usage_exits_2(self, words, said):

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 import sympy
 
-from lagrange_cli.emit.json_report import LARGEST_DENSE, derivation_report
+from lagrange_cli.emit.json_report import derivation_report
+from lagrange_cli.emit.speaker import LARGEST_DENSE
 from lagrange_cli.errors import Mark, Problem
 from tests.emit.emit_scenes import HALF, build, coordinates, masses_through_hole, parameters
 

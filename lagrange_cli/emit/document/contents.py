@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import TypeAlias
 
 from lagrange_cli.emit.document.certificate import certificate
@@ -15,6 +16,7 @@ from lagrange_cli.emit.document.reactions import constraint_forces
 from lagrange_cli.emit.document.start import start
 from lagrange_cli.emit.document.system import inputs, outputs, system
 from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.forms.contents import FORMS, form_sections
 from lagrange_cli.emit.steps.board import conclusions, working
 from lagrange_cli.emit.steps.sections import Picture, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter
@@ -62,10 +64,23 @@ def _above(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
         ("system", lambda: inputs(writer)),
         ("energies", lambda: energies(writer)),
         ("equations", lambda: generalized_forces(writer)),
-        ("equations", lambda: motion(writer, form)),
+        *_motion(writer, parts, form),
         ("equations constraints", lambda: closures(writer)),
         ("equations constraints", lambda: contacts(writer)),
     )
+
+
+def _motion(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
+    """The equations of motion in a form."""
+    if form not in FORMS or "equations" not in parts:
+        yield "equations", lambda: motion(writer, form)
+        return
+    for written in form_sections(form, writer, writer.words, writer.noted):
+        yield "equations", partial(_same, written)
+
+
+def _same(written: Section) -> Section:
+    return written
 
 
 def _below(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
@@ -96,7 +111,7 @@ def _above_with_steps(
         ("account constraints", lambda: freedom(writer, parts, positions=False)),
         ("system", lambda: inputs(writer)),
         *working(board),
-        ("equations", lambda: motion(writer, form) if form == "explicit" else None),
+        *(_motion(writer, parts, form) if form != "lagrange" else ()),
         ("equations constraints", lambda: contacts(writer)),
     )
 

@@ -16,12 +16,7 @@ if TYPE_CHECKING:
 
 
 class DocumentLetters(Letters):
-    """Letters of a format that documents are written in.
-
-    ``comma`` is a comma between formulas of one display.
-    """
-
-    comma: str
+    """Letters of a format that documents are written in."""
 
     def __init__(self, equations: Equations) -> None:
         #: LaTeX of the names that the scene says how to print.

@@ -11,6 +11,7 @@ from lagrange_cli.emit.document.motion import (
     contact_rows,
     lagrange_equations,
 )
+from lagrange_cli.emit.forms.contents import FORMS
 from lagrange_cli.emit.steps.sections import formulas
 from lagrange_cli.notation.latex_escape import latex_text
 
@@ -25,7 +26,8 @@ def latex_snippet(equations: Equations, options: LatexOptions) -> str:
     title = latex_text(equations.title or equations.name)
     needs = "amsmath and tikz" if "sketch" in options.parts else "amsmath"
     what = "equations of motion" if equations.steps is None else "steps to the equations of motion"
-    if equations.steps is None and options.parts == ("equations",):
+    is_alone = options.parts == ("equations",) and options.form not in FORMS
+    if equations.steps is None and is_alone:
         rows = accelerations(writer) if options.form == "explicit" else lagrange_equations(writer)
         rows += [*closure_rows(writer), *contact_rows(writer)]
         rows += writer.abbreviations()

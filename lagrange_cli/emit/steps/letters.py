@@ -14,9 +14,11 @@ from lagrange_cli.notation.unicode import UnicodePrinter
 class Letters(ABC):
     """Letters of one format.
 
-    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW.
+    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW, ``comma`` stands
+    between formulas of one display.
     """
 
+    comma = ", "
     dot_product: str
     virtual_work: str
 
@@ -87,8 +89,8 @@ class UnicodeLetters(Letters):
     dot_product = " · "
     virtual_work = "δW"
 
-    def __init__(self) -> None:
-        self._printer: OneLinePrinter = UnicodePrinter()
+    def __init__(self, *, lowered: bool = False) -> None:
+        self._printer: OneLinePrinter = UnicodePrinter(lowered=lowered)
 
     def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
         return self._printer.symbol(name, order)

@@ -12,7 +12,7 @@ singular point.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import sympy as sp
@@ -22,8 +22,8 @@ from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient, shortest_groups
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import ShownEquation
-from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.mechanics.equations import Closure, Coordinate, ShownEquation
+from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 
 #: Functions that are never zero.
 _POSITIVE = (sp.exp, sp.cosh)
@@ -39,6 +39,38 @@ _MOST_BRACKETS = 20
 
 #: Tells whether the equation with this residual is one that ``expect`` writes.
 _IsExpected = Callable[[sp.Expr], bool]
+
+
+@dataclass(frozen=True)
+class RowSystem:
+    """The rows M a = f + Σ λ·gradient.
+
+    Attributes
+    ----------
+    coordinates
+        Those of the rows.
+    constants
+        Symbols of parameters, and of what else does not move.
+    mass_matrix, forcing
+        Rows of M, and the terms of each f.
+    pushing
+        What has a multiplier; gradients have an entry for each row.
+    sums
+        Sums that the scene wrote, as their terms.
+    apart
+        Symbols whose terms stay as they are.
+    named
+        Expressions that have a name in the scene.
+    """
+
+    coordinates: tuple[Coordinate, ...]
+    constants: frozenset[sp.Symbol]
+    mass_matrix: Sequence[ExpressionRow]
+    forcing: Sequence[Sequence[sp.Expr]]
+    pushing: Sequence[Closure] = ()
+    sums: Sequence[tuple[sp.Expr, ...]] = ()
+    apart: frozenset[sp.Symbol] = frozenset()
+    named: Sequence[sp.Expr] = ()
 
 
 def shown_equations(
@@ -58,8 +90,24 @@ def shown_equations(
     decimals
         Numbers that the scene wrote as decimals, which are no fractions.
     """
-    rows = _Rows(derivation, frozenset(decimals))
+    names = derivation.reduced.names
+    system = RowSystem(
+        derivation.reduced.coordinates,
+        frozenset(names.parameters.values()),
+        derivation.mass_matrix,
+        derivation.forcing,
+        derivation.pushing,
+        derivation.sums,
+        named=[derivation.reduced.convert(e) for _, e in names.abbreviations()],
+    )
+    rows = _Rows(system, frozenset(decimals))
     return tuple(_shown(rows, row, whole, asked) for row, whole in enumerate(conserving))
+
+
+def shown_rows(system: RowSystem, decimals: Collection[Fraction] = ()) -> tuple[ShownEquation, ...]:
+    """Textbook form of the equations of another system than a derivation's."""
+    rows = _Rows(system, frozenset(decimals))
+    return tuple(_shown(rows, row, False, None) for row in range(len(system.coordinates)))
 
 
 def as_rates(
@@ -89,7 +137,7 @@ def as_rates(
 
 
 def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> ShownEquation:
-    name = rows.derivation.reduced.coordinates[row].name
+    name = rows.system.coordinates[row].name
     groups = rows.groups(row)
     whole = rows.divisor(groups)
     divisor = _harmless(whole, rows.harmless, cyclic)
@@ -103,41 +151,39 @@ def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> Sh
 
 
 class _Rows:
-    """Rows of a derivation, with symbols and orders that each row needs."""
+    """Rows of a system, with symbols and orders that each row needs."""
 
-    def __init__(self, derivation: Uncertified, decimals: frozenset[Fraction]) -> None:
-        self.derivation = derivation
-        reduced = derivation.reduced
+    def __init__(self, system: RowSystem, decimals: frozenset[Fraction]) -> None:
+        self.system = system
         self.decimals = decimals
         #: Sums with coordinates that the scene wrote, of a few terms.
         self.brackets = [
             sp.Add(*terms)
-            for terms in derivation.sums[:_MOST_BRACKETS]
-            if any(t.is_Symbol and t not in reduced.names.parameters.values() for t in terms)
+            for terms in system.sums[:_MOST_BRACKETS]
+            if any(t.is_Symbol and t not in system.constants for t in terms)
         ]
-        self.parameters = frozenset(reduced.names.parameters.values())
+        self.parameters = system.constants
         #: Symbols that a common factor may hold which is divided out.
-        self.harmless = self.parameters.union(c.q for c in reduced.coordinates if c.is_positive)
-        self.order = {c.v: k for k, c in enumerate(reduced.coordinates)}
+        self.harmless = self.parameters.union(c.q for c in system.coordinates if c.is_positive)
+        self.order = {c.v: k for k, c in enumerate(system.coordinates)}
         #: Powers in the products of parameters that have a name: of the reduced mass.
         self.named = [
             product.as_powers_dict()
-            for _, expression in reduced.names.abbreviations()
-            if (product := reduced.convert(expression)).is_Mul
-            and product.free_symbols <= self.parameters
+            for product in system.named
+            if product.is_Mul and product.free_symbols <= self.parameters
         ]
         #: (entry of the gradient, multiplier) of the closures and gaps, by coordinate.
-        self.pushes: list[list[tuple[sp.Expr, sp.Symbol]]] = [[] for _ in reduced.coordinates]
-        for closure in derivation.pushing:
+        self.pushes: list[list[tuple[sp.Expr, sp.Symbol]]] = [[] for _ in system.coordinates]
+        for closure in system.pushing:
             for j, entry in entries(closure.gradient).items():
                 self.pushes[j].append((entry, closure.multiplier))
 
     def groups(self, row: int) -> list[tuple[sp.Expr, sp.Expr]]:
         """(coefficient, factor) in display order."""
-        coordinates = self.derivation.reduced.coordinates
+        coordinates = self.system.coordinates
         constants = self.parameters
-        inertia = self.derivation.mass_matrix[row].nonzero
-        forces = [-f for f in self.derivation.forcing[row]]
+        inertia = self.system.mass_matrix[row].nonzero
+        forces = [-f for f in self.system.forcing[row]]
 
         def coefficient(whole: sp.Expr) -> sp.Expr:
             return shortest_coefficient(whole, constants) if len(forces) <= _MOST_FORCES else whole
@@ -150,8 +196,9 @@ class _Rows:
             if monomial != 1:
                 terms.append((coefficient(factored(cofactors)), monomial))
             else:
-                moving = [c for c in cofactors if c.free_symbols & present]
-                free = [c for c in cofactors if not c.free_symbols & present]
+                kept = present | self.system.apart
+                moving = [c for c in cofactors if c.free_symbols & kept]
+                free = [c for c in cofactors if not c.free_symbols & kept]
                 terms.extend((c, sp.Integer(1)) for c in moving)
                 terms.extend(
                     (c, sp.Integer(1)) for c in shortest_groups(free, constants, self.brackets)
@@ -172,7 +219,7 @@ class _Rows:
         number = sp.Integer(number.p) if number.q > 1 else number
         if has_fraction and lcm <= _MOST_PARTS and not self._has_decimals(numbers):
             number = sp.Rational(sp.igcd(0, *(n.p * (lcm // n.q) for n in numbers)), lcm)
-        accelerations = {c.a for c in self.derivation.reduced.coordinates}
+        accelerations = {c.a for c in self.system.coordinates}
         inertia = [c for c, f in groups if f in accelerations]
         turned = inertia and all(_is_negative(c) for c in inertia)
         return scaled(-number if turned else number, factor)

@@ -1,0 +1,55 @@
+"""Symbols of canonical momenta, which are independent of the velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import count
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Coordinate, Equations
+
+
+@dataclass(frozen=True)
+class Momentum:
+    """The momentum of a coordinate, p = ∂L/∂q̇.
+
+    Attributes
+    ----------
+    coordinate
+        Its coordinate.
+    name, symbol
+        ``p_theta``, and the symbol of that name.
+    expression
+        Its value over (q, v, t).
+    """
+
+    coordinate: Coordinate
+    name: str
+    symbol: sp.Symbol
+    expression: sp.Expr
+
+
+def momenta(
+    equations: Equations, coordinates: Sequence[Coordinate], expressions: Sequence[sp.Expr]
+) -> tuple[Momentum, ...]:
+    """Name the momenta of some coordinates: p_NAME, P_NAME if the scene has a name like that."""
+    letter = momentum_letter(equations)
+    names = [f"{letter}_{c.name}" for c in coordinates]
+    return tuple(
+        Momentum(c, name, sp.Symbol(name, real=True), expression)
+        for c, name, expression in zip(coordinates, names, expressions, strict=True)
+    )
+
+
+def momentum_letter(equations: Equations) -> str:
+    """The first of p, P, pp, PP, … that makes names of momenta which the scene does not have."""
+    taken = {p.name for p in equations.parameters} | {u.name for u in equations.inputs}
+    taken |= {c.name for c in equations.coordinates} | {c.name for c in equations.cartesian_names}
+    taken |= {name for name, _ in (*equations.abbreviations, *equations.outputs)}
+    names = [c.name for c in equations.coordinates]
+    letters = (letter * size for size in count(1) for letter in "pP")
+    return next(x for x in letters if taken.isdisjoint(f"{x}_{name}" for name in names))

@@ -1,0 +1,90 @@
+"""Hamilton's and Routh's form as JSON values, in the scene language."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.analysis.hamiltonian import hamiltonian_form
+from lagrange_cli.analysis.routhian import routhian_form
+from lagrange_cli.emit.forms.writer import with_momenta
+from lagrange_cli.emit.speaker import Speaker, matrix
+from lagrange_cli.notation.build import display_row, display_sum
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sympy import Expr
+
+    from lagrange_cli.analysis.momenta import Momentum
+    from lagrange_cli.mechanics.equations import Equations
+
+
+def hamiltonian_report(equations: Equations, say: Speaker) -> dict[str, Any]:
+    """H, the names of the momenta, and the canonical equations of each coordinate.
+
+    ``velocity`` is None where the momenta determine velocities as a linear system; these stay in
+    H and in the rates.
+    """
+    form = hamiltonian_form(equations)
+    momenta = [pair.momentum for pair in form.pairs]
+    say = _knowing(say, momenta)
+    return {
+        "hamiltonian": _total(say, form.parts),
+        "momenta": [m.name for m in momenta],
+        "canonical": [
+            {
+                "coordinate": pair.momentum.coordinate.name,
+                "momentum": pair.momentum.name,
+                "definition": say(pair.momentum.expression),
+                "velocity": None if pair.velocity is None else say(pair.velocity),
+                "rate": _total(say, pair.rate),
+            }
+            for pair in form.pairs
+        ],
+        "hamiltonian_facts": {
+            "is_energy_sum": form.is_sum,
+            "conserved": form.conserved is not None,
+            "certificate": asdict(form.certificate),
+        },
+    }
+
+
+def routhian_report(equations: Equations, say: Speaker) -> dict[str, Any]:
+    """R, V_eff and the equations of the coordinates that are not ignored."""
+    form = routhian_form(equations)
+    say = _knowing(say, form.momenta)
+    return {
+        "coordinates": [c.name for c in form.coordinates],
+        "ignored": [m.coordinate.name for m in form.momenta],
+        "momenta": [m.name for m in form.momenta],
+        "routhian": say(form.expression),
+        "effective_potential": _total(say, form.potential),
+        "gyroscopic": say(form.gyroscopic),
+        "equations": [
+            {"coordinate": c.name, "residual": say.tree(display_row(shown, say.words))}
+            for c, shown in zip(form.coordinates, form.shown, strict=True)
+        ],
+        "mass_matrix": matrix(form.mass_matrix, say),
+        "forcing": [say(f) for f in form.forcing],
+        "recovered": [
+            {
+                "coordinate": m.coordinate.name,
+                "momentum": m.name,
+                "definition": say(m.expression),
+                "velocity": say(velocity),
+                "start": form.start[k] if form.start else None,
+            }
+            for k, (m, velocity) in enumerate(zip(form.momenta, form.velocities, strict=True))
+        ],
+        "routhian_certificate": asdict(form.certificate),
+    }
+
+
+def _knowing(say: Speaker, momenta: Sequence[Momentum]) -> Speaker:
+    return say.knowing(with_momenta(say.words, momenta))
+
+
+def _total(say: Speaker, parts: Sequence[Expr]) -> str:
+    """The sum of terms in their order; 0 without any."""
+    return say.tree(display_sum(parts, say.words)) if parts else "0"

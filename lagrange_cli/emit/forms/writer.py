@@ -1,0 +1,79 @@
+"""What sections of a form are written with: letters, and names of the momenta too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.steps.sections import Formula
+from lagrange_cli.emit.steps.writer import Writer
+from lagrange_cli.notation.build import display, display_sum
+from lagrange_cli.notation.tree import DisplayNode
+from lagrange_cli.notation.vocabulary import Vocabulary, with_symbols
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+    from lagrange_cli.analysis.momenta import Momentum
+
+
+@dataclass(frozen=True)
+class FormWriter(Writer):
+    """Writes labels and rows of a form.
+
+    Attributes
+    ----------
+    vocabulary
+        Display names of the symbols.
+    noted
+        Takes note of the abbreviations in a tree, and returns it.
+    """
+
+    _: KW_ONLY
+    vocabulary: Vocabulary
+    noted: Callable[[DisplayNode], DisplayNode]
+
+    @cached_property
+    def words(self) -> Vocabulary:
+        """Display names of all symbols."""
+        return self.vocabulary
+
+    def tree(self, expression: Expr) -> DisplayNode:
+        """An expression as it is displayed."""
+        return self.noted(display(expression, self.words))
+
+    def total(self, label: str, parts: Sequence[Expr]) -> Formula:
+        """``label = Σ parts``, the parts in their order; 0 without parts."""
+        return Formula(label, (self.noted(display_sum(parts or (_zero(),), self.words)),))
+
+    def knowing(self, momenta: Sequence[Momentum]) -> FormWriter:
+        """The writer with names of momenta."""
+        return replace(self, vocabulary=with_momenta(self.words, momenta))
+
+    def also(self, symbol: Symbol, name: str) -> FormWriter:
+        """The writer with one further letter."""
+        return replace(self, vocabulary=with_symbols(self.words, [(symbol, name, None)]))
+
+    def momentum(self, momentum: Momentum, order: int = 0) -> str:
+        """The letter of a momentum, with its dots."""
+        return self.letters.symbol(momentum.name, order, momentum_latex(momentum))
+
+
+def with_momenta(words: Vocabulary, momenta: Sequence[Momentum]) -> Vocabulary:
+    """Names of momenta beside those of other symbols."""
+    return with_symbols(words, [(m.symbol, m.name, momentum_latex(m)) for m in momenta])
+
+
+def momentum_latex(momentum: Momentum) -> str | None:
+    """LaTeX of a momentum whose coordinate has some in the scene; None for that of its name."""
+    latex = momentum.coordinate.latex
+    return None if latex is None else f"{momentum.name[0]}_{{{latex}}}"
+
+
+def _zero() -> Expr:
+    import sympy
+
+    zero: Expr = sympy.S.Zero
+    return zero
