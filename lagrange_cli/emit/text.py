@@ -661,7 +661,7 @@ class _Writer:
         """The momenta of a family."""
         assert self.over_letters is not None
         one = self.equations.conserved[row.covers[0]]
-        reason = one.reason.replace(one.coordinate or "", self.printer.symbol(row.name), 1)
+        reason = self.reason(one, self.printer.symbol(row.name))
         shown = self.ranged(self.tree(self.over_letters.whole(row)), row)
         label = f"  {self.printer.symbol(f'p_{row.name}')}"
         return formula(label, " = ", shown, aside=escape_controls(reason))
@@ -674,10 +674,11 @@ class _Writer:
             return f"{labels['E']} = {labels['T']} + {labels['V']}"
         return labels[energy_letter(quantity)]
 
-    def reason(self, quantity: Conserved) -> str:
-        subject = quantity_labels(self.equations)["L"]
-        if quantity.coordinate is not None:
+    def reason(self, quantity: Conserved, subject: str = "") -> str:
+        """Say why a quantity is conserved; ``subject`` stands for the coordinates of a family."""
+        if not subject and quantity.coordinate is not None:
             subject = self.printer.symbol(quantity.coordinate)
+        subject = subject or quantity_labels(self.equations)["L"]
         return conserved_reason(self.equations, quantity, subject, "t", self.say)
 
     def inputs(self) -> list[Row]:

@@ -264,3 +264,30 @@ def test_equations_and_momenta_of_others_hold_sums():
     assert "s    (6 m + M) s̈ + m Σᵢ₌₁ⁿ üᵢ = 0" in text
     assert "p_s = (6 m + M) ṡ + m Σᵢ₌₁ⁿ u̇ᵢ" in text
     assert "D = ½ c Σᵢ₌₁ⁿ u̇ᵢ²" in text
+
+
+ROTORS = """
+name: rotors
+sizes: {n: 5}
+parameters: {m: 1, k: 2}
+coordinates: ["r[i=1..n]", "phi[i=1..n]"]
+kinetic: {all: "sum(m/2*(dot(r[i])^2 + r[i]^2*dot(phi[i])^2), i=1..n)"}
+potentials: {all: "sum(k/2*r[i]^2, i=1..n)"}
+"""
+
+
+def test_momenta_and_their_rates_are_families():
+    derivation = api.loads(ROTORS).derive()
+    assert "φᵢ   d/dt (m rᵢ² φ̇ᵢ) = 0, i = 1 … n" in derivation.text()
+    assert "p_φᵢ = m rᵢ² φ̇ᵢ, i = 1 … n     φᵢ is cyclic" in derivation.text()
+    assert "φᵢ ist zyklisch" in derivation.text(language="de")
+    (document,) = derivation.emit("latex").values()
+    assert r"p_{\phi_{i}} & = m r_{i}^{2} \dot{\phi}_{i},\quad i = 1, \dots, n" in document
+    families = families_in(derivation.equations)
+    page = Page(derivation.equations, families)
+    point, values = _state(derivation.equations)
+    (row,) = families.momenta
+    for at, k in zip(page.places(row), row.covers, strict=True):
+        with mpmath.workdps(DIGITS):
+            expected = evaluate([derivation.equations.conserved[k].expression], point)[0]
+            assert _agree(page.plain(page.whole(row), at).value(values, {}), expected)
