@@ -4,4 +4,13 @@ Samples and measured errors go in; a frozen trajectory comes out, or files writt
 window. Read :mod:`.trajectory` first.
 """
 
-__all__ = ["columns", "curves", "outcome", "plot", "streaming", "trajectory"]
+__all__ = [
+    "columns",
+    "curves",
+    "formats",
+    "outcome",
+    "picture",
+    "plot",
+    "streaming",
+    "trajectory",
+]

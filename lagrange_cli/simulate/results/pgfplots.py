@@ -17,8 +17,7 @@ _TOLERANCE = 5e-4
 #: Points of a line that are looked at: TeX takes seconds for some ten thousands.
 _MOST_POINTS = 4000
 
-#: Centimetres between axes beside each other; width and height of axes, by whether all of them
-#: are over the time.
+#: Centimetres between axes beside each other; width and height of axes, by whether they are wide.
 _BESIDE = 2.0
 _SIZES = {True: (11.0, 3.2), False: (5.6, 5.6)}
 
@@ -47,14 +46,21 @@ def _beside(picture: Picture) -> bool:
     return picture.columns == 1
 
 
+def _between(picture: Picture) -> float:
+    """Centimetres between axes below each other: space for abscissas, and for a legend above."""
+    if not _beside(picture):
+        return 2.2
+    return 0.9 if picture.over_time else 1.7
+
+
 def _size(picture: Picture) -> tuple[float, float]:
-    return _SIZES[all(panel.over_time for panel in picture.panels)]
+    return _SIZES[picture.wide]
 
 
 def _axis(picture: Picture, number: int) -> str:
     panel, (width, height) = picture.panels[number], _size(picture)
     row, column = divmod(number, picture.columns)
-    x, y = column * (width + _BESIDE), -row * (height + (0.9 if _beside(picture) else 2.2))
+    x, y = column * (width + _BESIDE), -row * (height + _between(picture))
     options = [
         f"at={{({_number(x)}cm,{_number(y)}cm)}}",
         f"width={_number(width)}cm, height={_number(height)}cm, scale only axis",
@@ -66,13 +72,13 @@ def _axis(picture: Picture, number: int) -> str:
 
 def _options(picture: Picture, panel: Panel, *, last: bool) -> Iterator[str]:
     yield f"ylabel={{{panel.y_label.latex}}}"
-    below = all(p.over_time for p in picture.panels) and not last
+    below = picture.over_time and not last
     yield "xticklabels={}" if below else f"xlabel={{{panel.x_label.latex}}}"
     if panel.equal:
         yield "axis equal"
     elif panel.over_time:
         yield "enlarge x limits=false"
-    if len(panel.lines) > 1:
+    if len(panel.named) > 1:
         beside = "legend pos=outer north east"
         above = "legend columns=3, legend style={at={(0.5,1.02)}, anchor=south}"
         yield beside if _beside(picture) else above
@@ -80,12 +86,17 @@ def _options(picture: Picture, panel: Panel, *, last: bool) -> Iterator[str]:
 
 
 def _plots(panel: Panel) -> Iterator[str]:
-    for number, line in enumerate(panel.lines):
-        style = f"{_COLOURS[number % len(_COLOURS)]}, {_DASHES[number % len(_DASHES)]}"
-        points = "".join(f"({_number(x)},{_number(y)})\n" for x, y in _points(line))
-        yield f"\\addplot[{style}, line join=round] coordinates {{\n{points}}};\n"
-        if len(panel.lines) > 1:
+    for line in panel.faint:
+        yield _plot(line, "black!30, very thin, forget plot")
+    for number, line in enumerate(panel.named):
+        yield _plot(line, f"{_COLOURS[number % len(_COLOURS)]}, {_DASHES[number % len(_DASHES)]}")
+        if len(panel.named) > 1:
             yield f"\\addlegendentry{{{line.label.latex}}}\n"
+
+
+def _plot(line: Line, style: str) -> str:
+    points = "".join(f"({_number(x)},{_number(y)})\n" for x, y in _points(line))
+    return f"\\addplot[{style}, line join=round] coordinates {{\n{points}}};\n"
 
 
 def _points(line: Line) -> Iterator[tuple[float, float]]:

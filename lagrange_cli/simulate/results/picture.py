@@ -24,11 +24,15 @@ _DRIFT = Label(r"$(%s - %s_{0}) / T_{\mathrm{max}}$", "(%s − %s₀)/T max")
 
 @dataclass(frozen=True)
 class Line:
-    """A line, its points of shape (m,), all finite."""
+    """A line, its points of shape (m,), all finite.
+
+    ``faint``: it stands behind the others, thin and grey, and no legend names it.
+    """
 
     label: Label
     x: Array
     y: Array
+    faint: bool = False
 
 
 @dataclass(frozen=True)
@@ -53,18 +57,42 @@ class Panel:
     over_time: bool
     equal: bool
 
+    @property
+    def named(self) -> tuple[Line, ...]:
+        """Lines that are not faint."""
+        return tuple(line for line in self.lines if not line.faint)
+
+    @property
+    def faint(self) -> tuple[Line, ...]:
+        """Lines that are."""
+        return tuple(line for line in self.lines if line.faint)
+
 
 @dataclass(frozen=True)
 class Picture:
-    """Panels with a title, which is text of the scene without any mathematics."""
+    """Panels with a title, which is text of the scene without any mathematics.
+
+    ``stacked``: panels stand below each other though their abscissas differ.
+    """
 
     title: str
     panels: tuple[Panel, ...]
+    stacked: bool = False
 
     @property
     def columns(self) -> int:
         """Panels beside each other: those over the time stand below each other."""
-        return 1 if len(self.panels) == 1 or all(p.over_time for p in self.panels) else 2
+        return 1 if len(self.panels) == 1 or self.stacked or self.over_time else 2
+
+    @property
+    def over_time(self) -> bool:
+        """True if all panels are over the time, whose axis the last one then has for all."""
+        return all(panel.over_time for panel in self.panels)
+
+    @property
+    def wide(self) -> bool:
+        """True if panels are wider than high."""
+        return self.stacked or self.over_time
 
 
 def picture_of(trajectory: Trajectory, panels: Panels) -> Picture:

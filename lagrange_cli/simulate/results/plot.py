@@ -31,8 +31,9 @@ _LONGEST_LEGEND = 12
 #: Salt of the names of parts of an SVG, so that a picture is the same every time.
 _SALT = "lagrange"
 
-#: Inches: the width of the text of a page, that of a single path, the height of panels over time.
-_WIDTH, _SINGLE, _HEIGHT = 6.3, 4.4, 1.9
+#: Inches: the width of the text of a page, that of a single path, the height of panels over time
+#: and of others below each other.
+_WIDTH, _SINGLE, _HEIGHT, _STACKED = 6.3, 4.4, 1.9, 2.4
 
 #: Dots an inch of pictures that are made of dots.
 _DPI = 200
@@ -43,6 +44,9 @@ _TITLE = 64
 #: Colours that differ in lightness, and dashes: lines can be told apart without colours too.
 _COLOURS = ("black", "#0072b2", "#d55e00", "#009e73")
 _DASHES = ("-", "--", ":", "-.", (0, (6, 1, 1, 1, 1, 1)))
+
+#: Colour of lines behind the others.
+_FAINT = "0.7"
 
 #: Beginning of a picture as .pgf, with what matplotlib leaves to the reader's preamble.
 _PGF_HEAD = b"\\begingroup%\n\\providecommand{\\mathdefault}[1]{#1}%\n"
@@ -62,15 +66,15 @@ def draw(picture: Picture, ending: str) -> bytes:
     if ending == TEX:
         return pgfplots_text(picture).encode()
     columns, rows = picture.columns, -(-len(picture.panels) // picture.columns)
-    over_time = all(panel.over_time for panel in picture.panels)
-    width = _WIDTH if over_time or columns > 1 else _SINGLE
-    height = rows * (_HEIGHT if over_time else width / columns)
+    over_time = picture.over_time
+    width = _WIDTH if picture.wide or columns > 1 else _SINGLE
+    height = rows * (_HEIGHT if over_time else _STACKED if picture.stacked else width / columns)
     figure = new_figure((width, height + 0.4), ending)
     with _settings(ending) as by_tex:
         grid = figure.subplots(rows, columns, squeeze=False, sharex=over_time)
         for axes, panel in zip(grid.flat, picture.panels, strict=False):
             _draw_panel(axes, panel, by_tex)
-            _draw_legend(axes, len(panel.lines), beside=columns == 1)
+            _draw_legend(axes, len(panel.named), beside=columns == 1)
         for axes in grid.flat[len(picture.panels) :]:
             axes.set_visible(False)
         if over_time:
@@ -85,7 +89,9 @@ def draw(picture: Picture, ending: str) -> bytes:
 
 
 def _draw_panel(axes: Axes, panel: Panel, by_tex: bool) -> None:
-    for number, line in enumerate(panel.lines):
+    for line in panel.faint:
+        axes.plot(line.x, line.y, linewidth=0.5, color=_FAINT)
+    for number, line in enumerate(panel.named):
         (drawn,) = axes.plot(line.x, line.y, linewidth=1.0, label=_shown(line.label, by_tex))
         drawn.set(color=_COLOURS[number % len(_COLOURS)], linestyle=_DASHES[number % len(_DASHES)])
     axes.set_xlabel(_shown(panel.x_label, by_tex))
