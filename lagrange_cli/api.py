@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
     from lagrange_cli.studies.fit.fit import Fit
     from lagrange_cli.studies.lyapunov import Lyapunov
+    from lagrange_cli.studies.path.models import PathModels
+    from lagrange_cli.studies.path.result import Paths
     from lagrange_cli.studies.tradeoff.measure import Trade
 
 GivenValues = Mapping[str, "float | str"]
@@ -570,6 +572,73 @@ class Derivation:
         starts = [*names, *(f"dot({name})" for name in names)]
         model = self.model(starts)
         return lyapunov_exponents(model, until, accuracy=accuracy, progress=progress)
+
+    def path(
+        self,
+        start: GivenValues,
+        end: GivenValues,
+        *,
+        accuracy: float = 1e-9,
+        starts: int = 32,
+        turns: int = 0,
+        samples: int = 101,
+        progress: Callable[[float], None] | None = None,
+    ) -> Paths:
+        """Find the paths of stationary action between two configurations at two times.
+
+        Parameters
+        ----------
+        start, end
+            Values of all coordinates and of the time ``t``, as numbers or as expressions over
+            the parameters.
+        accuracy, starts, turns, samples, progress
+            See :func:`.studies.path.find.find_paths`.
+
+        Raises
+        ------
+        InputError
+            The motion is not that of stationary action, or as ``find_paths``.
+        AccuracyError
+            No path was found.
+
+        Examples
+        --------
+        >>> derivation = load("systems/lecture/thrown_ball.yaml").derive()
+        >>> paths = derivation.path({"x": 0, "z": 0, "t": 0}, {"x": 4, "z": 0, "t": 1})
+        >>> paths.solutions[0].conjugacy.kind
+        'minimum'
+        """
+        from lagrange_cli.studies.path.ends import end_of, read_ends
+        from lagrange_cli.studies.path.find import find_paths
+
+        written = end_of(start, "start"), end_of(end, "end")
+        models = self.path_models()
+        first, last = read_ends(*written, models.motion.coordinates, self.source.read)
+        return find_paths(
+            models,
+            first,
+            last,
+            accuracy=accuracy,
+            starts=starts,
+            turns=turns,
+            samples=samples,
+            progress=progress,
+        )
+
+    def path_models(self) -> PathModels:
+        """Return the models that :meth:`path` finds its solutions with.
+
+        Raises
+        ------
+        InputError
+            The motion is not that of stationary action, with the reason.
+        """
+        from lagrange_cli.studies.path.lagrangian import periodic_coordinates, with_action
+        from lagrange_cli.studies.path.models import PathModels
+
+        acting = replace(self, equations=with_action(self.equations))
+        rates = [f"dot({c.name})" for c in self.equations.coordinates]
+        return PathModels(acting.model(), acting.model(rates), periodic_coordinates(self.equations))
 
     def model(self, sensitivity: Sequence[str] = ()) -> Model:
         """Return the equations as code, without symbols, as simulations run them.

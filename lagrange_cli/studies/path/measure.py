@@ -1,0 +1,116 @@
+"""A path measured and certified: its action, its conjugate points, and where its motion ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.studies.path.aiming import path_error
+from lagrange_cli.studies.path.morse import Conjugacy, TooCoarseError, conjugacy
+from lagrange_cli.studies.path.motions import looser
+from lagrange_cli.studies.path.panels import Panels, panels
+from lagrange_cli.studies.path.result import StationaryPath
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.arrays import Array
+    from lagrange_cli.simulate.results.trajectory import Trajectory
+    from lagrange_cli.studies.path.aiming import Aim
+    from lagrange_cli.studies.path.ends import End
+    from lagrange_cli.studies.path.motions import ActionValues, Motions, Shot
+
+#: Largest estimated error of what is called a path, over the scales.
+_LARGEST_ERROR = 1e-3
+
+#: Steps of the integrator for each panel, the fewest panels and the most.
+_STEPS_A_PANEL, _FEWEST_PANELS, _MOST_PANELS = 4, 16, 4096
+
+#: Rounding error of a sum, relative to the sum of magnitudes.
+_ROUNDING = 1e-15
+
+
+def measured_path(
+    motions: Motions, first: End, last: End, aim: Aim, accuracy: float, samples: int
+) -> StationaryPath | None:
+    """Measure a path; None if its motion does not come to the end.
+
+    The action is integrated on finer and finer panels until its error is within the accuracy,
+    relative to ∫ |L| dt, and until the Jacobi fields can be followed from node to node.
+    """
+    trajectory = _simulated(motions, first, last, aim, samples)
+    if trajectory is None:
+        return None
+    scales = np.array([trajectory.scales[name] for name in motions.coordinates])
+    end = np.array([trajectory.columns[name][-1] for name in motions.coordinates])
+    reached = float(np.max(np.abs(end - last.q) / scales)) + (trajectory.estimated or 0.0)
+    if not reached <= _LARGEST_ERROR:
+        return None
+    points = Conjugacy("undecided", None)
+    for nodes in _finer(first, last, trajectory.steps):
+        sampled = motions.shot(nodes.nodes, first.q, aim.v, aim.inner)
+        if sampled is None:
+            return None
+        shot = sampled
+        values = motions.action_values(shot.t, shot.q, shot.v)
+        action, rough = nodes.integral(values.lagrangian)
+        whole, _ = nodes.integral(np.abs(values.lagrangian))
+        try:
+            slopes = motions.slopes(shot.t, shot.q, shot.v)[1]
+            points = conjugacy(shot, values.inertia, slopes, nodes)
+        except TooCoarseError:
+            continue
+        if rough <= max(accuracy, 10 * _ROUNDING) * whole:
+            break
+    miss = shot.q[-1] - last.q
+    estimated = path_error(shot, miss)
+    if not estimated <= _LARGEST_ERROR:
+        return None
+    return StationaryPath(
+        last=last,
+        velocity=aim.v,
+        action=action,
+        action_error=rough + _ROUNDING * whole + _carried(values, shot, miss, nodes),
+        conjugacy=points,
+        reached=reached,
+        estimated=estimated,
+        trajectory=trajectory,
+        shot=shot,
+        panels=nodes,
+    )
+
+
+def _simulated(
+    motions: Motions, first: End, last: End, aim: Aim, samples: int
+) -> Trajectory | None:
+    """Simulate a path from its start as accurately as it can be; None if it does not end."""
+    times = np.array([first.t, last.t])
+    accuracy: float | None = aim.inner
+    while accuracy is not None:
+        trajectory = motions.simulated(times, first.q, aim.v, accuracy, samples)
+        if trajectory.status == "ok":
+            return trajectory
+        accuracy = looser(accuracy)
+    return None
+
+
+def _finer(first: End, last: End, steps: int) -> Iterator[Panels]:
+    """Yield panels, first of few steps of the integrator each, which has resolved the motion."""
+    count = _FEWEST_PANELS
+    while count < min(steps / _STEPS_A_PANEL, _MOST_PANELS):
+        count *= 2
+    while count <= _MOST_PANELS:
+        yield panels(first.t, last.t, count)
+        count *= 2
+
+
+def _carried(values: ActionValues, shot: Shot, miss: Array, nodes: Panels) -> float:
+    """Bound the error of the action that comes from those of the path.
+
+    The action is stationary but for p·δq at the end, and for velocities that are not quite those
+    of the coordinates.
+    """
+    rows, columns = shot.scales
+    at_end = np.abs(values.momenta[-1]) @ (np.abs(miss) + shot.estimated * rows)
+    along = nodes.weights() @ (np.abs(values.momenta) @ columns) * shot.estimated
+    return float(at_end + along)

@@ -1,0 +1,207 @@
+"""Paths of stationary action as values, and their files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import write_file
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.results.formats import as_csv
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.results.trajectory import Trajectory
+    from lagrange_cli.studies.path.ends import End
+    from lagrange_cli.studies.path.morse import Conjugacy
+    from lagrange_cli.studies.path.motions import Motions, Shot
+    from lagrange_cli.studies.path.panels import Panels
+
+
+@dataclass(frozen=True)
+class StationaryPath:
+    """One path of stationary action.
+
+    Attributes
+    ----------
+    last
+        Its end: other turns of an angle than those asked for are possible.
+    velocity
+        Initial velocity, shape (n,).
+    action, action_error
+        ∫ L dt, and a bound of its error.
+    conjugacy
+        Its kind and its conjugate points.
+    reached
+        Distance from the end over the scales, with the estimated error, of the motion that
+        ``simulate`` promises from the start of the path.
+    estimated
+        Estimated distance from the exact path between the ends, over the scales.
+    trajectory
+        That motion, sampled for the user.
+    shot, panels
+        The same with its Jacobi fields, at the nodes of the panels.
+    """
+
+    last: End
+    velocity: Array
+    action: float
+    action_error: float
+    conjugacy: Conjugacy
+    reached: float
+    estimated: float
+    trajectory: Trajectory
+    shot: Shot
+    panels: Panels
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Paths of stationary action between two configurations at two times.
+
+    Attributes
+    ----------
+    first, last
+        The ends that were asked for.
+    solutions
+        The paths in ascending order of their action; at least one.
+    requested
+        Accuracy that was asked for.
+    starts
+        Number of starts of the search.
+    lost
+        Number of starts whose paths could not be certified.
+    turnable
+        Coordinates of which L is the same a whole turn further.
+    turns
+        Whole turns more or less that ends of these were given.
+    motions
+        What evaluates motions and actions.
+    """
+
+    first: End
+    last: End
+    solutions: tuple[StationaryPath, ...]
+    requested: float
+    starts: int
+    lost: int
+    turnable: tuple[str, ...]
+    turns: int
+    motions: Motions
+
+    @property
+    def name(self) -> str:
+        return self.motions.models.motion.name
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        return self.motions.coordinates
+
+    @property
+    def estimated(self) -> float:
+        """Largest estimated error of all paths."""
+        return max(path.estimated for path in self.solutions)
+
+    @property
+    def exit_code(self) -> int:
+        """0 if all paths are as accurate as was asked for, else 1."""
+        return 0 if self.estimated <= self.requested else 1
+
+    def __repr__(self) -> str:
+        kinds = ", ".join(path.conjugacy.kind for path in self.solutions)
+        return (
+            f"<Paths of {self.name}: {len(self.solutions)} ({kinds}), error {self.estimated:.1g}>"
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """Return the JSON object that ``lagrange path --json`` writes."""
+        least = self.solutions[0]
+        return {
+            "name": self.name,
+            "from": self._written(self.first),
+            "to": self._written(self.last),
+            "action": least.action,
+            "kind": least.conjugacy.kind,
+            "t": least.trajectory.t.tolist(),
+            "path": {name: least.trajectory.columns[name].tolist() for name in self.coordinates},
+            "accuracy": {"requested": self.requested, "estimated": self.estimated},
+            "starts": self.starts,
+            "lost": self.lost,
+            "solutions": [self._solution(path) for path in self.solutions],
+        }
+
+    def _written(self, end: End) -> dict[str, float]:
+        return {"t": end.t, **dict(zip(self.coordinates, end.q.tolist(), strict=True))}
+
+    def _solution(self, path: StationaryPath) -> dict[str, Any]:
+        rates = [f"dot({name})" for name in self.coordinates]
+        return {
+            "action": path.action,
+            "kind": path.conjugacy.kind,
+            "index": path.conjugacy.index,
+            "conjugate": list(path.conjugacy.times),
+            "start": dict(zip(rates, path.velocity.tolist(), strict=True)),
+            "to": self._written(path.last),
+            "action_error": path.action_error,
+            "reached": path.reached,
+            "estimated": path.estimated,
+        }
+
+    def table(self) -> Mapping[str, Array]:
+        """Return the samples of all paths under each other: the number of the path from 1 on,
+        time, coordinates and velocities."""
+        names = ("t", *self.motions.models.motion.state_names)
+        parts = [
+            np.column_stack(
+                [np.full(len(path.trajectory.t), number), *_columns(path.trajectory, names)]
+            )
+            for number, path in enumerate(self.solutions, 1)
+        ]
+        return dict(zip(("solution", *names), np.vstack(parts).T, strict=True))
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the report as ``.json``, or the samples as ``.csv``.
+
+        Raises
+        ------
+        InputError
+            The ending is another one, or the file cannot be written.
+        """
+        import io
+        import json
+
+        ending = Path(path).suffix.lower()
+        if ending == ".json":
+            write_file(path, json.dumps(self.summary(), indent=2, ensure_ascii=False) + "\n")
+            return
+        if ending != ".csv":
+            message = f"paths are written as .json or .csv, not '{ending}'"
+            raise InputError(Problem(message, hint="-o path.csv", rule="output"))
+        file, table = io.BytesIO(), self.table()
+        with as_csv(file, len(table["t"]), None) as add:
+            add(table)
+        write_file(path, file.getvalue())
+
+    def plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw the paths, variations of the first, and their actions: a picture by matplotlib, or
+        ``.tex`` for pgfplots.
+
+        Raises
+        ------
+        InputError
+            matplotlib is not installed, or it cannot write such a file.
+        """
+        from lagrange_cli.simulate.results.plot import draw
+        from lagrange_cli.studies.path.plot import picture_of_paths
+
+        ending = Path(path).suffix.lower().lstrip(".")
+        write_file(path, draw(picture_of_paths(self), ending))
+
+
+def _columns(trajectory: Trajectory, names: tuple[str, ...]) -> list[Array]:
+    return [trajectory.t if name == "t" else trajectory.columns[name] for name in names]
