@@ -20,8 +20,8 @@ from lagrange_cli.version import __version__
 
 #: The subcommands, in the order in which help lists them: each a function in a module of its name.
 COMMANDS = (
-    *("derive", "emit", "analyze", "simulate", "tradeoff", "stress", "fit"),
-    *("check", "cache"),
+    *("derive", "emit", "analyze", "simulate", "path", "tradeoff", "stress"),
+    *("fit", "check", "cache"),
 )
 
 _REPORT = (

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.members import Recipe
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.options import SimulationOptions
+    from lagrange_cli.studies.path.models import PathModels
 
 
 @dataclass(frozen=True)
@@ -151,6 +152,20 @@ def model_of_scene(session: Session, scene: SceneRequest) -> Model:
     from lagrange_cli.simulate.model.model import Model
 
     return Model.from_json(value)
+
+
+def path_models_of_scene(session: Session, scene: SceneRequest) -> PathModels:
+    """Return what paths of a scene are found with, kept from before or derived anew."""
+
+    def work() -> Answer:
+        derivation = derivation_of_scene(session, scene)
+        announce("preparing the search")
+        return answer_of(derivation, derivation.path_models().to_json())
+
+    value = remembered(session, "path", scene.source, [*scene.values, scene.formulation], work)
+    from lagrange_cli.studies.path.models import PathModels
+
+    return PathModels.from_json(value)
 
 
 def answer_of(derivation: Derivation, value: Any, *, lasting: bool = True) -> Answer:

@@ -86,6 +86,7 @@ def test_an_oscillator_is_a_saddle_beyond_half_a_period(halves, index):
     assert only.conjugacy.times == pytest.approx(passed, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_conjugate_points_count_with_their_multiplicity():
     """Where both fields vanish at once their determinant does not change its sign."""
     ends = {"x": 1, "y": 0, "t": 0}, {"x": 0, "y": 0.5, "t": 1.2 * math.pi / 3}
@@ -94,6 +95,7 @@ def test_conjugate_points_count_with_their_multiplicity():
     assert only.conjugacy.times == pytest.approx([math.pi / 3] * 2, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turns", "circles"), [(0.9, 0), (1.1, 1), (2.2, 2)])
 def test_a_charge_comes_together_again_after_each_whole_circle(turns, circles):
     """Terms of L that are linear in velocities make them: both fields vanish with 1 − cos bt."""
@@ -104,6 +106,7 @@ def test_a_charge_comes_together_again_after_each_whole_circle(turns, circles):
     assert only.conjugacy.times == pytest.approx(times, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_at_the_conjugate_time_a_path_is_degenerate_or_there_is_none():
     half = math.pi / 3
     (only,) = paths(OSCILLATOR, {"x": 0, "t": 0}, {"x": 0, "t": half}).solutions
@@ -114,6 +117,7 @@ def test_at_the_conjugate_time_a_path_is_degenerate_or_there_is_none():
         paths(OSCILLATOR, {"x": 0.3, "t": 0}, {"x": 0.2, "t": half})
 
 
+@pytest.mark.slow
 def test_a_pendulum_goes_under_and_over():
     found = paths(PENDULUM, {"theta": -1, "t": 0}, {"theta": 1, "t": 1.2}, turns=1)
     ends = {round(path.last.q[0], 3) for path in found.solutions}
@@ -139,6 +143,7 @@ def test_a_pendulum_goes_under_and_over():
     assert actions == sorted(actions)
 
 
+@pytest.mark.slow
 def test_a_double_pendulum_is_certified():
     start, end = {"theta1": 0.5, "theta2": 0, "t": 0}, {"theta1": -0.5, "theta2": 0.3, "t": 1}
     derivation = load(DOUBLE).derive()
@@ -154,6 +159,7 @@ def test_a_double_pendulum_is_certified():
         assert path.estimated <= 1e-9
 
 
+@pytest.mark.slow
 def test_varied_paths_change_the_action_at_second_order():
     """Variations of the test's own, beside the closed forms of both systems."""
     found = paths(BALL, {"x": 0, "z": 0, "t": 0}, {"x": 4, "z": 0, "t": 1})
@@ -171,6 +177,7 @@ def test_varied_paths_change_the_action_at_second_order():
         assert action(size) - action(0) == pytest.approx(change, rel=1e-6, abs=1e-13)
 
 
+@pytest.mark.slow
 def test_modes_have_as_many_negative_eigenvalues_as_there_are_conjugate_points():
     from lagrange_cli.studies.path.variations import actions, modes
 
@@ -189,6 +196,7 @@ def test_modes_have_as_many_negative_eigenvalues_as_there_are_conjugate_points()
         assert change == pytest.approx([second / 200, 0, second / 200], rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_forces_that_move_with_time_are_no_obstacle():
     pushed = OSCILLATOR.replace("m*w^2*x^2/2", "-m*x*cos(5*t)")
     (only,) = paths(pushed, {"x": 0, "t": 1}, {"x": 1, "t": 2}).solutions
@@ -198,6 +206,7 @@ def test_forces_that_move_with_time_are_no_obstacle():
     assert only.velocity == pytest.approx([speed], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("power", [-120, 90])
 def test_units_do_not_matter(power):
     """Lengths in other units change numbers by powers of two alone."""
@@ -209,6 +218,7 @@ def test_units_do_not_matter(power):
         assert only.conjugacy.index == 1
 
 
+@pytest.mark.slow
 def test_less_is_promised_than_can_be_held():
     """Above the top a motion loses digits by e^(wT): the estimate says how many."""
     steep = OSCILLATOR.replace("m*w^2*x^2/2", "-m*w^2*x^2/2")
@@ -221,6 +231,7 @@ def test_less_is_promised_than_can_be_held():
     assert error <= only.estimated
 
 
+@pytest.mark.slow
 def test_files_say_what_was_found(tmp_path):
     found = paths(PENDULUM, {"theta": -1, "t": 0}, {"theta": 1, "t": 1.2}, samples=11)
     found.write(tmp_path / "p.json")

@@ -59,6 +59,10 @@ def _bead_on_rotating_wire(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return HALF * p.m * (v.r**2 + p.omega**2 * q.r**2)
 
 
+def _thrown_ball(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return HALF * p.m * (v.x**2 + v.z**2) - p.m * p.g * q.z
+
+
 def _pendulum_driven_support(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     support = -p.A * p.Omega * sin(p.Omega * t)
     return HALF * p.m * (
@@ -335,6 +339,7 @@ LAGRANGIANS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "rigid_tetrahedron_centre": _rigid_tetrahedron_centre,
     "particle_on_sphere": _particle_on_sphere,
     "bead_on_rotating_wire": _bead_on_rotating_wire,
+    "thrown_ball": _thrown_ball,
     "pendulum_driven_support": _pendulum_driven_support,
     "pendulum_with_force": _pendulum,
     "lever": _lever,

@@ -18,6 +18,7 @@ __all__ = [
     "emit",
     "ensemble",
     "fit",
+    "path",
     "simulate",
     "stress",
     "tradeoff",

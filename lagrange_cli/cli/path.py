@@ -1,0 +1,128 @@
+"""``lagrange path``: paths of stationary action between two configurations at two times."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from lagrange_cli.cli import options
+from lagrange_cli.cli.guard import guard
+from lagrange_cli.cli.models import SceneRequest, path_models_of_scene
+from lagrange_cli.cli.remembered import read_source
+from lagrange_cli.cli.reports.path import FORMATS
+from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.output import Command, print_report
+
+if TYPE_CHECKING:
+    from lagrange_cli.scene.model import Scene
+
+
+@click.command(cls=Command, short_help="Paths of stationary action between two configurations.")
+@options.scene
+@click.option(
+    "--from",
+    "start",
+    required=True,
+    metavar="ENDS",
+    help="Values of all coordinates and the time, with commas between them: 'x=0, t=0'. They are"
+    " numbers or expressions over the parameters.  [required]",
+)
+@click.option("--to", "end", required=True, metavar="ENDS", help="The same later.  [required]")
+@click.option(
+    "--turns",
+    type=int,
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Look also at ends whose angles differ by up to N whole turns.",
+)
+@click.option(
+    "--starts",
+    type=int,
+    default=32,
+    show_default=True,
+    metavar="N",
+    help="Number of paths that the search starts from, for each end.",
+)
+@options.number(
+    "--accuracy",
+    "EPS",
+    "Largest error of any coordinate or velocity on a path, as a part of its scale.",
+    1e-9,
+)
+@click.option(
+    "--samples",
+    type=int,
+    default=101,
+    show_default=True,
+    metavar="N",
+    help="Number of samples of each path, both ends included.",
+)
+@options.parameters
+@options.file(
+    "-o --output",
+    "Write the report, as .json, or the samples of all paths, as .csv.  [default: none]",
+    callback=options.writable_as(".json", ".csv"),
+)
+@options.plot(
+    "Draw the paths, variations beside the first, and the action over the size of variations, as"
+    " .pdf, .svg, .png or .pgf, by matplotlib, or as .tex for pgfplots.",
+    "tex",
+)
+@options.json_flag("Report as JSON.")
+@options.common
+@click.pass_context
+def path(
+    ctx: click.Context,
+    /,
+    scene: str,
+    start: str,
+    end: str,
+    turns: int,
+    starts: int,
+    accuracy: float,
+    samples: int,
+    parameters: dict[str, str],
+    output: str | None,
+    plot: str | None,
+    as_json: bool,
+) -> None:
+    """Find the paths of SCENE, a YAML file or - for standard input, that make the action
+    stationary between two configurations at two times, and certify them by simulation."""
+    from lagrange_cli.studies.path.ends import read_ends, written_end
+
+    session = ctx.ensure_object(Session)
+    source = read_source(scene)
+    guard(source, parameters, {"-o": output, "--plot": plot})
+    written = written_end(start, "--from"), written_end(end, "--to")
+    request = SceneRequest(source, parameters, formulation="auto")
+    models = path_models_of_scene(session, request)
+
+    def read() -> Scene:
+        from lagrange_cli.scene import read_text
+
+        return read_text(source.data, source.file, parameters=parameters)
+
+    first, last = read_ends(*written, models.motion.coordinates, read)
+    from lagrange_cli.studies.path.find import find_paths
+
+    with session.progress("searching") as move:
+        paths = find_paths(
+            models,
+            first,
+            last,
+            accuracy=accuracy,
+            starts=starts,
+            turns=turns,
+            samples=samples,
+            cache=session.cache,
+            progress=move,
+        )
+    session.explain_code()
+    if output is not None:
+        paths.write(output)
+    print_report(paths, FORMATS, as_json=as_json)
+    if plot is not None:
+        paths.plot(plot)
+    ctx.exit(paths.exit_code)
