@@ -156,6 +156,20 @@ def lagrangians_agree(expected: Expr, equations: Equations) -> Agreement:
     return _by_states([t for row in terms for t in row], agree, equations)
 
 
+def expressions_agree(expected: Expr, derived: Expr, equations: Equations) -> Agreement:
+    """Compare two functions of states, of which symbols may be momenta."""
+    difference = _expanded(expected - derived)
+    if vanish(difference):
+        return Agreement.SAME
+    terms = list(sympy.Add.make_args(difference))
+    further = sorted(difference.free_symbols - set(_symbols(equations)), key=str)
+
+    def agree(values: Sequence[mpf]) -> bool:
+        return bool(abs(sum(values)) <= _TOLERANCE * sum(map(abs, values)))
+
+    return _by_states(terms, agree, equations, further)
+
+
 def _expanded(e: Expr) -> Expr:
     """Multiply out products of sums, within a budget, so that equal terms cancel."""
     terms = [expand_terms(t, _TERM_BUDGET) or [t] for t in sympy.Add.make_args(e)]
@@ -178,12 +192,16 @@ def _euler_lagrange(lagrangian: Expr, equations: Equations) -> _Row:
 
 
 def _by_states(
-    expressions: _Row, agree: Callable[[Sequence[mpf]], bool], equations: Equations
+    expressions: _Row,
+    agree: Callable[[Sequence[mpf]], bool],
+    equations: Equations,
+    further: Sequence[Symbol] = (),
 ) -> Agreement:
     """Compare at real states: one can refute; many prove it of analytic, tame expressions."""
     points = 0
-    far = states_for(expressions, _symbols(equations))
-    for values in values_at(expressions, chain(_states(equations), far)):
+    symbols = [*_symbols(equations), *further]
+    far = states_for(expressions, symbols)
+    for values in values_at(expressions, chain(_states(equations, symbols), far)):
         if not agree(values):
             return Agreement.DIFFERENT
         points += 1
@@ -210,7 +228,7 @@ def _symbols(equations: Equations) -> list[Symbol]:
     return [equations.t, *moving, *(p.symbol for p in equations.parameters), *driven]
 
 
-def _states(equations: Equations) -> Iterator[_State]:
+def _states(equations: Equations, symbols: Sequence[Symbol]) -> Iterator[_State]:
     """Yield random states: in turn of order one, and near the scene's parameters and start."""
     random = Random(1788)
 
@@ -224,7 +242,7 @@ def _states(equations: Equations) -> Iterator[_State]:
 
     for number in range(_NEARBY_STATES):
         close = number % 2 == 1
-        state: _State = {s: between(-1, 1) for s in _symbols(equations)}
+        state: _State = {s: between(-1, 1) for s in symbols}
         state[equations.t] = between(0, 1)
         for p in equations.parameters:
             value = p.value if close else None

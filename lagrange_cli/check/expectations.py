@@ -13,8 +13,15 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from sympy import Expr
 
-from lagrange_cli.check.compare import Agreement, lagrangians_agree, proportional
+from lagrange_cli.analysis.hamiltonian import hamiltonian_form
+from lagrange_cli.check.compare import (
+    Agreement,
+    expressions_agree,
+    lagrangians_agree,
+    proportional,
+)
 from lagrange_cli.check.events import ExpectedEvent, missing_events
+from lagrange_cli.emit.forms.json_values import hamiltonian_in_scene_language
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
@@ -145,6 +152,27 @@ def _lagrangian(expect: Expect, equations: Equations) -> Iterator[Problem]:
             expect.lagrangian.mark(),
             hint=f"derived: {to_scene_language(equations.lagrangian, equations)}",
             rule="lagrangian",
+        )
+
+
+def _hamiltonian(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    """Require H as a function of coordinates, momenta and time."""
+    if expect.hamiltonian is None:
+        return
+    form = hamiltonian_form(equations)
+    momenta = [pair.momentum for pair in form.pairs]
+    expected = interpret(equations, expect.hamiltonian, {m.name: m.symbol for m in momenta})
+    # Velocities that stay in H are those that the momenta determine.
+    over = {m.symbol: m.expression for m in momenta} if form.coupled else {}
+    verdict = expressions_agree(expected.xreplace(over), form.expression.xreplace(over), equations)
+    if verdict is not Agreement.SAME:
+        yield Problem(
+            "expected Hamiltonian is not the derived one"
+            if verdict is Agreement.DIFFERENT
+            else "it cannot be decided whether the expected Hamiltonian is the derived one",
+            expect.hamiltonian.mark(),
+            hint=f"derived: {hamiltonian_in_scene_language(equations, form)}",
+            rule="hamiltonian",
         )
 
 
@@ -292,6 +320,7 @@ CHECKS: dict[str, _Check] = {
     "conserved": _conserved,
     "equations": _equations,
     "lagrangian": _lagrangian,
+    "hamiltonian": _hamiltonian,
     "state": _state,
     "drift": _drift,
     "events": _events,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import sympy as sp
 
 from lagrange_cli.mechanics.equations import Equations
@@ -9,18 +12,22 @@ from lagrange_cli.mechanics.symbols.convert import to_sympy, total_derivative
 from lagrange_cli.scene.language.expression import Expression
 
 
-def interpret(equations: Equations, expression: Expression) -> sp.Expr:
+def interpret(
+    equations: Equations,
+    expression: Expression,
+    further: Mapping[str, sp.Expr] = MappingProxyType({}),
+) -> sp.Expr:
     """An expression of the scene language over the symbols of ``equations``.
 
     Names are coordinates, parameters, inputs, Cartesian names, abbreviations, multipliers;
-    ``dot`` and ``ddot`` are total time derivatives.
+    ``dot`` and ``ddot`` are total time derivatives. ``further`` gives names of momenta.
 
     Raises
     ------
     InputError
         Located: an unknown name, or a value that is not a finite real number.
     """
-    meanings: dict[str, sp.Expr] = {"t": equations.t}
+    meanings: dict[str, sp.Expr] = {**further, "t": equations.t}
     meanings.update((name, expr) for name, expr in equations.abbreviations)
     for particle in equations.particles:
         for axis, position in zip("xyz", particle.position, strict=True):

@@ -146,6 +146,8 @@ class Expect:
         Equations of motion, each of which must be among the derived ones.
     lagrangian
         The Lagrangian.
+    hamiltonian
+        H over coordinates, their momenta ``p_NAME`` and t.
     states
         States of the motion.
     drift
@@ -165,6 +167,7 @@ class Expect:
     conserved_mark: Mark | None = None
     equations: tuple[Equation, ...] | None = None
     lagrangian: Expression | None = None
+    hamiltonian: Expression | None = None
     states: tuple[StateExpectation, ...] = ()
     drift: tuple[tuple[str, Expression], ...] = ()
     events: tuple[EventExpectation, ...] = ()

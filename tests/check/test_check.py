@@ -84,6 +84,8 @@ HOLDS = [
     "  lagrangian: m/2*dot(x)^2*(1 + 4*a^2*x^2) - m*g*a*x^2\n",
     # A total time derivative does not count, nor does a constant.
     "  lagrangian: m/2*(dot(x)^2 + dot(z)^2) - m*g*z + x^2*cos(t)*dot(x) - x^3*sin(t)/3 + g\n",
+    # Of H the constants count too.
+    "  hamiltonian: p_x^2/(2*m*(1 + (2*a*x)^2)) + m*g*a*x^2\n",
     "  drift: {energy: 1e-7}\n",
 ]
 
@@ -105,6 +107,12 @@ FAILS = {
     f"  equations: ['{EQUATION}', '{EQUATION}']\n": ("equations", "no derived equation"),
     "  lagrangian: m/2*dot(x)^2*(1 + 4*a^2*x^2) + m*g*a*x^2\n": ("lagrangian", "Lagrangian"),
     "  lagrangian: 2*(m/2*dot(x)^2*(1 + 4*a^2*x^2) - m*g*a*x^2)\n": ("lagrangian", "Lagrangian"),
+    "  hamiltonian: p_x^2/(m*(1 + 4*a^2*x^2)) + m*g*a*x^2\n": ("hamiltonian", "Hamiltonian"),
+    "  hamiltonian: p_x^2/(2*m*(1 + 4*a^2*x^2)) + m*g*a*x^2 + 1e-30*p_x^3\n": (
+        "hamiltonian",
+        "Hamiltonian",
+    ),
+    "  hamiltonian: p_q^2/(2*m) + m*g*a*x^2\n": ("unknown-name", "unknown name 'p_q'"),
     "  state: {t: 1, x: 1, within: 1e-6}\n": ("state", "at t = 1: expected x = 1.0"),
     "  drift: {energy: 1e-30}\n": ("drift", "expected a drift of energy within 1e-30"),
     "  drift: {phase: 1}\n": ("drift", "no drift of 'phase' is known"),
@@ -131,9 +139,31 @@ def test_what_does_not_hold_is_located(expect, tmp_path):
     assert problem.mark.text.strip() == expect.splitlines()[0].strip()
 
 
+#: Four particles on a line, each placed by its distance from the one before.
+TRAIN = """\
+name: train
+parameters: {m: 1.5}
+particles:
+  a: {mass: m, position: [x1, 0, 0]}
+  b: {mass: m, position: [x1 + x2, 0, 0]}
+  c: {mass: m, position: [x1 + x2 + x3, 0, 0]}
+  d: {mass: m, position: [x1 + x2 + x3 + x4, 0, 0]}
+coordinates: [x1, x2, x3, x4]
+initial: {x1: 0, x2: 1, x3: 1, x4: 1}
+"""
+
+
+@pytest.mark.parametrize(("last", "found"), [("p_x4^2", "pass"), ("p_x3^2", "fail")])
+def test_hamiltonian_of_a_block_that_is_not_solved(last, found, tmp_path):
+    squares = " + ".join(f"(p_x{k} - p_x{k + 1})^2" for k in (1, 2, 3))
+    expect = f"  hamiltonian: ({squares} + {last})/(2*m)\n"
+    assert outcome(tmp_path, expect, TRAIN).outcome == found
+
+
 def test_every_check_is_exercised():
     # Events need contacts, which the scenes of test_expected_events have.
-    assert {"events", *(rule for rule, _ in FAILS.values())} == {*CHECKS, "error"}
+    rules = {rule for rule, _ in FAILS.values()}
+    assert {"events", *rules} == {*CHECKS, "error", "unknown-name"}
 
 
 @pytest.mark.slow

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.analysis.hamiltonian import hamiltonian_form
+from lagrange_cli.analysis.hamiltonian import Hamiltonian, hamiltonian_form
 from lagrange_cli.analysis.routhian import routhian_form
 from lagrange_cli.emit.forms.writer import with_momenta
 from lagrange_cli.emit.speaker import Speaker, matrix
 from lagrange_cli.notation.build import display_row, display_sum
+from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.vocabulary import vocabulary
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,6 +50,12 @@ def hamiltonian_report(equations: Equations, say: Speaker) -> dict[str, Any]:
             "certificate": asdict(form.certificate),
         },
     }
+
+
+def hamiltonian_in_scene_language(equations: Equations, form: Hamiltonian) -> str:
+    """H as the scene language writes it."""
+    say = Speaker(vocabulary(equations), ScenePrinter())
+    return _total(_knowing(say, [pair.momentum for pair in form.pairs]), form.parts)
 
 
 def routhian_report(equations: Equations, say: Speaker) -> dict[str, Any]:

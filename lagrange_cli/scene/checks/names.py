@@ -92,6 +92,8 @@ def _check_known(
             continue
         if use.place.multipliers and node.name.startswith("lambda_"):
             continue  # whether there is one is known once the scene is reduced
+        if use.place.momenta and node.name.lower().lstrip("p").startswith("_"):
+            continue  # likewise
         mark = use.expression.mark(node.span)
         # Once in what a helper was written out to, and once for all elements of a family.
         again = {(node.name, use.what), (node.name.partition("[")[0], mark)}

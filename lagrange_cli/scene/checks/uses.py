@@ -28,6 +28,8 @@ class Restrictions:
         True if inputs may occur, whose rates are not known.
     multipliers
         True if names ``lambda_...`` may occur, whether or not the constraint exists.
+    momenta
+        True if names ``p_...`` may occur, whether or not the coordinate exists.
     hint
         Hint of a refusal by ``rate`` or ``smooth``.
     """
@@ -37,6 +39,7 @@ class Restrictions:
     names: Literal["all", "time", "constants", "parameters"] = "all"
     inputs: bool = False
     multipliers: bool = False
+    momenta: bool = False
     hint: str = ""
 
 
@@ -49,6 +52,7 @@ _ONE_SIDED = Restrictions(
 )
 _DYNAMICS = Restrictions(rate=1, inputs=True)
 _NUMBER = Restrictions(names="parameters")
+_CANONICAL = Restrictions(inputs=True, momenta=True)
 _MOTION = Restrictions(rate=2, inputs=True, multipliers=True)
 
 
@@ -149,6 +153,8 @@ def _expectations(scene: Scene) -> Iterator[Use]:
         yield from _sides(equation, "'equations' of 'expect'", _MOTION)
     if expect.lagrangian:
         yield Use(expect.lagrangian, "'lagrangian' of 'expect'", _DYNAMICS)
+    if expect.hamiltonian:
+        yield Use(expect.hamiltonian, "'hamiltonian' of 'expect'", _CANONICAL)
     for state in expect.states:
         yield Use(state.time, "'state' of 'expect'", _NUMBER)
         yield Use(state.within, "'state' of 'expect'", _NUMBER)

@@ -26,7 +26,7 @@ from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceN
 _NUMBERS = ("until", "from", "accuracy", "samples", "step", "rtol", "atol")
 
 _EXPECT = (
-    *("dof", "cyclic", "conserved", "equations", "lagrangian"),
+    *("dof", "cyclic", "conserved", "equations", "lagrangian", "hamiltonian"),
     *("state", "drift", "events", "error"),
 )
 _EXPECT_LATER = ("frequencies", "equilibria")
@@ -174,6 +174,10 @@ def _lagrangian(node: SourceNode, reading: Reading) -> Expression | None:
     return reading.expression(node, "'lagrangian' in 'expect'")
 
 
+def _hamiltonian(node: SourceNode, reading: Reading) -> Expression | None:
+    return reading.expression(node, "'hamiltonian' in 'expect'")
+
+
 def _states(node: SourceNode, reading: Reading) -> tuple[StateExpectation, ...]:
     items = node.items if isinstance(node, Sequence) else (node,)
     read = [_state(item, reading) for item in items]
@@ -259,6 +263,7 @@ _EXPECTATIONS: dict[str, Any] = {
     "conserved": _names("conserved"),
     "equations": _equations,
     "lagrangian": _lagrangian,
+    "hamiltonian": _hamiltonian,
     "state": _states,
     "drift": _drift,
     "events": _events,
