@@ -244,12 +244,13 @@ class Derivation:
         return emitter(to).emit(self.equations, options)
 
     def analyze(self, *parts: str, at: GivenValues | None = None) -> Analysis:
-        """Find equilibria and their stability, the linear system and its modes.
+        """Find symmetries, equilibria and their stability, the linear system and its modes.
 
         Parameters
         ----------
         parts
-            ``equilibria``, ``linearization``, ``modes``; all that can be found if there are none.
+            ``symmetries``, ``equilibria``, ``linearization``, ``modes``; all that can be found if
+            there are none.
         at
             Coordinates of the equilibrium to linearize at, and values of inputs that are held;
             numbers or expressions.

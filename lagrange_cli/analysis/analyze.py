@@ -1,4 +1,4 @@
-"""The pipeline of an analysis: equilibria, their stability, the linear system and its modes.
+"""The pipeline of an analysis: symmetries, equilibria, the linear system and its modes.
 
 Each part is found when it is asked for. Without a choice all parts are, and those that cannot be
 found, or are beyond the budget, are named with the reason.
@@ -14,7 +14,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.at import configuration_at, nearest
+from lagrange_cli.analysis.at import Configuration, configuration_at, nearest
 from lagrange_cli.analysis.closed_forms import ClosedForms, closed_forms
 from lagrange_cli.analysis.exact_matrices import exact_matrices
 from lagrange_cli.analysis.linearize import in_doubles, linear_system, state_space
@@ -23,6 +23,7 @@ from lagrange_cli.analysis.repeats import distance, without_repeats
 from lagrange_cli.analysis.rest_system import RestSystem, rest_system
 from lagrange_cli.analysis.search import search
 from lagrange_cli.analysis.stability import stability
+from lagrange_cli.analysis.symmetries import linear_symmetries
 from lagrange_cli.analysis.values import (
     Analysis,
     Equilibria,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 #: The parts of an analysis, in the order in which they are found.
-PARTS = ("equilibria", "linearization", "modes")
+PARTS = ("symmetries", "equilibria", "linearization", "modes")
 
 
 def analyze(
@@ -64,15 +65,29 @@ def analyze(
     """
     wanted = [part for part in PARTS if part in parts or not parts]
     configuration = configuration_at(equations, at or {})
+    result = Analysis(equations)
+    if "symmetries" in wanted:
+        announce("looking for symmetries")
+        result = replace(result, symmetries=linear_symmetries(equations))
+    of_rest = [part for part in wanted if part != "symmetries"]
+    return _of_rest(result, of_rest, configuration, strict=bool(parts or at)) if of_rest else result
+
+
+def _of_rest(
+    result: Analysis, wanted: Collection[str], configuration: Configuration, *, strict: bool
+) -> Analysis:
+    """Add what concerns motions near rest; what is missing is left out unless ``strict``."""
+    equations = result.equations
     try:
         system = rest_system(equations, configuration.held)
         announce("looking for equilibria")
         equilibria = find_equilibria(system)
     except InputError as error:
-        if parts or at:
+        if strict:
             raise
-        return Analysis(equations, left_out=_left_out(wanted, error))
-    result = Analysis(equations, equilibria=equilibria if "equilibria" in wanted else None)
+        return replace(result, left_out=_left_out(wanted, error))
+    if "equilibria" in wanted:
+        result = replace(result, equilibria=equilibria)
     further = [part for part in wanted if part != "equilibria"]
     try:
         if further:
@@ -81,9 +96,9 @@ def analyze(
             linear = linearization(system, chosen)
             result = replace(result, linearization=linear)
             if "modes" in further:
-                result = replace(result, modes=_modes(system, linear, bool(at)))
+                result = replace(result, modes=_modes(system, linear, bool(configuration.marks)))
     except InputError as error:
-        if parts or at:
+        if strict:
             raise
         missing = [p for p in further if p != "linearization" or result.linearization is None]
         result = replace(result, left_out=(*result.left_out, *_left_out(missing, error)))

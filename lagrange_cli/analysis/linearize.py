@@ -197,7 +197,12 @@ def _require_regular(system: RestSystem, mass: mpmath.matrix, independent: Seque
     """Refuse an equilibrium at which the velocities do not determine the motion."""
     coordinates = system.equations.coordinates
     rows = [[abs(mass[k, i]) for i in range(mass.cols)] for k in range(mass.rows)]
-    idle = [j for row, j in zip(rows, independent, strict=True) if max(row) < _WITHOUT_INERTIA]
+    usual = _usual_inertia(system)
+    idle = [
+        j
+        for row, j in zip(rows, independent, strict=True)
+        if max(row) <= _WITHOUT_INERTIA * usual[j]
+    ]
     sizes = mpmath.fprod(max(row) for row in rows)
     if not idle and abs(mpmath.det(mass)) > _WITHOUT_INERTIA * sizes:
         return
@@ -206,6 +211,17 @@ def _require_regular(system: RestSystem, mass: mpmath.matrix, independent: Seque
     message = f"coordinates are singular there: no inertia goes with a rate of {names}"
     hint = "other coordinates, as Cartesian ones, cover it"
     raise InputError(Problem(message, mark, hint, "analysis-singular"))
+
+
+def _usual_inertia(system: RestSystem) -> list[Mpf]:
+    """The largest entry in each row of M at the initial configuration, 1 where there is none."""
+    try:
+        mass = system.functions.masses_at([mpf(x) for x in system.start])
+    except (DomainError, ZeroDivisionError):
+        return [mpf(1)] * len(system.equations.coordinates)
+    rows = [[abs(x) for x in row] for row in mass.tolist()]
+    largest = max((x for row in rows for x in row), default=mpf(0)) or mpf(1)
+    return [max(row) or largest for row in rows]
 
 
 def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> StateSpace:

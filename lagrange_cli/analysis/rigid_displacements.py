@@ -52,6 +52,11 @@ class Displacement:
         """The usual name of the conserved quantity."""
         return f"{_STEMS[self.kind]}_{_AXES[self.axis]}"
 
+    @property
+    def described(self) -> str:
+        """The displacement in words."""
+        return f"{self.kind} {'around' if self.kind == 'rotation' else 'along'} {_AXES[self.axis]}"
+
 
 def displacement(equations: Equations, field: Sequence[sp.Expr]) -> Displacement | None:
     """Return the unit displacement that a field is; None if it is none, or moves by more."""

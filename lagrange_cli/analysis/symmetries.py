@@ -25,8 +25,10 @@ from lagrange_cli.analysis.rigid_displacements import Displacement, displacement
 from lagrange_cli.analysis.sampled_values import Array, SampledValues
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.energies import by_parameters
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.proofs.zero_test import vanish
@@ -77,6 +79,11 @@ class Symmetry:
     field: tuple[sp.Expr, ...]
     gauge: sp.Expr
     expression: sp.Expr
+
+    @property
+    def kind(self) -> str:
+        """What it is in words; empty for displacements that have no name."""
+        return "" if self.displacement is None else self.displacement.described
 
 
 @dataclass(frozen=True)
@@ -364,7 +371,12 @@ class _Search:
         terms = expand_terms(whole, _TERM_BUDGET)
         if terms is None:
             return whole
-        return grouped_sum(collected_terms(terms), [c.v for c in self.coordinates])
+        constants = frozenset(p.symbol for p in self.equations.parameters)
+        forms = (
+            grouped_sum(collected_terms(terms), [c.v for c in self.coordinates]),
+            by_parameters(collected_terms(terms), constants, ()),
+        )
+        return min(forms, key=printed_length)
 
 
 def _dimension(rows: Array) -> int:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from lagrange_cli.analysis.symmetries import Symmetries
     from lagrange_cli.mechanics.equations import Equations
 
 Matrix: TypeAlias = NDArray[np.float64]
@@ -238,6 +239,8 @@ class Analysis:
     ----------
     equations
         The equations.
+    symmetries
+        Those beside cyclic coordinates; None if they were not asked for.
     equilibria
         None if they were not asked for, or left out.
     linearization, modes
@@ -248,6 +251,7 @@ class Analysis:
     """
 
     equations: Equations
+    symmetries: Symmetries | None = None
     equilibria: Equilibria | None = None
     linearization: Linearization | None = None
     modes: tuple[Mode, ...] | None = None

@@ -107,8 +107,10 @@ def lyapunov_exponents(
     times = [begin]
     state, frame = follow.start, np.eye(follow.size)
     length = (until - begin) / _INTERVALS
-    while times[-1] < until - 1e-9 * length:
-        end = min(times[-1] + length, until)
+    while times[-1] < until:
+        end = times[-1] + length
+        if until - end < _SHORTEST * length:
+            end = until
         moved, displaced = follow.run(times[-1], end, state, frame)
         turned, triangle = np.linalg.qr(displaced)
         growth = np.log(np.abs(np.diag(triangle)))

@@ -34,6 +34,36 @@ def test_text_shows_each_part():
     assert "Left out" not in shown
 
 
+def test_symmetries_and_what_they_conserve():
+    bodies = str(SYSTEMS / "celestial" / "two_bodies.yaml")
+    shown = succeed("analyze", bodies, "--symmetries")
+    assert "among energy and what symmetries linear in the coordinates give" in shown
+    assert "P_x = m1 ẋ1 + m2 ẋ2     translation along x" in shown
+    assert "L_z = m1 (x1 ẏ1 - y1 ẋ1) + m2 (x2 ẏ2 - y2 ẋ2)     rotation around z" in shown
+    assert "Equilibria" not in shown
+    report = json.loads(succeed("analyze", bodies, "--symmetries", "--json"))
+    assert [c["name"] for c in report["conserved"]] == [
+        *("energy", "P_x", "P_y", "L_z", "boost_x", "boost_y")
+    ]
+    assert report["conserved"][1]["field"] == {"x1": "1", "x2": "1"}
+    assert report["conserved"][1]["symmetry"] == "translation along x"
+    assert report["symmetries"] == {"matrices": True, "unproven": 0}
+    assert report["equilibria"] is None
+
+
+@pytest.mark.slow
+def test_lyapunov_exponents_alone_or_beside_other_parts():
+    scene = str(SYSTEMS / "pendulums" / "damped_driven_pendulum.yaml")
+    shown = succeed("analyze", scene, "--lyapunov", "20")
+    assert "Lyapunov exponents   averaged from t = 2 to 20" in shown
+    assert "Equilibria" not in shown
+    report = json.loads(succeed("analyze", scene, "--lyapunov", "20", "--symmetries", "--json"))
+    assert sum(report["lyapunov"]["exponents"]) == pytest.approx(-3 * np.pi / 2)
+    assert report["symmetries"] is not None
+    done = lagrange("analyze", scene, "--lyapunov", "-1")
+    assert done.returncode == 2
+
+
 def test_text_in_ascii():
     shown = succeed("analyze", HOOP, "--ascii")
     assert shown.isascii()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lagrange_cli.analysis.symmetries import Symmetries, Symmetry
 from lagrange_cli.notation.scene_language import to_scene_language
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
         return to_scene_language(expression, equations)
 
     names = [c.name for c in equations.coordinates]
+    found = analysis.symmetries or Symmetries((), complete=False, unproven=0)
     equilibria, linear, modes = analysis.equilibria, analysis.linearization, analysis.modes
     return {
         "name": equations.name,
@@ -46,11 +48,25 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
         "conserved": [
             {"name": c.name, "expression": say(c.expression), "symmetry": c.reason}
             for c in equations.conserved
-        ],
+        ]
+        + [_symmetry(s, names, say) for s in found.found],
+        "symmetries": None
+        if analysis.symmetries is None
+        else {"matrices": found.complete, "unproven": found.unproven},
         **_equilibria(equilibria, names, say),
         "linearization": None if linear is None else _linearization(linear, names, say),
         "modes": None if modes is None else [_mode(mode, say) for mode in modes],
         "left_out": [{"part": left.part, "reason": left.reason} for left in analysis.left_out],
+    }
+
+
+def _symmetry(symmetry: Symmetry, names: Sequence[str], say: _Say) -> dict[str, Any]:
+    field = {n: say(x) for n, x in zip(names, symmetry.field, strict=True) if x != 0}
+    return {
+        "name": symmetry.name,
+        "expression": say(symmetry.expression),
+        "symmetry": symmetry.kind or f"displacement of {', '.join(field)}",
+        "field": field,
     }
 
 

@@ -23,6 +23,7 @@ from lagrange_cli.notation.vocabulary import Vocabulary, vocabulary
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from lagrange_cli.analysis.symmetries import Symmetry
     from lagrange_cli.analysis.values import (
         Analysis,
         Equilibria,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
 #: What conserved quantities are looked for among.
 _SEARCHED = "among cyclic momenta and energy"
+_SEARCHED_FURTHER = "among energy and what symmetries {} in the coordinates give"
 
 #: Equilibria and modes that are listed, and columns of a matrix that is written out.
 _MOST_LISTED, _MOST_COLUMNS = 16, 8
@@ -264,11 +266,28 @@ class _Writer:
     # Conserved quantities, and what is missing.
 
     def conserved(self) -> list[Row | Block]:
-        equations = self.analysis.equations
-        if not equations.conserved:
-            return [Row("Conserved", "   ", words(f"none {_SEARCHED}"), "heading")]
-        rows = [self.conserved_row(c) for c in equations.conserved]
-        return [Row("Conserved", " ", words(_SEARCHED), "heading"), Block(tuple(rows), "asides")]
+        found, searched = self.analysis.symmetries, _SEARCHED
+        rows = [self.conserved_row(c) for c in self.analysis.equations.conserved]
+        if found is not None:
+            searched = _SEARCHED_FURTHER.format("linear" if found.complete else "constant")
+            rows += [self.symmetry_row(symmetry) for symmetry in found.found]
+        if not rows:
+            return [Row("Conserved", "   ", words(f"none {searched}"), "heading")]
+        lines: list[Row | Block] = [
+            Row("Conserved", " ", words(searched), "heading"),
+            Block(tuple(rows), "asides"),
+        ]
+        if found is not None and found.unproven:
+            number = f"{found.unproven} more that numbers suggest could not be proven"
+            lines.append(Row("", "  ", words(number)))
+        return lines
+
+    def symmetry_row(self, symmetry: Symmetry) -> Row:
+        shown = self.pieces(symmetry.expression)
+        moved = zip(self.analysis.equations.coordinates, symmetry.field, strict=True)
+        names = [self.printer.symbol(c.name) for c, x in moved if x != 0]
+        aside = symmetry.kind or f"displacement of {', '.join(names)}"
+        return formula(f"  {self.printer.symbol(symmetry.name)}", " = ", shown, aside=aside)
 
     def conserved_row(self, quantity: Conserved) -> Row:
         labels, equations = quantity_labels(self.analysis.equations), self.analysis.equations
