@@ -284,3 +284,14 @@ def test_only_angles_turn():
 def test_a_parameter_without_a_value_is_asked_for():
     with pytest.raises(InputError, match="no value for 'w'"):
         paths(OSCILLATOR.replace("w: 3", "w: {}"), {"x": 0, "t": 0}, {"x": 1, "t": 1})
+
+
+def test_a_motion_that_is_refused_is_no_end_of_the_search():
+    """Starts may begin motions that no doubles hold; those of the user are looked at before."""
+    from lagrange_cli.studies.path.motions import Motions
+
+    motions = Motions(loads(OSCILLATOR).derive().path_models())
+    times = np.array([0.0, 1.0])
+    assert motions.shot(times, np.array([0.3]), np.array([1.0]), 1e-9) is not None
+    assert motions.shot(times, np.array([0.3]), np.array([1.0]), 1e-30) is None
+    assert motions.simulated(times, np.array([0.3]), np.array([1.0]), 1e-30, 11) is None

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.studies.path.motions import looser
 from lagrange_cli.studies.path.panels import panels
@@ -62,11 +61,6 @@ def aimed(motions: Motions, first: End, last: End, v: Array, accuracy: float) ->
     Newton's method with exact derivatives. Where the path loses digits, motions are promised with
     more of them, as far as there are any. The most accurate aim is returned, though it be less
     accurate than asked for.
-
-    Raises
-    ------
-    InputError
-        The first motion cannot be simulated.
     """
     times = panels(first.t, last.t, _PANELS).nodes
     inner: float | None = max(_SHARE * accuracy, _FINEST)
@@ -74,12 +68,7 @@ def aimed(motions: Motions, first: End, last: End, v: Array, accuracy: float) ->
     for _ in range(_MOST_STEPS):
         if inner is None or not np.isfinite(v).all():
             break
-        try:
-            shot = motions.shot(times, first.q, v, inner)
-        except InputError:
-            if best is None:
-                raise
-            break  # doubles hold no more digits
+        shot = motions.shot(times, first.q, v, inner)
         if shot is None:
             # The motion may lose more digits on its way.
             inner = looser(inner)

@@ -88,7 +88,7 @@ def _simulated(
     accuracy: float | None = aim.inner
     while accuracy is not None:
         trajectory = motions.simulated(times, first.q, aim.v, accuracy, samples)
-        if trajectory.status == "ok":
+        if trajectory is not None:
             return trajectory
         accuracy = looser(accuracy)
     return None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.errors import AccuracyError
+from lagrange_cli.errors import AccuracyError, InputError
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.options import SimulationOptions
@@ -149,13 +149,8 @@ class Motions:
         return ActionValues(values[:, 0], values[:, 1 : 1 + n], inertia)
 
     def shot(self, times: Array, q: Array, v: Array, accuracy: float) -> Shot | None:
-        """Promise a motion and its Jacobi fields at some times; None if there is none to the end.
-
-        Raises
-        ------
-        InputError
-            As :func:`.simulate.simulation.simulate`.
-        """
+        """Promise a motion and its Jacobi fields at some times; None if there is none to the end,
+        or none that accurate."""
         n, none = self.size, np.zeros(self.size**2)
         start = np.concatenate([q, none, v, np.eye(n).ravel()])
         model = _started(self.models.jacobi, start, times)
@@ -163,8 +158,8 @@ class Motions:
         try:
             request = context.resolved(model, _options(times, accuracy, 2))
             trajectory = integrate(model, replace(request, times=times), context)
-        except AccuracyError:
-            return None
+        except (AccuracyError, InputError):
+            return None  # that there are motions at all is known from others
         if trajectory.status != "ok":
             return None
         states = np.array([trajectory.columns[name] for name in model.state_names])
@@ -183,11 +178,16 @@ class Motions:
 
     def simulated(
         self, times: Array, q: Array, v: Array, accuracy: float, samples: int
-    ) -> Trajectory:
-        """Simulate the motion as ``lagrange simulate`` does, in the scene's coordinates."""
+    ) -> Trajectory | None:
+        """Simulate the motion as ``lagrange simulate`` does, in the scene's coordinates; None as
+        :meth:`shot`."""
         model = _started(self.models.motion, np.concatenate([q, v]), times)
         options = _options(times, accuracy, samples)
-        return simulate_past_singularities(model, options, None, self._contexts[0])
+        try:
+            trajectory = simulate_past_singularities(model, options, None, self._contexts[0])
+        except InputError:
+            return None
+        return trajectory if trajectory.status == "ok" else None
 
 
 def looser(accuracy: float) -> float | None:
