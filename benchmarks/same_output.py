@@ -86,6 +86,7 @@ ONCE: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
     "markdown": (("--written-out",), ("--language", "de"), _PARTS),
     "typst": (("--written-out",), ("--language", "fr"), _PARTS),
+    "json": (("--with", "latex"),),
 }
 
 FORMULATIONS = ("auto", "multiplier")

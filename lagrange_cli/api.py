@@ -172,6 +172,19 @@ class LoadedScene:
         return f"<LoadedScene {self.scene.name}>"
 
 
+@dataclass(frozen=True, repr=False)
+class Shown:
+    """A page of Markdown, which notebooks typeset."""
+
+    markdown: str
+
+    def _repr_markdown_(self) -> str:
+        return self.markdown
+
+    def __repr__(self) -> str:
+        return self.markdown
+
+
 @dataclass(frozen=True)
 class Derivation:
     """Certified equations of motion.
@@ -242,6 +255,35 @@ class Derivation:
         from lagrange_cli.emit.registry import emitter
 
         return emitter(to).emit(self.equations, options)
+
+    def show(self, *sections: str, **options: OptionValue) -> Shown:
+        """Return parts of the derivation, which notebooks typeset.
+
+        Parameters
+        ----------
+        sections
+            Names of ``lagrange emit --sections``: ``account``, ``equations``, ``certificate`` and
+            so on; without any, those of a document.
+        options
+            Others of ``lagrange emit --to markdown``.
+
+        Raises
+        ------
+        InputError
+            There is no such part or option, or constraint forces were not derived.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> print(derivation.show("certificate"))  # doctest: +ELLIPSIS
+        # Simple pendulum
+        ...
+        ## Certificate
+        <BLANKLINE>
+        At 8 random states these equations were compared...
+        """
+        chosen = {"sections": ",".join(sections)} if sections else {}
+        return Shown(*self.emit("markdown", **chosen, **options).values())
 
     def analyze(self, *parts: str, at: GivenValues | None = None) -> Analysis:
         """Find symmetries, equilibria and their stability, the linear system and its modes.

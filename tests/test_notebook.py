@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lagrange_cli import load, loads
+from lagrange_cli import InputError, load, loads
+from lagrange_cli.emit.latex.equations import equations_latex
 from lagrange_cli.notation.html import html_formula, html_table, html_text
+from tests.emit.emit_scenes import chain_pendulum
 
 ROOT = Path(__file__).resolve().parents[1]
 HOSTILE = "<script>alert(\"$x$\")</script> & <b onclick='y'> $\\frac{1}$ </td></table>"
@@ -179,3 +181,22 @@ def test_equations_that_nobody_would_read_are_not_shown():
     assert bicycle._repr_markdown_() is None
     assert bicycle._repr_latex_() is None
     assert repr(bicycle) == "<Derivation of bicycle>"
+
+
+def test_parts_of_a_derivation_are_shown_alone(derivation):
+    shown = derivation.show("account", "certificate")
+    headings = [line for line in shown._repr_markdown_().splitlines() if line.startswith("## ")]
+    assert headings == ["## Degrees of freedom", "## Certificate"]
+    assert repr(shown) == shown.markdown
+    assert "## Freiheitsgrade" in derivation.show(language="de").markdown
+    with pytest.raises(InputError, match="'sections' of format 'markdown' cannot be 'acount'"):
+        derivation.show("acount")
+
+
+def test_long_equations_are_broken(katex):
+    formula = equations_latex(chain_pendulum(8))
+    lines = formula.splitlines()[1:-1]
+    assert len(lines) > 2 * 8
+    assert all(line.startswith("&") for line in lines)
+    assert max(map(len, lines)) < 300
+    assert katex([formula]) == []

@@ -163,7 +163,7 @@ DERIVED: dict[str, tuple[Option, ...]] = {
     "latex": tuple(o for o in LATEX_OPTIONS if o is not FORM),
     "markdown": tuple(o for o in MARKDOWN_OPTIONS if o is not FORM),
     "typst": tuple(o for o in TYPST_OPTIONS if o is not FORM),
-    "json": (),
+    "json": (Option("latex", "the expressions in LaTeX too", further=True),),
 }
 """Format of ``derive --format`` → its options beside those of ``derive`` itself."""
 

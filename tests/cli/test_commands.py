@@ -43,6 +43,19 @@ class TestDerive:
         assert "Certified at 8 random states to 30 digits" in text
         assert "\x1b" not in text
 
+    def test_latex_beside_json(self):
+        plain = json.loads(succeed("derive", HOLE, "--json"))
+        written = succeed("derive", HOLE, "--json", "--with", "latex")
+        assert written == succeed("derive", HOLE, "--json", "--with", "latex")
+        found = json.loads(written)
+        typeset = found.pop("latex")
+        assert found == plain
+        assert typeset["potential"] == "m g (r - l)"
+        assert typeset["symbols"]["ddot(theta)"] == r"\ddot{\theta}"
+        done = lagrange("derive", HOLE, "--with", "latex")
+        assert done.returncode == 2
+        assert "format 'text' has no option 'latex'" in done.stderr
+
     def test_json_is_the_contract(self):
         found = json.loads(succeed("derive", HOLE, "--format", "json"))
         assert (found["cartesian"], found["constraints"], found["dof"]) == (6, 4, 2)

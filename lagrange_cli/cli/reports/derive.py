@@ -30,10 +30,10 @@ def _text(
 
 
 def _json(
-    derivation: Derivation, form: str, _chosen: Options, _ascii_only: bool, _encoding: str
+    derivation: Derivation, form: str, chosen: Options, _ascii_only: bool, _encoding: str
 ) -> str:
     """The derivation as JSON."""
-    return json_text(derivation.report(form=form))
+    return json_text(derivation.report(form=form, latex=bool(chosen.get("latex"))))
 
 
 def _document(to: str) -> Callable[[Derivation, str, Options, bool, str], str]:

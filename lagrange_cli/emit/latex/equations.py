@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.motion import closure_rows, contact_rows, lagrange_equations
@@ -14,7 +15,7 @@ from lagrange_cli.emit.latex.options import LatexOptions
 from lagrange_cli.emit.latex.snippet import latex_snippet
 from lagrange_cli.emit.latex.typesetter import Typesetter
 from lagrange_cli.emit.steps.sections import formulas
-from lagrange_cli.notation.layout import joined
+from lagrange_cli.notation.layout import joined, prefixed
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
@@ -56,10 +57,12 @@ def equation_latex(equations: Equations, index: int) -> str:
 
 def equations_latex(equations: Equations) -> str:
     """All equations of motion, then those of closures and contacts and what abbreviations stand
-    for, in an ``aligned`` environment, without math delimiters."""
+    for, in an ``aligned`` environment, without math delimiters; long ones on several lines."""
     writer, setter = DocumentWriter(equations, LatexLetters(equations)), Typesetter()
     held = [*lagrange_equations(writer), *closure_rows(writer), *contact_rows(writer)]
-    rows = [f"& {joined(row.pieces)}" for row in setter.rows(formulas(held))]
-    named = setter.rows(formulas(writer.abbreviations()))
-    rows += [f"& {row.label} {joined(row.pieces)}" for row in named]
-    return "\n".join([r"\begin{aligned}", " \\\\\n".join(rows), r"\end{aligned}"])
+    rows = [replace(row, label="") for row in setter.rows(formulas(held))]
+    for row in setter.rows(formulas(writer.abbreviations())):
+        label = f"{row.label} "
+        rows.append(replace(row, label="", pieces=prefixed(row.pieces, label, setter.room(label))))
+    lines = " \\\\\n".join(line.strip() for line in setter.lines(rows))
+    return "\n".join([r"\begin{aligned}", lines, r"\end{aligned}"])

@@ -154,13 +154,17 @@ class Typesetter(RowSetter):
         body = body.replace("  & ", "  ") if gathered else body
         return [rf"\begin{{{name}{star}}}", body, rf"\end{{{name}{star}}}"]
 
+    def lines(self, rows: Sequence[FormulaRow]) -> list[str]:
+        """Formulas below each other, broken into lines, each with its sign of alignment."""
+        available = self.available([row.label for row in rows])
+        return [line for row in rows for line in _lines(row, available)]
+
     def aligned(self, rows: Sequence[FormulaRow]) -> Iterator[list[str]]:
         """Formulas as ``aligned`` environments, which stand within a display each.
 
         Long ones are several, since KaTeX expands no more than 1,000 macros in a display.
         """
-        available = self.available([row.label for row in rows])
-        shown = [line for row in rows for line in _lines(row, available)]
+        shown = self.lines(rows)
         for start in range(0, len(shown), _LONGEST_ALIGNED):
             lines = " \\\\\n".join(shown[start : start + _LONGEST_ALIGNED])
             yield [r"\begin{aligned}", lines, r"\end{aligned}"]

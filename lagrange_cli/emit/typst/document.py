@@ -47,15 +47,15 @@ def emit_typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict
     writer = DocumentWriter(equations, TypstLetters(equations), say, written_out=written_out)
     parts = sections_of(options, forces=equations.constraint_forces is not None)
     sections = contents(writer, parts, str(options["form"]))
-    blocks = [_opening(equations), *map(setter.section, sections)]
+    blocks = [_opening(equations, say.code), *map(setter.section, sections)]
     return {f"{equations.name}.typ": "\n\n".join("\n".join(block) for block in blocks) + "\n"}
 
 
-def _opening(equations: Equations) -> list[str]:
+def _opening(equations: Equations, language: str) -> list[str]:
     title = typst_text(equations.title or equations.name)
     lines = [
         f"// {equations.name}: equations of motion, written by lagrange",
-        _PREAMBLE,
+        f'{_PREAMBLE}#set text(lang: "{language}")\n',
         f"#align(center, text(size: 17pt)[{title}])",
     ]
     if equations.description:
