@@ -130,15 +130,15 @@ def find_equilibria(system: RestSystem) -> Equilibria:
 
 
 def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]:
-    """Put closed forms first, short ones before others, then those that are near the start."""
+    """Put closed forms first, the freest and shortest of them, then what is near the start."""
 
-    def key(point: Equilibrium) -> tuple[bool, float, list[float]]:
+    def key(point: Equilibrium) -> tuple[int, float, list[float]]:
         if point.exact is not None:
             length = sum(map(sp.count_ops, point.exact)) / 1000
-            return False, len(point.conditions) - len(point.free) + length, []
+            return -1 - len(point.free), len(point.conditions) + length, []
         position = point.position or ()
         rounded = [round(float(x), 9) for x in position]
-        return True, round(float(distance(system, position, system.start)), 9), rounded
+        return 0, round(float(distance(system, position, system.start)), 9), rounded
 
     return sorted(points, key=key)
 

@@ -18,7 +18,7 @@ from mpmath import mpf
 from lagrange_cli.analysis.rest_system import RestSystem
 from lagrange_cli.analysis.single_equation import factors_of, real_roots
 from lagrange_cli.analysis.values import AbsentEquilibrium, Equilibrium, Existence, Mpf
-from lagrange_cli.mechanics.algebra.polynomials import cancelled
+from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import vanish
@@ -126,9 +126,7 @@ class _Solver:
             elif equation.has(sp.zoo, sp.nan, sp.oo):
                 return None
             elif equation != 0 and not vanish(equation):
-                if self._may_vanish(equation):
-                    raise _BudgetError  # for these values of the parameters alone
-                return None
+                kept.append(equation)
         return replace(branch, equations=tuple(kept))
 
     def _may_vanish(self, expression: sp.Expr) -> bool:
@@ -141,16 +139,45 @@ class _Solver:
     def _step(self, branch: _Branch) -> list[_Branch]:
         unknowns = frozenset(branch.unknowns)
         split = [factors_of(e, unknowns) for e in branch.equations]
-        if not all(split):
-            return []  # the numerator is a constant that does not vanish
-        for k, factors in enumerate(split):
-            if len(factors) > 1:
-                return [
-                    replace(branch, equations=_replaced(branch.equations, k, f)) for f in factors
-                ]
+        for k, (equation, factors) in enumerate(zip(branch.equations, split, strict=True)):
+            balances = self._balances(equation, unknowns)
+            if len(factors) == 1 and not balances:
+                continue
+            return [
+                *(replace(branch, equations=_replaced(branch.equations, k, f)) for f in factors),
+                *(self._balanced(branch, k, balance) for balance in balances),
+            ]
         equations = tuple(factors[0] for factors in split)
         branch = replace(branch, equations=equations)
         return self._by_roots(branch) or self._by_elimination(branch)
+
+    def _balances(self, equation: sp.Expr, unknowns: frozenset[sp.Symbol]) -> list[sp.Expr]:
+        """List the factors in parameters alone that may vanish: ``a m g − b F`` of a lever.
+
+        Those are differences, and what is zero for the parameters' values.
+        """
+        numerator = sp.fraction(cancelled(equation))[0]
+        factors = [f.as_base_exp()[0] for f in sp.Mul.make_args(factored_form(numerator))]
+        constant = [f for f in factors if f.free_symbols and not f.free_symbols & unknowns]
+        return [f for f in constant if self._may_vanish(f) or self._is_difference(f)]
+
+    def _is_difference(self, factor: sp.Expr) -> bool:
+        """Say whether the terms of a sum have both signs."""
+        known = self.system.known
+        if not factor.is_Add or factor.is_nonzero:
+            return False
+        if not factor.free_symbols <= known.keys():
+            return True
+        try:
+            return len({term > 0 for term in evaluate(factor.args, known)}) == 2
+        except DomainError:
+            return False
+
+    def _balanced(self, branch: _Branch, k: int, balance: sp.Expr) -> _Branch:
+        """Leave out an equation that holds if a factor in parameters alone is zero."""
+        equations = (*branch.equations[:k], *branch.equations[k + 1 :])
+        condition = Existence(balance, sp.S.Zero, "=")
+        return replace(branch, equations=equations, conditions=(*branch.conditions, condition))
 
     def _by_roots(self, branch: _Branch) -> list[_Branch] | None:
         """Solve the shortest equation in one unknown; None if there is none that can be."""
@@ -198,19 +225,28 @@ def closed_forms(system: RestSystem) -> ClosedForms | None:
     solver = _Solver(system)
     points: list[Equilibrium] = []
     absent: list[AbsentEquilibrium] = []
+    complete = True
     for branch in solver.run():
-        solution = _with_positions(system, branch)
-        if solution is None:
+        try:
+            solution = _with_positions(system, branch)
+        except _BudgetError:
+            complete = False
             continue
         if isinstance(solution, AbsentEquilibrium):
             absent.append(solution)
-        else:
+        elif solution is not None:
             points.append(solution)
-    return ClosedForms(tuple(points), tuple(absent), solver.complete)
+    return ClosedForms(tuple(points), tuple(absent), complete and solver.complete)
 
 
 def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | AbsentEquilibrium | None:
-    """Make an equilibrium of a branch; None if it does not satisfy the equations."""
+    """Make an equilibrium of a branch; None if it does not satisfy the equations.
+
+    Raises
+    ------
+    _BudgetError
+        It has no value for these parameters, and it is not known why.
+    """
     values = dict[sp.Symbol, sp.Expr]()
     for unknown, value in branch.values:
         values[unknown] = value.xreplace(values)
@@ -229,12 +265,12 @@ def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | Absent
     start = {c.q: x for c, x in zip(coordinates, system.start, strict=True)}
     at = {**system.known, **start}
     with mpmath.workdps(DIGITS):
+        if any(_holds(c, system.known) is False for c in branch.conditions):
+            return AbsentEquilibrium(exact, branch.conditions)
         try:
             numbers = evaluate([*exact, *forces], at)
         except DomainError:
-            if any(_holds(c, system.known) is False for c in branch.conditions):
-                return AbsentEquilibrium(exact, branch.conditions)
-            return None
+            raise _BudgetError from None
         if not vanish(*residuals) and not _all_vanish(residuals, at):
             return None
     n = len(exact)
@@ -243,6 +279,8 @@ def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | Absent
 
 def _holds(condition: Existence, known: Mapping[sp.Symbol, Mpf]) -> bool | None:
     """Say whether a condition holds; None if its sides have no values."""
+    if condition.relation == "=":
+        return _all_vanish([condition.smaller - condition.larger], known)
     try:
         smaller, larger = evaluate([condition.smaller, condition.larger], known)
     except DomainError:

@@ -237,6 +237,8 @@ class _Question:
         a = self.first_order()
         if not a.rows:
             return [], 0.0
+        if a.rows == 1:
+            return [complex(a[0, 0])], _FINE * self.usual_rate()
         if a.rows <= _MOST_STATES:
             with mpmath.workdps(DIGITS):
                 values = [complex(x) for x in mpmath.eig(a, left=False, right=False)]

@@ -33,10 +33,11 @@ Verdict: TypeAlias = Literal[
 
 @dataclass(frozen=True)
 class Existence:
-    """The condition ``smaller ≤ larger`` under which an equilibrium exists."""
+    """The condition ``smaller ≤ larger``, or ``smaller = larger``, for an equilibrium to exist."""
 
     smaller: Expr
     larger: Expr
+    relation: Literal["<=", "="] = "<="
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,16 @@ from lagrange_cli.check.compare import (
     lagrangians_agree,
     proportional,
 )
+from lagrange_cli.check.equilibria import expected_equilibria, expected_frequencies
 from lagrange_cli.check.events import ExpectedEvent, missing_events
+from lagrange_cli.check.numbers import number_of
 from lagrange_cli.emit.forms.json_values import hamiltonian_in_scene_language
-from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.errors import Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.notation.scene_language import to_scene_language
 from lagrange_cli.scene.conditions import Expect, InitialValue, StateExpectation
-from lagrange_cli.scene.language.expression import Equation, Expression
+from lagrange_cli.scene.language.expression import Equation
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
@@ -176,18 +178,6 @@ def _hamiltonian(expect: Expect, equations: Equations) -> Iterator[Problem]:
         )
 
 
-def _value(equations: Equations, expression: Expression) -> float:
-    """Evaluate an expression in parameters."""
-    known = {p.symbol: p.value for p in equations.parameters if p.value is not None}
-    value = interpret(equations, expression).subs(known)
-    if value.free_symbols:
-        names = ", ".join(sorted(symbol.name for symbol in value.free_symbols))
-        raise InputError(
-            Problem(f"no value is known for {names}", expression.mark(), rule="no-value")
-        )
-    return float(value)
-
-
 def _incomplete(trajectory: Trajectory, mark: Mark | None) -> Iterator[Problem]:
     """Yield a problem if a simulation did not reach its end."""
     if trajectory.status == "stopped":
@@ -228,7 +218,7 @@ def _close_enough(equations: Equations, state: StateExpectation) -> Trajectory:
     Accuracy is relative to scales, which a first run finds. A Cartesian name has no scale of its
     own, and may move with every coordinate: the largest scale stands for it.
     """
-    time, within = _value(equations, state.time), _value(equations, state.within)
+    time, within = number_of(equations, state.time), number_of(equations, state.within)
     wanted = min(max(_STATE_MARGIN * within, _FINEST_ACCURACY), _COARSEST_ACCURACY)
     trajectory = _simulated(equations, until=time, accuracy=wanted)
     scales = trajectory.scales
@@ -242,13 +232,13 @@ def _close_enough(equations: Equations, state: StateExpectation) -> Trajectory:
 
 def _one_state(state: StateExpectation, equations: Equations) -> Iterator[Problem]:
     trajectory = _close_enough(equations, state)
-    time, within = _value(equations, state.time), _value(equations, state.within)
+    time, within = number_of(equations, state.time), number_of(equations, state.within)
     yield from _incomplete(trajectory, state.mark)
     if trajectory.status != "ok":
         return
     for entry in state.values:
         name = _name(entry)
-        expected, reached = _value(equations, entry.value), trajectory.state[name]
+        expected, reached = number_of(equations, entry.value), trajectory.state[name]
         if not math.fabs(reached - expected) <= within:
             yield Problem(
                 f"at t = {time:g}: expected {name} = {expected!r} within {within:g}, "
@@ -264,7 +254,7 @@ def _drift(expect: Expect, equations: Equations) -> Iterator[Problem]:
     trajectory = _simulated(equations)
     yield from _incomplete(trajectory, expect.mark)
     for name, expression in expect.drift:
-        bound, drift = _value(equations, expression), trajectory.energy_drift
+        bound, drift = number_of(equations, expression), trajectory.energy_drift
         if name != "energy":
             message = f"no drift of '{name}' is known; expected 'energy'"
         elif drift is None:
@@ -280,7 +270,7 @@ def _events(expect: Expect, equations: Equations) -> Iterator[Problem]:
     """Require each listed event to happen, after those before it in the list."""
     if not expect.events:
         return
-    bounds = [None if e.within is None else _value(equations, e.within) for e in expect.events]
+    bounds = [None if e.within is None else number_of(equations, e.within) for e in expect.events]
     trajectory = _simulated(equations, accuracy=_accuracy_for(equations, bounds))
     yield from _incomplete(trajectory, expect.events[0].mark)
     if trajectory.status != "ok":
@@ -290,7 +280,7 @@ def _events(expect: Expect, equations: Equations) -> Iterator[Problem]:
     wanted = [
         ExpectedEvent(
             event.name,
-            None if event.time is None else _value(equations, event.time),
+            None if event.time is None else number_of(equations, event.time),
             usual if bound is None else bound,
             event.mark,
         )
@@ -324,4 +314,6 @@ CHECKS: dict[str, _Check] = {
     "state": _state,
     "drift": _drift,
     "events": _events,
+    "equilibria": expected_equilibria,
+    "frequencies": expected_frequencies,
 }

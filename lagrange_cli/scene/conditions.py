@@ -110,6 +110,26 @@ class EventExpectation:
 
 
 @dataclass(frozen=True, slots=True)
+class EquilibriumExpectation:
+    """An expected equilibrium: ``{theta: 0, stability: unstable}``.
+
+    Attributes
+    ----------
+    mark
+        Its place.
+    values
+        Values of coordinates or Cartesian names there.
+    stability, stability_mark
+        The verdict expected of its stability, None for any; its place.
+    """
+
+    mark: Mark
+    values: tuple[InitialValue, ...]
+    stability: str | None = None
+    stability_mark: Mark | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class ErrorExpectation:
     """The refusal that a scene expects of itself: ``error: {kind: ..., contains: ...}``.
 
@@ -154,6 +174,10 @@ class Expect:
         Names of quantities with the largest drift allowed.
     events
         Events of the motion.
+    equilibria, equilibria_mark
+        Equilibria, and the place of the key; empty if there are to be none.
+    frequencies, frequencies_mark
+        Angular frequencies of all modes at the stable equilibrium, and the place of the key.
     error
         The refusal, if the scene is to be refused.
     """
@@ -171,4 +195,8 @@ class Expect:
     states: tuple[StateExpectation, ...] = ()
     drift: tuple[tuple[str, Expression], ...] = ()
     events: tuple[EventExpectation, ...] = ()
+    equilibria: tuple[EquilibriumExpectation, ...] | None = None
+    equilibria_mark: Mark | None = None
+    frequencies: tuple[Expression, ...] | None = None
+    frequencies_mark: Mark | None = None
     error: ErrorExpectation | None = None

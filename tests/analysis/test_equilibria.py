@@ -215,13 +215,45 @@ def test_cyclic_coordinates_are_free_and_may_drift():
 
 
 def test_the_lever_is_in_balance_by_its_law():
-    """a m g = b F at any angle, and upright elsewhere: cos θ = 0."""
+    """At any angle where a m g = b F, else only along the forces: cos θ = 0."""
     scene = (SYSTEMS / "lecture" / "lever.yaml").read_text()
-    found = analyzed(scene)
-    assert {round(float(p.position[0]), 9) for p in found.equilibria.points} == {
+    balanced = analyzed(scene)
+    (anywhere,) = balanced.equilibria.points
+    assert anywhere.free == ("theta",)
+    (law,) = anywhere.conditions
+    assert str(law.smaller) in ("F*b - a*g*m", "-F*b + a*g*m")
+    assert (law.larger, law.relation) == (0, "=")
+    heavier = analyzed(scene, parameters={"F": 5})
+    assert {round(float(p.position[0]), 9) for p in heavier.equilibria.points} == {
         round(math.pi / 2, 9),
         round(-math.pi / 2, 9),
     }
+    assert [a.conditions for a in heavier.equilibria.absent] == [anywhere.conditions]
+
+
+def test_atwoods_machine_is_in_balance_with_equal_masses():
+    scene = (SYSTEMS / "pulleys" / "atwood.yaml").read_text()
+    apart = analyzed(scene)
+    assert apart.equilibria.points == ()
+    assert apart.equilibria.complete
+    assert str(apart.equilibria.absent[0].conditions[0].smaller) in ("m1 - m2", "-m1 + m2")
+    masses = {p.name: p.value for p in apart.equations.parameters}
+    equal = analyzed(scene, parameters={"m1": masses["m2"]})
+    assert [len(p.free) for p in equal.equilibria.points] == [1]
+
+
+def test_springs_that_cancel_leave_no_equation():
+    scene = """\
+parameters: {a: 3, b: 3}
+particles: {ball: {mass: 1, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {springs: a/2*x^2 - b/2*x^2}
+initial: {x: 1}
+"""
+    anywhere = analyzed(scene)
+    assert [p.free for p in anywhere.equilibria.points] == [("x",)]
+    there = analyzed(scene, parameters={"b": 2})
+    assert [p.free for p in there.equilibria.points] == [()]
 
 
 def test_pendulum_in_cartesian_coordinates_has_forces_of_its_rod():

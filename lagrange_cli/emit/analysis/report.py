@@ -112,7 +112,7 @@ def _named(names: Sequence[str], values: Any) -> dict[str, Any]:
 
 
 def _conditions(conditions: Sequence[Existence], say: _Say) -> list[str]:
-    return [f"{say(c.smaller)} <= {say(c.larger)}" for c in conditions]
+    return [f"{say(c.smaller)} {c.relation} {say(c.larger)}" for c in conditions]
 
 
 def _linearization(linear: Linearization, names: Sequence[str], say: _Say) -> dict[str, Any]:

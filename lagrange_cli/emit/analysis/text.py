@@ -107,7 +107,9 @@ class _Writer:
             lines.append(Row("", "  ", words(f"and {hidden} more, in --json")))
         for absent in equilibria.absent:
             if absent.conditions:
-                place = self.values(absent.exact, None, ())
+                coordinates = self.analysis.equations.coordinates
+                pairs = zip(coordinates, absent.exact, strict=True)
+                place = self.values(absent.exact, None, [c.name for c, e in pairs if e == c.q])
                 lines.append(Row("  absent", "   ", (*place, *self.where(absent.conditions))))
         if equilibria.held:
             held = ", ".join(f"{self.printer.symbol(n)} = {x:g}" for n, x in equilibria.held)
@@ -147,12 +149,12 @@ class _Writer:
 
     def where(self, conditions: Sequence[Existence]) -> list[Piece]:
         """Write the conditions under which an equilibrium exists."""
-        sign = "≤" if isinstance(self.printer, UnicodePrinter) else "<="
+        signs = {"<=": "≤" if self.is_unicode else "<=", "=": "="}
         pieces: list[Piece] = []
         for k, condition in enumerate(conditions):
             pieces += words(" where" if k == 0 else " and")
             pieces += _spaced(self.pieces(condition.smaller), first=False)
-            pieces += solid(f" {sign} ")
+            pieces += solid(f" {signs[condition.relation]} ")
             pieces += self.pieces(condition.larger)
         return pieces
 

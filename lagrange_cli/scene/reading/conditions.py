@@ -8,6 +8,7 @@ from typing import Any, get_args
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene.conditions import (
+    EquilibriumExpectation,
     ErrorExpectation,
     EventExpectation,
     Expect,
@@ -27,9 +28,8 @@ _NUMBERS = ("until", "from", "accuracy", "samples", "step", "rtol", "atol")
 
 _EXPECT = (
     *("dof", "cyclic", "conserved", "equations", "lagrangian", "hamiltonian"),
-    *("state", "drift", "events", "error"),
+    *("state", "drift", "events", "equilibria", "frequencies", "error"),
 )
-_EXPECT_LATER = ("frequencies", "equilibria")
 
 #: Terms that expected equations are written out to where sizes are other than the file's: some
 #: tenths of a second.
@@ -105,9 +105,9 @@ def read_expect(node: SourceNode, reading: Reading) -> Expect:
     mapping = reading.mapping(node, "'expect'")
     if mapping is None:
         return Expect()
-    fields = reading.fields(mapping, "'expect'", _EXPECT, later=_EXPECT_LATER)
+    fields = reading.fields(mapping, "'expect'", _EXPECT)
     read: dict[str, Any] = {key: _EXPECTATIONS[key](node, reading) for key, node in fields.items()}
-    for key in ("dof", "cyclic", "conserved"):
+    for key in ("dof", "cyclic", "conserved", "equilibria", "frequencies"):
         if key in fields:
             read[f"{key}_mark"] = fields[key].mark
     if "state" in read:
@@ -246,6 +246,42 @@ def _event(node: SourceNode, reading: Reading) -> EventExpectation | None:
     return EventExpectation(name, fields["name"].mark, time, within)
 
 
+def _equilibria(node: SourceNode, reading: Reading) -> tuple[EquilibriumExpectation, ...] | None:
+    sequence = reading.items(node, "'equilibria' in 'expect'", "a list of equilibria {NAME: value}")
+    if sequence is None:
+        return None
+    read = [_equilibrium(item, reading) for item in sequence.items]
+    return tuple(equilibrium for equilibrium in read if equilibrium)
+
+
+def _equilibrium(node: SourceNode, reading: Reading) -> EquilibriumExpectation | None:
+    what = "'equilibria' in 'expect'"
+    mapping = reading.mapping(node, what, "a mapping {NAME: value, stability}")
+    if mapping is None:
+        return None
+    entries = {key.text: (key, value) for key, value in mapping.entries}
+    stability = mark = None
+    if "stability" in entries:
+        _, told = entries.pop("stability")
+        stability, mark = reading.text(told, f"'stability' in {what}"), told.mark
+    values = [
+        v for key, value in entries.values() for v in initial_values(key, value, what, reading)
+    ]
+    for value in values:
+        if value.order:
+            reading.problems.add(f"velocities are 0 in {what}", value.mark, rule="shape")
+    return EquilibriumExpectation(mapping.mark, tuple(values), stability, mark)
+
+
+def _frequencies(node: SourceNode, reading: Reading) -> tuple[Expression, ...] | None:
+    what = "'frequencies' in 'expect'"
+    sequence = reading.items(node, what, "a list of numbers")
+    if sequence is None:
+        return None
+    read = [reading.expression(item, what) for item in sequence.items]
+    return tuple(expression for expression in read if expression)
+
+
 def read_error_expectation(node: SourceNode, reading: Reading) -> ErrorExpectation | None:
     """Read ``error: {kind, contains}``."""
     what = "'error' in 'expect'"
@@ -267,5 +303,7 @@ _EXPECTATIONS: dict[str, Any] = {
     "state": _states,
     "drift": _drift,
     "events": _events,
+    "equilibria": _equilibria,
+    "frequencies": _frequencies,
     "error": read_error_expectation,
 }

@@ -145,10 +145,6 @@ class Reading:
             rule="shape",
         )
 
-    def unsupported(self, what: str, mark: Mark) -> None:
-        """Record the use of what the language has but this version does not read."""
-        self.problems.add(f"{what} not supported yet", mark, rule="unsupported")
-
     def mapping(self, node: SourceNode, what: str, wanted: str = "a mapping") -> Mapping | None:
         if isinstance(node, Mapping):
             return node
@@ -298,7 +294,6 @@ class Reading:
         what: str,
         allowed: Collection[str],
         *,
-        later: Collection[str] = (),
         required: Collection[str] = (),
     ) -> dict[str, SourceNode]:
         """The entries of a mapping whose keys are fixed."""
@@ -306,8 +301,6 @@ class Reading:
         for key, value in node.entries:
             if key.text in allowed:
                 fields[key.text] = value
-            elif key.text in later:
-                self.unsupported(f"'{key.text}' in {what} is", key.mark)
             else:
                 self.unknown_key(key, what, allowed)
         for name in required:

@@ -1,0 +1,156 @@
+"""Expected equilibria and frequencies, compared with an analysis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, get_args
+
+from lagrange_cli.check.numbers import number_of
+from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.scene.conditions import EquilibriumExpectation, Expect
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lagrange_cli.analysis.values import Equilibria, Equilibrium
+
+#: Difference, relative to 1 and to the number, that is allowed.
+_WITHIN = 1e-9
+
+
+def expected_equilibria(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    """Require each listed equilibrium to be found; an empty list says that there is none."""
+    if expect.equilibria is None:
+        return
+    from lagrange_cli.analysis.analyze import analyze
+
+    try:
+        found = analyze(equations, ["equilibria"]).equilibria
+    except InputError as error:
+        yield _not_found(error, expect.equilibria_mark, "equilibria")
+        return
+    assert found is not None
+    if not expect.equilibria and (found.points or not found.complete):
+        yield Problem(
+            f"expected no equilibrium; found: {_listed(found, equations)}"
+            if found.points
+            else "it cannot be decided that there is no equilibrium",
+            expect.equilibria_mark,
+            rule="equilibria",
+        )
+    for expected in expect.equilibria:
+        yield from _one_equilibrium(expected, found, equations)
+
+
+def _one_equilibrium(
+    expected: EquilibriumExpectation, found: Equilibria, equations: Equations
+) -> Iterator[Problem]:
+    from lagrange_cli.analysis.values import Verdict
+
+    verdicts = get_args(Verdict)
+    if expected.stability is not None and expected.stability not in verdicts:
+        yield Problem(
+            f"there is no stability '{expected.stability}'",
+            expected.stability_mark,
+            hint=nearest(expected.stability, verdicts) or f"known are {', '.join(verdicts)}",
+            rule="equilibria",
+        )
+        return
+    known = [p for p in found.points if p.position is not None]
+    places = [(p, _places(p, equations)) for p in known]
+    names = {name for _, values in places for name in values}
+    for entry in expected.values:
+        if places and entry.name not in names:
+            message = f"'{entry.name}' is no coordinate and no Cartesian name"
+            hint = nearest(entry.name, names)
+            yield Problem(message, entry.mark, hint=hint, rule="equilibria")
+            return
+    values = {entry.name: number_of(equations, entry.value) for entry in expected.values}
+    here = [p for p, place in places if _agrees(values, place, p, equations)]
+    if not here:
+        message = "this equilibrium is not found"
+        hint = f"found: {_listed(found, equations)}"
+        yield Problem(message, expected.mark, hint=hint, rule="equilibria")
+    elif expected.stability is not None:
+        told = [p.stability.verdict for p in here if p.stability is not None]
+        if expected.stability not in told:
+            message = f"expected '{expected.stability}', found: {', '.join(told)}"
+            yield Problem(message, expected.stability_mark, rule="equilibria")
+
+
+def _places(point: Equilibrium, equations: Equations) -> dict[str, float]:
+    """Evaluate the coordinates at an equilibrium, and the Cartesian names that have values."""
+    position = point.position or ()
+    pairs = zip(equations.coordinates, position, strict=True)
+    known = {c.q: x for c, x in pairs}
+    known |= {p.symbol: p.value for p in equations.parameters if p.value is not None}
+    values = {c.name: c.position.subs(known) for c in equations.cartesian_names}
+    numbers = {name: float(value) for name, value in values.items() if value.is_number}
+    return numbers | {c.name: float(known[c.q]) for c in equations.coordinates}
+
+
+def _agrees(
+    expected: Mapping[str, float],
+    place: Mapping[str, float],
+    point: Equilibrium,
+    equations: Equations,
+) -> bool:
+    """Say whether an equilibrium has these values; angles a turn apart are one."""
+    angles = {c.name for c in equations.coordinates if c.is_angle}
+    for name, value in expected.items():
+        if name in point.free:
+            continue
+        gap = abs(place[name] - value)
+        if name in angles:
+            gap = abs(math.remainder(gap, 2 * math.pi))
+        if not gap <= _WITHIN * max(1.0, abs(value)):
+            return False
+    return True
+
+
+def _listed(found: Equilibria, equations: Equations) -> str:
+    """List equilibria, each with its coordinates."""
+    names = [c.name for c in equations.coordinates]
+    points = [
+        ", ".join(f"{n} = {float(x):.9g}" for n, x in zip(names, p.position or (), strict=False))
+        for p in found.points
+    ]
+    return "; ".join(points) or "none"
+
+
+def expected_frequencies(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    """Require the modes at the stable equilibrium to have exactly these angular frequencies."""
+    if expect.frequencies is None:
+        return
+    from lagrange_cli.analysis.analyze import analyze
+
+    try:
+        modes = analyze(equations, ["modes"]).modes or ()
+    except InputError as error:
+        yield _not_found(error, expect.frequencies_mark, "frequencies")
+        return
+    found = sorted(mode.frequency for mode in modes)
+    expected = sorted(number_of(equations, e) for e in expect.frequencies)
+    size = max(map(abs, expected), default=0.0)
+    agree = len(found) == len(expected) and all(
+        abs(a - b) <= _WITHIN * max(abs(b), _WITHIN * size)
+        for a, b in zip(found, expected, strict=True)
+    )
+    if not agree:
+        yield Problem(
+            f"expected the frequencies {_numbers(expected)}; found: {_numbers(found)}",
+            expect.frequencies_mark,
+            rule="frequencies",
+        )
+
+
+def _numbers(values: list[float]) -> str:
+    return ", ".join(f"{x:.12g}" for x in values) or "none"
+
+
+def _not_found(error: InputError, mark: Mark | None, rule: str) -> Problem:
+    """Report an analysis that could not be made, at the expectation."""
+    problem = error.problems[0]
+    return Problem(problem.message, mark, hint=problem.hint, rule=rule)

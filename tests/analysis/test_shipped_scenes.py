@@ -1,0 +1,65 @@
+"""Every shipped scene is analyzed within its budget, and each equilibrium is one."""
+
+from __future__ import annotations
+
+import mpmath
+import pytest
+from mpmath import mpf
+
+from lagrange_cli.analysis.analyze import PARTS
+from lagrange_cli.api import load
+from lagrange_cli.emit.analysis.report import analysis_report
+from lagrange_cli.emit.analysis.text import analysis_page
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.sparse import entries
+from tests.systems.shipped import SCENES
+
+pytestmark = pytest.mark.slow
+
+
+def at_rest(equations, point, held):
+    """The symbols at an equilibrium, evaluated by tapes and not by the value graph."""
+    place = {c.q: x for c, x in zip(equations.coordinates, point.position, strict=True)}
+    place |= {c.v: mpf(0) for c in equations.coordinates}
+    closures = zip(equations.closures, point.multipliers, strict=True)
+    place |= {c.multiplier: x for c, x in closures}
+    place |= {p.symbol: mpf(p.decimal) for p in equations.parameters if p.decimal}
+    place |= {u.symbol: mpf(held.get(u.name, 0)) for u in equations.inputs}
+    return place | {equations.t: mpf(1)}
+
+
+def residuals(equations, place):
+    """Each sum of forces, or constraint, relative to its terms."""
+    rows = [list(f.as_ordered_terms()) if f != 0 else [] for f in equations.forcing]
+    for closure in equations.closures:
+        for j, entry in entries(closure.gradient).items():
+            rows[j].append(closure.multiplier * entry)
+        rows.append(list(closure.expression.as_ordered_terms()))
+    for terms in filter(None, rows):
+        values = evaluate(terms, place)
+        yield abs(mpmath.fsum(values)), mpmath.fsum(map(abs, values))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_analysis_ends_and_says_what_it_left_out(name):
+    derivation = load(SCENES[name]).derive()
+    analysis = derivation.analyze()
+    found = {
+        "equilibria": analysis.equilibria,
+        "linearization": analysis.linearization,
+        "modes": analysis.modes,
+    }
+    left_out = {left.part for left in analysis.left_out}
+    assert {part for part in PARTS if found[part] is None} == left_out
+    assert all(left.reason for left in analysis.left_out)
+    equations = derivation.equations
+    for point in analysis.equilibria.points if analysis.equilibria else ():
+        with mpmath.workdps(40):
+            place = at_rest(equations, point, dict(analysis.equilibria.held))
+            try:
+                for miss, size in residuals(equations, place):
+                    assert miss <= max(size, 1) * max(1e-9 * point.uncertainty, 1e-18)
+            except DomainError:
+                assert point.stability.verdict == "undecided"
+    assert analysis_report(analysis)["name"] == name
+    assert analysis_page(analysis, ascii=True).text().isascii()

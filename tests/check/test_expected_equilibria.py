@@ -1,0 +1,77 @@
+"""``check`` finds equilibria and frequencies that are not as expected."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from lagrange_cli.check.check import check_scene
+
+PENDULUM = """\
+name: pendulum
+parameters: {l: {value: 2, positive: true}, g: 9.81}
+particles: {bob: {mass: 3, position: [x, 0, z]}}
+coordinates: [theta]
+definitions: {x: l*sin(theta), z: -l*cos(theta)}
+potentials: {weight: {gravity: g}}
+initial: {theta: 0.1}
+"""
+
+
+def checked(tmp_path: Path, expect: str, scene: str = PENDULUM) -> list[str]:
+    path = tmp_path / "scene.yaml"
+    path.write_text(f"{scene}expect:\n{expect}")
+    report = check_scene(str(path))
+    assert report.outcome == ("fail" if report.problems else "pass"), report
+    assert all(p.mark is not None for p in report.problems)
+    return [p.message for p in report.problems]
+
+
+@pytest.mark.parametrize(
+    "expect",
+    [
+        "  equilibria: [{theta: 0, stability: stable}, {theta: pi, stability: unstable}]\n",
+        "  equilibria: [{theta: -pi}]\n",
+        "  equilibria: [{x: 0, z: -l}]\n",
+        "  frequencies: [sqrt(g/l)]\n",
+    ],
+)
+def test_what_is_so_passes(tmp_path, expect):
+    assert checked(tmp_path, expect) == []
+
+
+@pytest.mark.parametrize(
+    ("expect", "message"),
+    [
+        ("  equilibria: [{theta: 1e-6}]\n", "this equilibrium is not found"),
+        (
+            "  equilibria: [{theta: pi, stability: stable}]\n",
+            "expected 'stable', found: unstable",
+        ),
+        ("  equilibria: [{theta: pi, stability: steady}]\n", "there is no stability 'steady'"),
+        (
+            "  equilibria: [{phi: 0}]\n",
+            "'phi' is no coordinate and no Cartesian name",
+        ),
+        (
+            "  equilibria: []\n",
+            "expected no equilibrium; found: theta = 0; theta = 3.14159265",
+        ),
+        (
+            "  frequencies: [sqrt(g/l) + 1e-6]\n",
+            "expected the frequencies 2.21472445904; found: 2.21472345904",
+        ),
+        ("  frequencies: []\n", "expected the frequencies none; found: 2.21472345904"),
+    ],
+)
+def test_what_is_not_so_is_said(tmp_path, expect, message):
+    assert checked(tmp_path, expect) == [message]
+
+
+def test_no_equilibrium_where_none_is_found(tmp_path):
+    falling = PENDULUM.replace("[x, 0, z]", "[0, 0, h]").replace("[theta]", "[h]")
+    falling = falling.replace("definitions: {x: l*sin(theta), z: -l*cos(theta)}\n", "")
+    falling = falling.replace("{theta: 0.1}", "{h: 0}")
+    assert checked(tmp_path, "  equilibria: []\n", falling) == []
+    assert checked(tmp_path, "  frequencies: [1]\n", falling) == ["there is no equilibrium"]
