@@ -45,7 +45,9 @@ _NEAR = 1e-6
 #: Newton steps in digits that reach a simple root.
 _FEWEST_STEPS = 8
 #: The same at most: multiple roots gain one bit a step.
-_POLISHING = 200
+_POLISHING = 100
+#: Steps after which one is to be shorter than half of an earlier one.
+_WANDER = 8
 #: Size of a step, relative to the point, that ends them, and one that is good enough.
 _LAST, _GOOD = mpf(10) ** -45, mpf(10) ** -20
 #: Ends of starts that are closer are one.
@@ -230,7 +232,7 @@ def polished(
         x = [mpf(float(value)) for value in unknown]
         for k in system.free:
             x[k] = system.start[k]
-        size, is_flat = mpf("inf"), False
+        sizes, is_flat = [mpf("inf")], False
         try:
             for _ in range(min(steps, _POLISHING)):
                 level, jacobian = _system_at(functions, x, moving)
@@ -238,12 +240,13 @@ def polished(
                 for k, change in zip(moving, step, strict=True):
                     x[k] -= change
                 pairs = zip(moving, step, strict=True)
-                size = max((abs(s) / max(1, abs(x[k])) for k, s in pairs), default=mpf(0))
-                if size < _LAST:
+                sizes.append(max((abs(s) / max(1, abs(x[k])) for k, s in pairs), default=mpf(0)))
+                wanders = len(sizes) > _WANDER and sizes[-1] > sizes[-_WANDER] / 2
+                if sizes[-1] < _LAST or wanders:
                     break
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
-        if size > _GOOD:
+        if sizes[-1] > _GOOD:
             return None
         position = [_within_turn(v) if k in system.periodic else v for k, v in enumerate(x[:n])]
         return Equilibrium(
