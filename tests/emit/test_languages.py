@@ -113,6 +113,7 @@ SCENES = [
     ("beads/bead_on_rotating_hoop", "dalembert"),
     ("constraints/four_bar_linkage", None),
     ("celestial/arenstorf_orbit", None),
+    ("chains/toda_ring", None),
 ]
 
 

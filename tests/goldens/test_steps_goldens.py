@@ -5,8 +5,10 @@ Updated as the other goldens are.
 
 from __future__ import annotations
 
+import importlib
 import json
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -56,8 +58,10 @@ def test_steps_as_json(updates: bool, capsysbinary: pytest.CaptureFixture[bytes]
 def test_pages_are_what_the_command_writes(updates: bool, tmp_path: Path) -> None:
     """The table of docs/steps lists the pages and the scenes that they are written from."""
     table = (PAGES / "README.md").read_text(encoding="utf-8")
-    listed = re.findall(r"\]\((\w+\.md)\) \| \[`\w+`\]\(\.\./\.\./systems/([\w/]+\.yaml)\)", table)
-    assert {name for name, _ in listed} | {"README.md"} == {path.name for path in PAGES.iterdir()}
+    scene = r"\[`\w+`\]\(\.\./\.\./systems/([\w/]+\.yaml)\)"
+    listed = re.findall(rf"\]\((\w+\.md)\)(?:, \[PDF\]\(\w+\.pdf\))? \| {scene}", table)
+    written = {p.name for p in PAGES.iterdir() if p.suffix == ".md"}
+    assert {name for name, _ in listed} | {"README.md"} == written
     folder = PAGES if updates else tmp_path
     for name, scene in listed:
         words = [
@@ -72,6 +76,34 @@ def test_pages_are_what_the_command_writes(updates: bool, tmp_path: Path) -> Non
         ]
         assert run([*words, "-o", str(folder)]) == 0
         assert (folder / name).read_bytes() == (PAGES / name).read_bytes()
+
+
+def test_pdfs_are_those_of_today(updates: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each says of which LaTeX it was made; ``python docs/steps/typeset.py`` makes them anew."""
+    monkeypatch.syspath_prepend(PAGES)
+    pages = importlib.import_module("typeset")
+    listed = pages.listed()
+    assert {f"{name}.pdf" for name in listed} == {path.name for path in PAGES.glob("*.pdf")}
+    assert len(listed) == 5
+    for name, scene in listed.items():
+        if updates:
+            pages.typeset(pages.source(scene), PAGES / f"{name}.pdf")
+        made = (PAGES / f"{name}.pdf").read_bytes()
+        assert f"/Subject ({pages.digest(pages.source(scene))})".encode() in made, name
+        assert b"/ID" not in made
+        assert b"Date" not in made
+
+
+@pytest.mark.latex
+def test_a_pdf_is_the_same_each_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    if shutil.which("pdflatex") is None:
+        pytest.skip("pdflatex is not installed")
+    monkeypatch.syspath_prepend(PAGES)
+    pages = importlib.import_module("typeset")
+    text = pages.source(pages.listed()["bead_on_parabola"])
+    for name in ("one", "other"):
+        pages.typeset(text, tmp_path / name)
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "other").read_bytes()
 
 
 def compared(
