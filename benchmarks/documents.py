@@ -199,9 +199,12 @@ def stuck_out(text: str, folder: Path) -> str:
     whole = text if r"\documentclass" in text else _ARTICLE % text
     (folder / "page.tex").write_text(whole, encoding="utf-8")
     words = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape"]
-    run = subprocess.run(
-        [*words, "page.tex"], cwd=folder, capture_output=True, timeout=300, check=False
-    )
+    try:
+        run = subprocess.run(
+            [*words, "page.tex"], cwd=folder, capture_output=True, timeout=300, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return "takes longer than 300 s"
     log = (folder / "page.log").read_text(encoding="utf-8", errors="replace")
     if run.returncode != 0:
         return next((line for line in log.splitlines() if line.startswith("!")), "failed")

@@ -184,14 +184,14 @@ class Typesetter(RowSetter):
         columns = "".join(prose if head == table.prose else "l" for head in table.heads)
         name, size = ("tabular", "") if fits else ("tabularx", r"{\linewidth}")
         return [
-            r"\par\medskip",
+            r"\par\medskip" if fits else r"\par\medskip{\setlength{\tabcolsep}{3pt}",
             rf"\begin{{{name}}}{size}{{@{{}}{columns}@{{}}}}",
             r"  \toprule",
             _cells(table.heads),
             r"  \midrule",
             *map(_cells, table.rows[start : start + self.most_rows]),
             r"  \bottomrule",
-            rf"\end{{{name}}}",
+            rf"\end{{{name}}}" + ("" if fits else "}"),
         ]
 
     def _label(self, part: str) -> str:
