@@ -2,7 +2,7 @@
 
 #include "pendulum.h"
 
-#if pendulum_EMISSION != 0x6c398bbeUL
+#if pendulum_EMISSION != 0xa4830b3bUL
 #error "pendulum.c and pendulum.h are not of one emission: emit both once more"
 #endif
 

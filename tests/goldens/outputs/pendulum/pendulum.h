@@ -5,7 +5,7 @@
  *
  * Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom.
  * Made by lagrange VERSION from the scene with SHA-256
- * 9026f7bac4ba64776743278ccd80f930012f3881a0ea10f9b800090fbb7dfee1
+ * d8ab23885144fff672c2bbbf20ccdd4e6e5060c564f9fb77ff6792c03ba61d08
  * This output is yours: use it as you like, under any terms.
  *
  * State y: the coordinates q, then their velocities v = dq/dt
@@ -33,7 +33,7 @@ extern "C" {
 
 #define pendulum_DOF 1
 #define pendulum_POSITIONS 3
-#define pendulum_EMISSION 0x6c398bbeUL
+#define pendulum_EMISSION 0xa4830b3bUL
 #define pendulum_WORK 1
 
 typedef struct pendulum_params {

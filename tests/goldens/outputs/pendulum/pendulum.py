@@ -14,7 +14,7 @@ are then numbers or arrays of shape (m,). Results have the shape that they have 
 state, with m behind it, and NaN for states without a result. With SciPy, vectorized=True.
 
 Made by lagrange VERSION from the scene with SHA-256
-9026f7bac4ba64776743278ccd80f930012f3881a0ea10f9b800090fbb7dfee1
+d8ab23885144fff672c2bbbf20ccdd4e6e5060c564f9fb77ff6792c03ba61d08
 This output is yours: use it as you like, under any terms.
 """
 

@@ -2,7 +2,7 @@
 
 #include "pendulum.h"
 
-#if pendulum_EMISSION != 0xda2d990fUL
+#if pendulum_EMISSION != 0x0dbc977aUL
 #error "pendulum.c and pendulum.h are not of one emission: emit both once more"
 #endif
 

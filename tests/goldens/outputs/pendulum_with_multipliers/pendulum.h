@@ -8,7 +8,7 @@
  * closure k, so that l[k]*g[k] is the generalized force that it exerts.
  * n = 2 coordinates, 1 multiplier, degrees of freedom: 1.
  * Made by lagrange VERSION from the scene with SHA-256
- * 9026f7bac4ba64776743278ccd80f930012f3881a0ea10f9b800090fbb7dfee1
+ * d8ab23885144fff672c2bbbf20ccdd4e6e5060c564f9fb77ff6792c03ba61d08
  * This output is yours: use it as you like, under any terms.
  *
  * State y: the coordinates q, then their velocities v = dq/dt
@@ -40,7 +40,7 @@ extern "C" {
 #define pendulum_MULTIPLIERS 1
 #define pendulum_CONSTRAINTS 2
 #define pendulum_POSITIONS 1
-#define pendulum_EMISSION 0xda2d990fUL
+#define pendulum_EMISSION 0x0dbc977aUL
 #define pendulum_WORK 30
 
 typedef struct pendulum_params {
