@@ -1,0 +1,98 @@
+"""Sections on what is conserved, and the rate of an energy that is not."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.constraint_wording import (
+    conserved_reason,
+    energy_is_sum,
+    energy_letter,
+    only_between_impacts,
+    quantity_labels,
+    undecided,
+)
+from lagrange_cli.emit.text.writer import TextWriter
+from lagrange_cli.errors import escape_controls
+from lagrange_cli.mechanics.families.forms import FamilyRow
+from lagrange_cli.notation.page import Block, Row, formula, words
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.findings import Conserved
+
+
+def conserved(writer: TextWriter) -> list[Row | Block]:
+    if not writer.equations.coordinates:
+        return []
+    conserved = writer.equations.conserved
+    rows = [
+        conserved_family(writer, one)
+        if isinstance(one, FamilyRow)
+        else conserved_row(writer, conserved[one])
+        for one in writer.with_families("momenta", len(conserved))
+    ]
+    heading, searched = writer.say("Conserved"), writer.say("among cyclic momenta and energy")
+    lines: list[Row | Block] = [Row(heading, " ", words(searched), "heading")]
+    if rows:
+        lines.append(Block(tuple(rows), "asides"))
+    else:
+        lines = [Row(heading, "   ", words(writer.say("none") + f" {searched}"), "heading")]
+    names = [
+        "E" if n == "energy" else writer.printer.symbol(n) for n in undecided(writer.equations)
+    ]
+    note = words(writer.say("not decided: {names}", names=", ".join(names)))
+    return [*lines, Row("", "  ", note)] if names else lines
+
+
+def energy(writer: TextWriter) -> list[Row]:
+    """The rate of the energy where that is not conserved."""
+    balance = writer.equations.balance
+    if balance is None:
+        return []
+    labels = quantity_labels(writer.equations)
+    label = labels["E" if balance.kind == "energy" else "h"]
+    when = writer.say(" between impacts") if only_between_impacts(writer.equations) else ""
+    rows = [Row(writer.say("Energy"), when, role="heading")]
+    if energy_is_sum(writer.equations, balance):
+        rows.append(Row(f"  {label}", f" = {labels['T']} + {labels['V']}", role="name"))
+    else:
+        rows.append(writer.total(f"  {label}", balance.parts or (writer.equations.energy,)))
+    if balance.is_dissipation:
+        return [*rows, Row(f"  d{label}/dt", f" = -2 {labels['D']}", role="name")]
+    return [*rows, writer.total(f"  d{label}/dt", (balance.rate,))]
+
+
+def conserved_row(writer: TextWriter, quantity: Conserved) -> Row:
+    name, equals, total = name_of(writer, quantity).partition(" = ")
+    if equals:
+        reason = escape_controls(reason_of(writer, quantity))
+        return Row(f"  {name}", equals + total, role="name", aside=reason)
+    parts = quantity.parts or (quantity.expression,)
+    return writer.total(f"  {name}", parts, reason_of(writer, quantity))
+
+
+def conserved_family(writer: TextWriter, row: FamilyRow) -> Row:
+    """The momenta of a family."""
+    assert writer.over_letters is not None
+    one = writer.equations.conserved[row.covers[0]]
+    reason = reason_of(writer, one, writer.printer.symbol(row.name))
+    shown = writer.ranged(writer.tree(writer.over_letters.whole(row)), row)
+    label = f"  {writer.printer.symbol(f'p_{row.name}')}"
+    return formula(label, " = ", shown, aside=escape_controls(reason))
+
+
+def name_of(writer: TextWriter, quantity: Conserved) -> str:
+    labels = quantity_labels(writer.equations)
+    if quantity.kind == "momentum":
+        return writer.printer.symbol(quantity.name)
+    if energy_is_sum(writer.equations, quantity):
+        return f"{labels['E']} = {labels['T']} + {labels['V']}"
+    return labels[energy_letter(quantity)]
+
+
+def reason_of(writer: TextWriter, quantity: Conserved, subject: str = "") -> str:
+    """Say why a quantity is conserved; ``subject`` stands for the coordinates of a family."""
+    if not subject and quantity.coordinate is not None:
+        subject = writer.printer.symbol(quantity.coordinate)
+    subject = subject or quantity_labels(writer.equations)["L"]
+    return conserved_reason(writer.equations, quantity, subject, "t", writer.say)

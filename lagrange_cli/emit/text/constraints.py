@@ -1,0 +1,88 @@
+"""Sections on closure equations, contacts and constraint forces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.constraint_wording import (
+    contacts_lines,
+    multiplier_label,
+    multipliers_line,
+)
+from lagrange_cli.emit.force_wording import force_notes, force_rows, forces_line, reaction_rows
+from lagrange_cli.emit.text.writer import TextWriter, heading_row, leads_after
+from lagrange_cli.errors import escape_controls
+from lagrange_cli.mechanics.families.forms import FamilyRow
+from lagrange_cli.notation.layout import columns, joined, suffixed
+from lagrange_cli.notation.page import Row, formula, words
+
+if TYPE_CHECKING:
+    pass
+
+
+def closures(writer: TextWriter) -> list[Row]:
+    """The equations beside those of motion, and what their multipliers mean."""
+    if not writer.equations.closures:
+        return []
+    closures = writer.equations.closures
+    shown = []
+    for one in writer.with_families("closures", len(closures)):
+        if isinstance(one, FamilyRow) and writer.over_letters is not None:
+            name, left = one.name, writer.tree(writer.over_letters.whole(one))
+        elif isinstance(one, int):
+            name, left = closures[one].name, writer.pieces(closures[one].expression)
+        shown.append((escape_controls(name), writer.ranged(suffixed(left, " = 0", 4), one)))
+    names = [name for name, _ in shown]
+    rows = [
+        formula(f"  {name}", lead, left)
+        for (name, left), lead in zip(shown, leads_after(names), strict=True)
+    ]
+    note = Row("", "  ", words(multipliers_line(writer.equations, writer.say)))
+    return [heading_row(writer.say("Closure equations")), *rows, note]
+
+
+def contacts(writer: TextWriter) -> list[Row]:
+    """Gaps and restitutions of one-sided constraints, and what their multipliers mean."""
+    names = [escape_controls(c.name) for c in writer.equations.contacts]
+    rows = [heading_row(writer.say("Contacts"))] if names else []
+    for name, lead, contact in zip(
+        names, leads_after(names), writer.equations.contacts, strict=True
+    ):
+        open_gap = f" {writer.printer.at_least} 0"
+        left = suffixed(writer.pieces(contact.closure.expression), open_gap, columns(open_gap))
+        value = joined(writer.pieces(contact.restitution))
+        elasticity = writer.say("restitution {value}", value=value)
+        rows.append(formula(f"  {name}", lead, left, aside=elasticity))
+    return rows + [
+        Row("", "  ", words(line)) for line in contacts_lines(writer.equations, writer.say)
+    ]
+
+
+def constraint_forces(writer: TextWriter) -> list[Row]:
+    """Forces on the particles, and what each constraint exerts, where asked for."""
+    forces = writer.equations.constraint_forces
+    if forces is None:
+        return []
+    groups = list(force_rows(forces))
+    for name, multiplier, sizes in reaction_rows(writer.equations, forces):
+        known = [] if multiplier is None else [(multiplier_name(writer, name), multiplier)]
+        pushed = [(writer.say("force on {place}", place=on), e) for on, e in sizes]
+        groups.append((name, known + pushed))
+    names = [escape_controls(name) for name, _ in groups]
+    lines = [Row(writer.say("Constraint forces"), "   ", words(forces_line(writer.say)), "heading")]
+    for name, lead, (_, rows) in zip(names, leads_after(names), groups, strict=True):
+        for index, (label, expression) in enumerate(rows):
+            begin = (" " * columns(name) if index else name) + lead
+            shown = writer.pieces(expression)
+            opening = f"{escape_controls(label)} = "
+            lines.append(
+                formula(f"  {begin.rstrip()}", begin[len(begin.rstrip()) :] + opening, shown)
+            )
+    lines += [] if groups else [Row("", "  ", words(writer.say("none")))]
+    return lines + [
+        Row("", "  ", words(escape_controls(n))) for n in force_notes(forces, writer.say)
+    ]
+
+
+def multiplier_name(writer: TextWriter, constraint: str) -> str:
+    return writer.printer.symbol(multiplier_label(writer.equations, constraint))

@@ -1,0 +1,135 @@
+"""Sections on parameters, the account of degrees of freedom, constraints and coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.constraint_wording import (
+    choice_line,
+    counting,
+    implied_line,
+    telling_definitions,
+)
+from lagrange_cli.emit.family_wording import (
+    account_lines,
+    coordinates_by_ranges,
+    sizes_line,
+    text_ranges,
+)
+from lagrange_cli.emit.text.writer import (
+    TextWriter,
+    equation_pieces,
+    heading_row,
+    leads_after,
+    remark_pieces,
+)
+from lagrange_cli.errors import escape_controls
+from lagrange_cli.notation.layout import Piece, suffixed
+from lagrange_cli.notation.page import Block, Row, formula, words
+from lagrange_cli.notation.scene_language import ScenePrinter
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import CartesianName
+
+
+def parameters(writer: TextWriter) -> list[Row]:
+    """Parameters with value, unit and meaning, in columns."""
+    literals = dict(writer.equations.literals)
+    rows = []
+    for p in writer.equations.parameters:
+        value = "" if p.value is None else literals.get(Fraction(repr(p.value)), repr(p.value))
+        told = f"{value.removesuffix('.0')} {escape_controls(p.unit or '')}".strip()
+        rows.append((writer.printer.symbol(p.name), f" = {told}" if told else ""))
+    leads = leads_after([name + told for name, told in rows])
+    meanings = [words(escape_controls(p.description or "")) for p in writer.equations.parameters]
+    lines = [
+        Row(f"  {name}", told + lead, meaning, "name")
+        for (name, told), lead, meaning in zip(rows, leads, meanings, strict=True)
+    ]
+    return [heading_row(writer.say("Parameters")), *lines] if lines else []
+
+
+def account(writer: TextWriter, *, positions: bool = True) -> list[Row | Block]:
+    """Count the degrees of freedom; name constraints and coordinates, with ``positions``."""
+    listed = list(constraints(writer)) if "constraints" in writer.parts else []
+    if "account" not in writer.parts:
+        none = Row("", "  ", words(writer.say("none")))
+        return [heading_row(writer.say("Constraints")), *(listed or [none])]
+    counts = counting(writer.equations, writer.say)
+    items = [*(f"{count}," for count in counts[:-1]), *counts[-1:]]
+    chosen = choice_line(writer.equations, writer.say)
+    formulation = Row(writer.say("Formulation"), "   ", words(chosen), "heading")
+    return [
+        Row(writer.say("Degrees of freedom"), "   ", words(items), "heading"),
+        *listed,
+        coordinates(writer, telling_definitions(writer.equations) if positions else ()),
+        *([formulation] if chosen else []),
+        *singular(writer),
+    ]
+
+
+def singular(writer: TextWriter) -> Iterator[Row]:
+    """List the places at which the coordinates are singular."""
+    for place in writer.equations.singular:
+        names = ", ".join(writer.printer.symbol(name) for name in place.coordinates)
+        zero = suffixed(writer.pieces(place.where), " = 0", 4)
+        lead = f"      {writer.say('{names} where', names=names)} "
+        yield formula(writer.say("Singular"), lead, zero, "heading")
+
+
+def constraints(writer: TextWriter) -> Iterator[Row]:
+    account = writer.equations.account
+    rows = []
+    for name, equations, remark in account_lines(account.lines, writer.families, writer.say):
+        ends = [*("," for _ in equations[1:]), ""]
+        pieces: list[Piece] = []
+        for (text, ranges), end in zip(equations, ends, strict=True):
+            mark = "," if ranges else end
+            pieces += equation_pieces(escape_controls(text) + mark)
+            if ranges:
+                span = writer.range_piece(ranges)
+                pieces.append(replace(span, lead="  ", text=span.text + end))
+        pieces[0] = replace(pieces[0], separator="")
+        rows.append((name, (*pieces, *remark_pieces(escape_controls(remark)))))
+    if account.implied:
+        rows.append((writer.say("(implied)"), words(implied_line(account, writer.say))))
+    width = max((len(name) for name, _ in rows), default=0)
+    for name, shown in rows:
+        yield Row(f"  {name}", " " * (width - len(name) + 3), shown, "name")
+
+
+def coordinates(writer: TextWriter, positions: Sequence[CartesianName]) -> Block:
+    items = coordinate_items(writer)
+    if writer.equations.account.chosen_automatically:
+        items += ["", "", *writer.say("(chosen automatically)").split(" ")]
+    head = Row(writer.say("Coordinates"), "   ", words(items), "heading")
+    listed = [(c.name, c.position) for c in positions]
+    formulas = {writer.printer.symbol(name): body for name, body in writer.listed(listed)}
+    for row in () if writer.families is None else writer.families.beyond:
+        assert writer.over_letters is not None
+        body = writer.tree(writer.over_letters.whole(row))
+        formulas[writer.printer.symbol(row.name)] = writer.ranged(body, row)
+    rows = (formula(f"  {name}", " = ", body, "") for name, body in formulas.items())
+    return Block((head, *rows), "packed")
+
+
+def coordinate_items(writer: TextWriter) -> list[str]:
+    """Names of coordinates; those of a family as one, with the range of its indices."""
+    families = writer.families
+    if families is None:
+        symbols = ((writer.printer.symbol(c.name), c) for c in writer.equations.coordinates)
+        names = [f"{q} > 0" if c.is_positive else q for q, c in symbols] or ["none"]
+        return [f"{name}," for name in names[:-1]] + names[-1:]
+    ascii_only = isinstance(writer.printer, ScenePrinter)
+    items: list[str] = []
+    for named, ranges in coordinates_by_ranges(families, writer.equations):
+        for name, coordinate in named:
+            sign = " > 0" if coordinate.is_positive else ""
+            items.append(f"{writer.printer.symbol(name)}{sign},")
+        items += [f"{text_ranges(ranges, ascii=ascii_only)},"] if ranges else []
+    items[-1] = items[-1].removesuffix(",")
+    told = sizes_line(families)
+    return [*items, "", "", f"({told})"] if told else items
