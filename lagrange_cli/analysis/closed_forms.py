@@ -274,6 +274,8 @@ def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | Absent
         if not vanish(*residuals) and not _all_vanish(residuals, at):
             return None
     n = len(exact)
+    if not system.allows(numbers[:n]):
+        return None
     return replace(point, position=tuple(numbers[:n]), multipliers=tuple(numbers[n:]))
 
 

@@ -95,6 +95,11 @@ class RestSystem:
             hint = " ".join(f"-p {name}=1" for name in self.missing)
             raise InputError(Problem(f"no value for {names}", hint=hint, rule="no-value"))
 
+    def allows(self, position: Sequence[Mpf]) -> bool:
+        """Say whether coordinates that the scene declares positive are positive."""
+        pairs = zip(self.equations.coordinates, position, strict=True)
+        return all(x > 0 for c, x in pairs if c.q.is_positive)
+
     @cached_property
     def periodic(self) -> frozenset[int]:
         """Numbers of the coordinates of which values a turn apart mean the same."""

@@ -123,6 +123,9 @@ def _starts(system: RestSystem, count: int) -> Matrix:
         drawn = center + width * random.uniform(-1, 1, len(start))
         turn = random.uniform(-np.pi, np.pi, len(start))
         points[:, column] = np.where(angles, turn, drawn)
+    for k, c in enumerate(coordinates):
+        if c.q.is_positive:
+            points[k] = np.abs(points[k]) + (points[k] == 0.0) * _length(system)
     for k in system.free:
         points[k] = start[k]
     return points
@@ -247,6 +250,8 @@ def polished(
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
         if sizes[-1] > _GOOD:
+            return None
+        if not system.allows(x[:n]):
             return None
         position = [_within_turn(v) if k in system.periodic else v for k, v in enumerate(x[:n])]
         return Equilibrium(

@@ -342,3 +342,16 @@ def test_wrong_configurations_are_refused_at_their_place(at, fragment):
     (problem,) = refusal.value.problems
     assert problem.mark is not None
     assert problem.mark.file.startswith("--at th")
+
+
+def test_positive_coordinates_stay_positive():
+    """r and −r would both balance the springs about a circle of radius 2."""
+    scene = """\
+particles: {ball: {mass: 1, position: [r*cos(phi), r*sin(phi), 0]}}
+coordinates: {r: {positive: true}, phi: {}}
+potentials: {ring: (r^2 - 4)^2}
+initial: {r: 1, phi: 0}
+"""
+    found = analyzed(scene)
+    assert [float(p.position[0]) for p in found.equilibria.points] == [2.0]
+    assert found.equilibria.points[0].free == ("phi",)
