@@ -257,6 +257,8 @@ def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | Absent
         return None  # redundant closures share their forces in any way
     exact = tuple(values.get(c.q, c.q) for c in coordinates)
     forces = tuple(values[multiplier] for multiplier in multipliers)
+    if any(e.has(sp.I) for e in (*exact, *forces)):
+        return None  # real for no parameters
     free = tuple(c.name for k, c in enumerate(coordinates) if k in system.free or c.q in open_ones)
     point = Equilibrium(None, None, exact, forces, free, branch.conditions)
     residuals = [e.xreplace(values) for e in (*system.forces, *system.constraints)]
