@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.emit.constraint_wording import undecided
 from lagrange_cli.emit.force_wording import forces_report
-from lagrange_cli.emit.forms.json_values import hamiltonian_report, routhian_report
 from lagrange_cli.emit.speaker import Speaker, matrix
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
@@ -128,12 +127,16 @@ def _report(equations: Equations, form: str, say: Speaker) -> dict[str, Any]:
 def _in_form(equations: Equations, form: str, say: Speaker) -> dict[str, Any]:
     """The equations of motion in a form, with M and f of their rows."""
     if form == "routhian":
+        from lagrange_cli.emit.forms.json_values import routhian_report
+
         return routhian_report(equations, say)
     whole = {
         "mass_matrix": matrix(equations.mass_matrix, say),
         "forcing": [say(f) for f in equations.forcing],
     }
     if form == "hamiltonian":
+        from lagrange_cli.emit.forms.json_values import hamiltonian_report
+
         return _lagrange(equations, say) | whole | hamiltonian_report(equations, say)
     return (_explicit if form == "explicit" else _lagrange)(equations, say) | whole
 
