@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import doctest
 import json
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from unittest.mock import Mock
 
 import pytest
@@ -159,5 +161,8 @@ def test_formulation_of_the_scene():
 
 def test_the_examples_in_docstrings_hold(monkeypatch):
     monkeypatch.chdir(ROOT)
-    result = doctest.testmod(api)
-    assert (result.failed, result.attempted >= 10) == (0, True)
+    names = {"load": load, "loads": loads}
+    modules = [import_module(f"{api.__name__}.{m.name}") for m in iter_modules(api.__path__)]
+    results = [doctest.testmod(module, extraglobs=names) for module in modules]
+    assert sum(r.failed for r in results) == 0
+    assert sum(r.attempted for r in results) >= 10

@@ -1,0 +1,13 @@
+"""The Python interface: the pipeline's values, with the steps between them as methods.
+
+``load("scene.yaml").derive().simulate(accuracy=1e-9)`` returns the results of the commands. Every
+value is frozen; the modules behind a step are imported when it is taken.
+
+Read :mod:`.scenes` first, then :mod:`.derivation`: its methods are in :mod:`.written`,
+:mod:`.moving` and :mod:`.studied`.
+"""
+
+from lagrange_cli.api.derivation import Derivation
+from lagrange_cli.api.scenes import LoadedScene, load, loads
+
+__all__ = ["Derivation", "LoadedScene", "load", "loads"]

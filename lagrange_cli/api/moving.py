@@ -1,0 +1,257 @@
+"""Motions of the equations: one, many, and the model that both run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property, lru_cache, partial
+from typing import TYPE_CHECKING
+
+from lagrange_cli.api.derived import Derived
+from lagrange_cli.api.values import DrivenInputs, GivenValues, text_of, texts
+from lagrange_cli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from lagrange_cli.cache import Cache
+    from lagrange_cli.simulate import Trajectory
+    from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+    from lagrange_cli.simulate.ensemble.result import Ensemble
+    from lagrange_cli.simulate.ensemble.variants import Variants
+    from lagrange_cli.simulate.model.model import Model
+    from lagrange_cli.simulate.model.sensitivities import SensitiveModels
+    from lagrange_cli.simulate.results.streaming import Stream
+    from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
+
+
+def _sensitive_inputs() -> InputError:
+    message = "the motion's derivatives are not found with inputs that are Python functions"
+    hint = "write the input in the scene, as an expression or a file"
+    return InputError(Problem(message, hint=hint, rule="sensitivity"))
+
+
+class Moving(Derived):
+    """Integrates the equations; what is built and compiled for that is made once."""
+
+    def simulate(
+        self,
+        *,
+        parameters: GivenValues | None = None,
+        initial: GivenValues | None = None,
+        inputs: DrivenInputs | None = None,
+        sensitivity: Sequence[str] = (),
+        until: float | None = None,
+        accuracy: float | None = None,
+        method: str | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+        samples: int | None = None,
+        budget: float | None = None,
+        progress: Callable[[float], None] | None = None,
+        reached: Callable[[float], None] | None = None,
+        stop: Callable[[], bool] | None = None,
+        functions: RightHandSide | None = None,
+        cache: Cache | None = None,
+        stream: Stream | None = None,
+        checkpoint: Checkpoint | None = None,
+    ) -> Trajectory:
+        """Integrate the equations of motion; what was built and compiled serves further calls.
+
+        Parameters
+        ----------
+        parameters, initial
+            Values that replace those of the scene, as for :func:`load`. If they may change the
+            equations, these are derived and certified again.
+        inputs
+            Functions of time that replace the scene's inputs of these names, as ``{"F": f}``;
+            ``f(t)`` is a finite number. They are to be smooth: they are called wherever a method
+            evaluates forces, and what they do between is not known. Python then evaluates the
+            equations too, some 100 times slower than compiled code.
+        sensitivity
+            Names of coordinates, of their ``dot`` and of parameters: the derivatives of the
+            motion by these starts and parameters are columns ``d(theta)/d(m)`` and
+            ``dot(d(theta)/d(m))`` beside it, and are promised as it is. The scene's coordinates
+            are kept.
+        until, accuracy, method, rtol, atol, step, samples, budget
+            See :class:`.simulate.request.SimulationOptions`; by default the scene's.
+        progress, reached, stop, functions, cache, stream, checkpoint
+            See :class:`.simulate.simulation.RunContext`.
+
+        Raises
+        ------
+        InputError
+            As :func:`.simulate.simulation.simulate`.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> trajectory = derivation.simulate(until=1.0, accuracy=1e-9)
+        >>> trajectory.status, round(trajectory.state["theta"], 6)
+        ('ok', -1.491035)
+        >>> derivation.simulate(until=1.0, initial={"theta": 0.1}).status
+        'ok'
+        >>> swung = derivation.simulate(until=1.0, sensitivity=["l"])
+        >>> round(swung.state["d(theta)/d(l)"], 6)
+        1.559491
+        """
+        from lagrange_cli.simulate.charts.simulation import (
+            simulate_past_singularities,
+            simulate_with_sensitivities,
+        )
+        from lagrange_cli.simulate.ensemble.members import MemberValues
+        from lagrange_cli.simulate.options import SimulationOptions
+        from lagrange_cli.simulate.simulation import RunContext
+        from lagrange_cli.simulate.system.functions import KeptFunctions
+
+        options = SimulationOptions(
+            until=until,
+            accuracy=accuracy,
+            method=method,
+            rtol=rtol,
+            atol=atol,
+            step=step,
+            samples=samples,
+            budget=budget,
+        )
+        alike = cache is None and not inputs
+        context = RunContext(
+            functions=functions,
+            kept=self._functions if alike else KeptFunctions(cache, inputs or {}),
+            cache=cache,
+            stream=stream,
+            checkpoint=checkpoint,
+            progress=progress,
+            reached=reached,
+            stop=stop,
+        )
+        variants = self._variants(frozenset(inputs or ()))
+        values = MemberValues(texts(parameters), texts(initial))
+        if sensitivity:
+            if inputs:
+                raise _sensitive_inputs()
+            model = self._sensitive_models.of(sensitivity, values.parameters, values.initial)
+            return simulate_with_sensitivities(model, options, context)
+        free = variants.recipe.formulation == "auto"
+        maker = partial(variants.with_multipliers, values) if free else None
+        return simulate_past_singularities(variants.of(values), options, maker, context)
+
+    def ensemble(
+        self,
+        members: Mapping[str, Iterable[float | str]] | Sequence[GivenValues],
+        *,
+        until: float | None = None,
+        accuracy: float | None = None,
+        method: str | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+        samples: int | None = None,
+        extra: Sequence[str] = (),
+        jobs: int | None = 1,
+        progress: Callable[[float], None] | None = None,
+    ) -> Ensemble:
+        """Simulate many motions, each with an accuracy of its own; all samples are in memory.
+
+        Parameters
+        ----------
+        members
+            Parameters and initial values, numbers or expressions. A mapping of names to values
+            combines all of them, the last name varies fastest; a sequence of mappings with the
+            same names has them one by one.
+        until, accuracy, method, rtol, atol, step, samples
+            As for :meth:`simulate`.
+        extra
+            Further columns: ``energy``, ``forces``.
+        jobs
+            Members that are simulated at a time: 1 in this process alone, more in threads and
+            other processes, None as joblib is configured.
+        progress
+            Called with the part of the members that are finished.
+
+        Raises
+        ------
+        InputError
+            None of a few members can be derived, or an option is wrong. Others that cannot be
+            begun have the status ``refused``.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> ensemble = derivation.ensemble({"theta": [0.1, 0.2], "l": [1, 2, 3]}, until=1.0)
+        >>> ensemble
+        <Ensemble of pendulum: 6 members, 401 samples; 6 ok>
+        >>> ensemble.columns["theta"].shape, ensemble.given["l"].tolist()
+        ((6, 401), [1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
+        """
+        from lagrange_cli.simulate.ensemble.input_file import members_of
+        from lagrange_cli.simulate.ensemble.planning import simulate_members
+        from lagrange_cli.simulate.options import SimulationOptions
+
+        options = SimulationOptions(
+            until=until,
+            accuracy=accuracy,
+            method=method,
+            rtol=rtol,
+            atol=atol,
+            step=step,
+            samples=samples,
+        )
+        if isinstance(members, Mapping):
+            values = members_of({name: list(map(text_of, axis)) for name, axis in members.items()})
+        else:
+            values = members_of([texts(member) for member in members])
+        return simulate_members(
+            self._variants(frozenset()),
+            values,
+            options,
+            extra=tuple(extra),
+            jobs=jobs,
+            progress=progress,
+        )
+
+    def model(self, sensitivity: Sequence[str] = ()) -> Model:
+        """Return the equations as code, without symbols, as simulations run them.
+
+        ``sensitivity``: what the motion is differentiated by, as in :meth:`simulate`.
+        """
+        return self._sensitive_models.of(sensitivity, {}, {}) if sensitivity else self._model
+
+    @cached_property
+    def _model(self) -> Model:
+        from lagrange_cli.simulate.model.build import model_of
+
+        return model_of(self.equations)
+
+    @cached_property
+    def _sensitive_models(self) -> SensitiveModels:
+        from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
+        from lagrange_cli.simulate.ensemble.variants import variants_of
+        from lagrange_cli.simulate.model.sensitivities import SensitiveModels
+
+        recipe = Recipe(self.source, self.forces, self.equations.formulation)
+        variants = variants_of(self.equations, recipe, self.model)
+
+        def model(parameters: Mapping[str, str], initial: Mapping[str, str]) -> Model:
+            values = MemberValues(parameters, initial)
+            made = variants.of(values)
+            # Numbers that depend on others come as doubles from variants.
+            exact = None not in (*made.exact_numbers, *made.exact_initial)
+            return made if exact else recipe.model(values)
+
+        return SensitiveModels(self.equations, model)
+
+    @cached_property
+    def _functions(self) -> KeptFunctions:
+        from lagrange_cli.simulate.system.functions import KeptFunctions
+
+        return KeptFunctions()
+
+    @cached_property
+    def _variants(self) -> Callable[[frozenset[str]], Variants]:
+        """Names of inputs that are driven → models with other values."""
+        from lagrange_cli.simulate.ensemble.members import Recipe
+        from lagrange_cli.simulate.ensemble.variants import variants_of
+
+        recipe = partial(Recipe, self.source, self.forces, self.formulation)
+        return lru_cache(lambda driven: variants_of(self.equations, recipe(driven), self.model))
+
+    # What notebooks show, unless nobody would read it: pages, and formulas alone in PDF.

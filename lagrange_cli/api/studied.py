@@ -1,0 +1,245 @@
+"""What is found out about the equations and their motions."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from lagrange_cli.api.moving import Moving
+from lagrange_cli.api.values import GivenValues, texts
+
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.values import Analysis
+    from lagrange_cli.simulate import Trajectory
+    from lagrange_cli.studies.fit.fit import Fit
+    from lagrange_cli.studies.lyapunov import Lyapunov
+    from lagrange_cli.studies.path.models import PathModels
+    from lagrange_cli.studies.path.result import Paths
+    from lagrange_cli.studies.tradeoff.measure import Trade
+
+
+class Studied(Moving):
+    """Analyses of the equations, and studies of many motions."""
+
+    def analyze(self, *parts: str, at: GivenValues | None = None) -> Analysis:
+        """Find symmetries, equilibria and their stability, the linear system and its modes.
+
+        Parameters
+        ----------
+        parts
+            ``symmetries``, ``equilibria``, ``linearization``, ``modes``; all that can be found if
+            there are none.
+        at
+            Coordinates of the equilibrium to linearize at, and values of inputs that are held;
+            numbers or expressions.
+
+        Raises
+        ------
+        InputError
+            A part that is named cannot be found, or there is no equilibrium at ``at``.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> [point.stability.verdict for point in derivation.analyze().equilibria.points]
+        ['stable', 'unstable']
+        >>> derivation.analyze("linearization", at={"theta": "pi"}).linearization.stiffness
+        array([[-9.81]])
+        """
+        from lagrange_cli.analysis.analyze import analyze
+
+        return analyze(self.equations, parts, texts(at))
+
+    def tradeoff(
+        self,
+        *,
+        methods: Sequence[str] | None = None,
+        repeat: int = 20,
+        until: float | None = None,
+        budget: float = 1.0,
+        progress: Callable[[float], None] | None = None,
+    ) -> Trade:
+        """Measure speed against accuracy, of the methods of this program on this machine.
+
+        Parameters
+        ----------
+        methods, repeat, until, budget, progress
+            As :func:`lagrange_cli.studies.tradeoff.measure.trade` has them.
+
+        Raises
+        ------
+        InputError
+            A method is unknown or cannot run here; the scene cannot be simulated.
+        AccuracyError
+            There is no reference that is accurate enough.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> derivation.tradeoff(methods=["DOP853"], repeat=1).points[0].setting.method
+        'DOP853'
+        """
+        from lagrange_cli.studies.tradeoff.measure import trade
+
+        model = self._variants(frozenset()).model
+        return trade(
+            model,
+            methods=methods,
+            repeat=repeat,
+            until=until,
+            budget=budget,
+            progress=progress,
+            functions=self._functions(model),
+        )
+
+    def fit(
+        self,
+        measurements: str | os.PathLike[str],
+        free: Sequence[str],
+        *,
+        accuracy: float = 1e-8,
+        progress: Callable[[float], None] | None = None,
+    ) -> Fit:
+        """Fit parameters and starts to measurements by least squares, with standard errors.
+
+        Parameters
+        ----------
+        measurements
+            A CSV file: ``t`` and columns of a trajectory; beside one perhaps ``sigma(NAME)``.
+        free
+            Names of parameters, and of coordinates or their ``dot`` for their starts; the
+            scene's values are the first ones.
+        accuracy
+            Of the motions.
+        progress
+            Called with the part of the work that is done, at most.
+
+        Raises
+        ------
+        InputError
+            As :func:`lagrange_cli.studies.fit.fit.fit_motion`.
+        """
+        from lagrange_cli.studies.fit.fit import fit_motion, require_free
+        from lagrange_cli.studies.fit.measurements import read_measurements
+
+        table = read_measurements(os.fspath(measurements))
+        equations = self.equations
+        numbers: dict[str, float | None] = {p.name: p.value for p in equations.parameters}
+        state = equations.initial
+        for k, c in enumerate(equations.coordinates):
+            numbers[c.name] = None if state is None else state.positions[k]
+            numbers[f"dot({c.name})"] = None if state is None else state.velocities[k]
+        positive = [p.name for p in equations.parameters if p.positive]
+        parameters = {p.name for p in equations.parameters}
+
+        def run(values: Mapping[str, float], by: Sequence[str], samples: int) -> Trajectory:
+            return self.simulate(
+                parameters={k: x for k, x in values.items() if k in parameters},
+                initial={k: x for k, x in values.items() if k not in parameters},
+                sensitivity=by,
+                until=float(table.times[-1]),
+                accuracy=accuracy,
+                samples=samples,
+            )
+
+        return fit_motion(run, table, require_free(free, numbers), positive, progress)
+
+    def lyapunov(
+        self,
+        *,
+        until: float,
+        accuracy: float = 1e-8,
+        progress: Callable[[float], None] | None = None,
+    ) -> Lyapunov:
+        """Find the Lyapunov exponents of the motion, from the largest, with their spreads.
+
+        Parameters
+        ----------
+        until
+            The end of the time over which they are averaged.
+        accuracy
+            Of the motion and of displacements, in each of a thousand intervals.
+        progress
+            Called with the part of the time that is done.
+
+        Raises
+        ------
+        InputError
+            As :func:`lagrange_cli.studies.lyapunov.lyapunov_exponents`; or there are no
+            derivatives of the motion, as with contacts.
+        """
+        from lagrange_cli.studies.lyapunov import lyapunov_exponents
+
+        names = [c.name for c in self.equations.coordinates]
+        starts = [*names, *(f"dot({name})" for name in names)]
+        model = self.model(starts)
+        return lyapunov_exponents(model, until, accuracy=accuracy, progress=progress)
+
+    def path(
+        self,
+        start: GivenValues,
+        end: GivenValues,
+        *,
+        accuracy: float = 1e-9,
+        starts: int = 32,
+        turns: int = 0,
+        samples: int = 101,
+        progress: Callable[[float], None] | None = None,
+    ) -> Paths:
+        """Find the paths of stationary action between two configurations at two times.
+
+        Parameters
+        ----------
+        start, end
+            Values of all coordinates and of the time ``t``, as numbers or as expressions over
+            the parameters.
+        accuracy, starts, turns, samples, progress
+            See :func:`.studies.path.find.find_paths`.
+
+        Raises
+        ------
+        InputError
+            The motion is not that of stationary action, or as ``find_paths``.
+        AccuracyError
+            No path was found.
+
+        Examples
+        --------
+        >>> derivation = load("systems/lecture/thrown_ball.yaml").derive()
+        >>> paths = derivation.path({"x": 0, "z": 0, "t": 0}, {"x": 4, "z": 0, "t": 1})
+        >>> paths.solutions[0].conjugacy.kind
+        'minimum'
+        """
+        from lagrange_cli.studies.path.ends import end_of, read_ends
+        from lagrange_cli.studies.path.find import find_paths
+
+        written = end_of(start, "start"), end_of(end, "end")
+        models = self.path_models()
+        first, last = read_ends(*written, models.motion.coordinates, self.source.read)
+        return find_paths(
+            models,
+            first,
+            last,
+            accuracy=accuracy,
+            starts=starts,
+            turns=turns,
+            samples=samples,
+            progress=progress,
+        )
+
+    def path_models(self) -> PathModels:
+        """Return the models that :meth:`path` finds its solutions with.
+
+        Raises
+        ------
+        InputError
+            The motion is not that of stationary action, with the reason.
+        """
+        from lagrange_cli.studies.path.lagrangian import periodic_coordinates, with_action
+        from lagrange_cli.studies.path.models import PathModels
+
+        acting = replace(self, equations=with_action(self.equations))
+        rates = [f"dot({c.name})" for c in self.equations.coordinates]
+        return PathModels(acting.model(), acting.model(rates), periodic_coordinates(self.equations))

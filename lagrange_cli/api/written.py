@@ -1,0 +1,117 @@
+"""The equations as documents, code and reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.api.derived import Derived
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.base import OptionValue
+
+
+@dataclass(frozen=True, repr=False)
+class Shown:
+    """A page of Markdown, which notebooks typeset."""
+
+    markdown: str
+
+    def _repr_markdown_(self) -> str:
+        return self.markdown
+
+    def __repr__(self) -> str:
+        return self.markdown
+
+
+class Written(Derived):
+    """Writes the equations."""
+
+    def report(self, *, form: str = "lagrange", latex: bool = False) -> dict[str, Any]:
+        """Return what ``lagrange derive --format json`` writes, ``--with latex`` too.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> derivation.report()["equations"]
+        [{'coordinate': 'theta', 'residual': 'l*ddot(theta) + g*sin(theta)'}]
+        """
+        from lagrange_cli.emit.json_report import derivation_report
+
+        return derivation_report(self.equations, form, latex=latex)
+
+    def text(
+        self,
+        *,
+        form: str = "lagrange",
+        ascii: bool = False,
+        width: int = 80,
+        **options: OptionValue,
+    ) -> str:
+        """Return what ``lagrange derive`` prints in a window of ``width`` columns.
+
+        ``options``: ``sections`` and ``language``, as of the command.
+        """
+        from lagrange_cli.emit.text import derivation_text
+
+        return derivation_text(self.equations, ascii=ascii, form=form, width=width, **options)
+
+    def emit(self, to: str, **options: OptionValue) -> dict[str, str]:
+        """Return file name → text in a format of ``lagrange emit --list``.
+
+        Raises
+        ------
+        InputError
+            There is no such format or option.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> list(derivation.emit("c"))
+        ['pendulum.h', 'pendulum.c']
+        """
+        from lagrange_cli.emit.registry import emitter
+
+        return emitter(to).emit(self.equations, options)
+
+    def show(self, *sections: str, **options: OptionValue) -> Shown:
+        """Return parts of the derivation, which notebooks typeset.
+
+        Parameters
+        ----------
+        sections
+            Names of ``lagrange emit --sections``: ``account``, ``equations``, ``certificate`` and
+            so on; without any, those of a document.
+        options
+            Others of ``lagrange emit --to markdown``.
+
+        Raises
+        ------
+        InputError
+            There is no such part or option, or constraint forces were not derived.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> print(derivation.show("certificate"))  # doctest: +ELLIPSIS
+        # Simple pendulum
+        ...
+        ## Certificate
+        <BLANKLINE>
+        At 8 random states these equations were compared...
+        """
+        chosen = {"sections": ",".join(sections)} if sections else {}
+        return Shown(*self.emit("markdown", **chosen, **options).values())
+
+    def _repr_markdown_(self) -> str | None:
+        from lagrange_cli.emit.latex.markdown import is_readable
+
+        return self.emit("markdown").popitem()[1] if is_readable(self.equations) else None
+
+    def _repr_latex_(self) -> str | None:
+        from lagrange_cli.emit.latex.equations import equations_latex
+        from lagrange_cli.emit.latex.markdown import is_readable
+
+        if not is_readable(self.equations):
+            return None
+        return f"$$\n{equations_latex(self.equations)}\n$$"
