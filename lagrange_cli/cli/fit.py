@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     callback=options.comma_separated,
     metavar="NAMES",
     help="What is fitted, with commas between: parameters, and coordinates or 'dot(NAME)' for "
-    "their starts. The scene's values are the first ones.  [required]",
+    "their starts. The scene's values are the first ones.",
 )
 @options.number("--accuracy", "EPS", "Accuracy that is promised of each motion.", 1e-8)
 @options.formulation(None, "the scene's, or auto")

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     required=True,
     metavar="ENDS",
     help="Values of all coordinates and the time, with commas between them: 'x=0, t=0'. They are"
-    " numbers or expressions over the parameters.  [required]",
+    " numbers or expressions over the parameters.",
 )
-@click.option("--to", "end", required=True, metavar="ENDS", help="The same later.  [required]")
+@click.option("--to", "end", required=True, metavar="ENDS", help="The same later.")
 @click.option(
     "--turns",
     type=int,
