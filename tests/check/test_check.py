@@ -87,6 +87,8 @@ HOLDS = [
     # Of H the constants count too.
     "  hamiltonian: p_x^2/(2*m*(1 + (2*a*x)^2)) + m*g*a*x^2\n",
     "  drift: {energy: 1e-7}\n",
+    "  equilibria: [{x: 0, stability: stable}]\n",
+    "  frequencies: [sqrt(2*a*g)]\n",
 ]
 
 FAILS = {
@@ -114,6 +116,9 @@ FAILS = {
     ),
     "  hamiltonian: p_q^2/(2*m) + m*g*a*x^2\n": ("unknown-name", "unknown name 'p_q'"),
     "  state: {t: 1, x: 1, within: 1e-6}\n": ("state", "at t = 1: expected x = 1.0"),
+    "  equilibria: [{x: 1}]\n": ("equilibria", "this equilibrium is not found"),
+    "  equilibria: []\n": ("equilibria", "expected no equilibrium; found: x = 0"),
+    "  frequencies: [sqrt(a*g)]\n": ("frequencies", "expected the frequencies"),
     "  drift: {energy: 1e-30}\n": ("drift", "expected a drift of energy within 1e-30"),
     "  drift: {phase: 1}\n": ("drift", "no drift of 'phase' is known"),
     "  error: {contains: wire}\n": ("error", "the scene is not refused"),
