@@ -84,6 +84,7 @@ def _check(path: str, parameters: Mapping[str, str] | None, strict: bool) -> _Ou
         return _refused(error, _expected(path))
     try:
         equations = derive(scene)
+        equations.textbook()  # which is certified when it is written
         for recording in filter(None, (entry.recording for entry in equations.inputs)):
             read_recording(recording)
     except InputError as error:

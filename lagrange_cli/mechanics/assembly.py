@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cache, partial
 
 import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.certify.certificate import Evidence
+from lagrange_cli.mechanics.certify.certificate import Evidence, explained
 from lagrange_cli.mechanics.certify.printed import (
     certify_energy,
     certify_lagrangian,
@@ -37,7 +37,9 @@ from lagrange_cli.mechanics.equations import (
     ParticleMotion,
     ReplacedChart,
     ShownEquation,
+    TextbookForm,
 )
+from lagrange_cli.mechanics.findings import Conserved
 from lagrange_cli.mechanics.formulation import replaced_chart, starting_state
 from lagrange_cli.mechanics.initial.rank_deficient_start import rank_deficiency_warning
 from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
@@ -71,34 +73,28 @@ _SAME = mpmath.mpf(10) ** -12
 
 
 def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
-    """Equations of motion with textbook form, facts, initial state, warnings and remarks.
+    """Equations of motion with facts, initial state, warnings and remarks.
+
+    Their textbook form is written when it is asked for: most of what it costs would be in vain
+    where the equations are only simulated or printed as code.
 
     Raises
     ------
     InputError
         Located: an initial state that contradicts the constraints.
     InternalError
-        The textbook form is not the one that was derived.
+        The energy is not that of the Lagrangian.
     """
     reduced = derivation.reduced
     scene, names = reduced.scene, reduced.names
     announce("finding what is conserved")
     energy = total_energy(derivation, evidence)
     conserved = conserved_quantities(derivation, evidence, energy)
-    is_kept = any(c.kind != "momentum" for c in conserved)
     structure = structure_facts(derivation)
-    announce("writing the equations")
-    momenta = {c.coordinate: c.expression for c in conserved if c.coordinate is not None}
-    shown = as_rates(_shown(derivation, evidence), momenta, [c.a for c in reduced.coordinates])
     announce("finding the initial state")
     chart = replaced_chart(derivation)
     initial = starting_state(derivation, chart)
-    certify_shown(evidence, shown)
-    certify_rates(evidence, reduced, shown)
     certify_energy(evidence, derivation, sp.Add(*energy))
-    short = short_lagrangian(derivation)
-    if short is not None:
-        certify_lagrangian(evidence, derivation, short)
     forcing = tuple(sp.Add(*terms) for terms in derivation.forcing)
     return Equations(
         name=scene.name,
@@ -115,16 +111,14 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         kinetic=derivation.kinetic,
         potential=derivation.potential,
         lagrangian=derivation.lagrangian,
-        short_lagrangian=short,
         dissipation=derivation.dissipation,
         forces=derivation.forces,
         mass_matrix=derivation.mass_matrix,
         forcing=forcing,
-        shown=shown,
+        textbook=cache(partial(_textbook, derivation, evidence, energy, conserved)),
         energy=sp.Add(*energy),
         cyclic=cyclic_names(derivation, evidence),
         conserved=conserved,
-        balance=None if is_kept else energy_balance(derivation, evidence, energy),
         facts=structure,
         certificate=evidence.certificate,
         initial=initial,
@@ -337,6 +331,46 @@ def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
 
 
 # The textbook form.
+
+
+def _textbook(
+    derivation: Uncertified,
+    evidence: Evidence,
+    energy: tuple[sp.Expr, ...],
+    conserved: tuple[Conserved, ...],
+) -> TextbookForm:
+    """The textbook form of the equations, L without constants, and the balance of the energy.
+
+    Raises
+    ------
+    InputError
+        Expressions are nested too deeply to be written, or are not real at the states.
+    InternalError
+        It is not the one that was derived.
+    """
+    announce("writing the equations")
+    reduced = derivation.reduced
+    with explained(reduced.scene):
+        return _certified_textbook(derivation, evidence, energy, conserved)
+
+
+def _certified_textbook(
+    derivation: Uncertified,
+    evidence: Evidence,
+    energy: tuple[sp.Expr, ...],
+    conserved: tuple[Conserved, ...],
+) -> TextbookForm:
+    reduced = derivation.reduced
+    momenta = {c.coordinate: c.expression for c in conserved if c.coordinate is not None}
+    shown = as_rates(_shown(derivation, evidence), momenta, [c.a for c in reduced.coordinates])
+    certify_shown(evidence, shown)
+    certify_rates(evidence, reduced, shown)
+    short = short_lagrangian(derivation)
+    if short is not None:
+        certify_lagrangian(evidence, derivation, short)
+    is_kept = any(c.kind != "momentum" for c in conserved)
+    balance = None if is_kept else energy_balance(derivation, evidence, energy)
+    return TextbookForm(shown, short, balance)
 
 
 def _shown(derivation: Uncertified, evidence: Evidence) -> tuple[ShownEquation, ...]:

@@ -12,14 +12,13 @@ from lagrange_cli.errors import (
     SingularError,
 )
 from lagrange_cli.mechanics.assembly import assemble
-from lagrange_cli.mechanics.certify.certificate import certify, not_real
+from lagrange_cli.mechanics.certify.certificate import certify, explained
 from lagrange_cli.mechanics.certify.facts import open_questions, proven_evidence
-from lagrange_cli.mechanics.diagnosis.errors import nesting_error, require_size
+from lagrange_cli.mechanics.diagnosis.errors import require_size
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, derive_uncertified
 from lagrange_cli.mechanics.dynamics.singular_configurations import singular_configurations
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.formulation import in_formulation, reduced_for
-from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.step_values import Way
 from lagrange_cli.mechanics.structure import require_inertia, require_no_rates_of_inputs
 from lagrange_cli.scene.conditions import Formulation
@@ -67,13 +66,8 @@ def derive(
         The derivation failed its certificate.
     """
     require_size(scene)
-    try:
+    with explained(scene):
         return _in_formulation(scene, _Wanted(digits, points, forces, steps), formulation)
-    except DomainError:
-        # Which part it was is known where the error is caught; here only that it is one of them.
-        raise not_real(scene) from None
-    except RecursionError:
-        raise nesting_error(scene) from None
 
 
 @dataclass(frozen=True)

@@ -308,6 +308,25 @@ class ShortLagrangian:
 
 
 @dataclass(frozen=True)
+class TextbookForm:
+    """What is written for readers alone: neither simulation nor code needs it.
+
+    Attributes
+    ----------
+    shown
+        Textbook form of each equation of motion.
+    short_lagrangian
+        L as it is shown, None where nothing is left out of T − V.
+    balance
+        The rate of the energy where it is not conserved and the rate is short, else None.
+    """
+
+    shown: tuple[ShownEquation, ...]
+    short_lagrangian: ShortLagrangian | None = None
+    balance: EnergyBalance | None = None
+
+
+@dataclass(frozen=True)
 class InitialState:
     """Initial state at the start time.
 
@@ -373,24 +392,20 @@ class Equations:
         T and V in display form; V may hold velocities (a generalized potential U).
     lagrangian, dissipation
         L = T − V, and the dissipation function.
-    short_lagrangian
-        L as it is shown, None where nothing is left out of T − V.
     forces
         Non-conservative forces.
     mass_matrix
         n rows of n entries over q and t, unscaled.
     forcing
         n entries over q, v and t, unscaled.
-    shown
-        Textbook form of each equation.
+    textbook
+        Writes the textbook form, and compares it with the derived one, when it is first called.
     energy
         Σ v ∂L/∂v − L, whether conserved or not.
     cyclic
         Names of cyclic coordinates.
     conserved, facts
         Conserved quantities and other proven facts.
-    balance
-        The rate of the energy where it is not conserved and the rate is short, else None.
     certificate
         The comparison with Newton's law.
     initial
@@ -471,7 +486,7 @@ class Equations:
     forces: tuple[BodyForce, ...]
     mass_matrix: tuple[Sequence[Expr], ...]
     forcing: tuple[Expr, ...]
-    shown: tuple[ShownEquation, ...]
+    textbook: Callable[[], TextbookForm]
     energy: Expr
     cyclic: tuple[str, ...]
     conserved: tuple[Conserved, ...]
@@ -499,8 +514,6 @@ class Equations:
     positive: tuple[tuple[str, Expr], ...] = ()
     chart: ReplacedChart | None = None
     open_questions: tuple[str, ...] = ()
-    balance: EnergyBalance | None = None
-    short_lagrangian: ShortLagrangian | None = None
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
     latex: Mapping[str, str] = field(default_factory=dict)
     indices: Mapping[str, str] = field(default_factory=dict)
@@ -512,6 +525,21 @@ class Equations:
         """Return a line: all fields would be pages of expressions."""
         names = ", ".join(c.name for c in self.coordinates)
         return f"<Equations of {self.name} in {names or 'no coordinates'}: {self.formulation} form>"
+
+    @property
+    def shown(self) -> tuple[ShownEquation, ...]:
+        """Textbook form of each equation."""
+        return self.textbook().shown
+
+    @property
+    def short_lagrangian(self) -> ShortLagrangian | None:
+        """L as it is shown, None where nothing is left out of T − V."""
+        return self.textbook().short_lagrangian
+
+    @property
+    def balance(self) -> EnergyBalance | None:
+        """The rate of the energy where it is not conserved and the rate is short, else None."""
+        return self.textbook().balance
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

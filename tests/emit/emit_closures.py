@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from lagrange_cli.mechanics.equations import Closure, InitialState, ShownEquation
+from lagrange_cli.mechanics.equations import Closure, InitialState, ShownEquation, TextbookForm
 from tests.emit import emit_systems as systems
 
 
@@ -48,7 +48,7 @@ def closed(equations, closures, name, initial=None):
         equations,
         name=name,
         closures=tuple(closures),
-        shown=tuple(shown),
+        textbook=lambda: TextbookForm(tuple(shown)),
         account=account,
         initial=initial,
     )

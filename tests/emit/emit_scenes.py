@@ -19,6 +19,7 @@ from lagrange_cli.mechanics.equations import (
     Parameter,
     ParticleMotion,
     ShownEquation,
+    TextbookForm,
 )
 from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine, Facts
 from lagrange_cli.scene.defaults import SimulationDefaults
@@ -116,6 +117,9 @@ def build(
         *([Conserved("energy", "energy", energy, "L does not depend on t")] if autonomous else []),
     )
     k = sum(len(line.equations) for line in lines if line.status != "redundant")
+    shown = tuple(
+        _shown(r, c, chosen, d) for r, c, d in zip(residuals, chosen, divide, strict=True)
+    )
     equations = Equations(
         name=name,
         title=None,
@@ -135,9 +139,7 @@ def build(
         forces=(),
         mass_matrix=mass,
         forcing=forcing,
-        shown=tuple(
-            _shown(r, c, chosen, d) for r, c, d in zip(residuals, chosen, divide, strict=True)
-        ),
+        textbook=lambda: TextbookForm(shown),
         energy=energy,
         cyclic=cyclic,
         conserved=conserved,

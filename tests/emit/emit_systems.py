@@ -14,6 +14,7 @@ from lagrange_cli.mechanics.equations import (
     InitialState,
     Parameter,
     ParticleMotion,
+    TextbookForm,
 )
 from lagrange_cli.mechanics.findings import Account, Certificate, Facts
 from lagrange_cli.scene.defaults import SimulationDefaults
@@ -98,7 +99,7 @@ def build(
         forces=(),
         mass_matrix=matrix,
         forcing=tuple(map(sp.expand, rest)),
-        shown=(),
+        textbook=lambda: TextbookForm(()),
         energy=energy,
         cyclic=(),
         conserved=(),

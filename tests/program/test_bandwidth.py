@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from lagrange_cli.emit.python.functions import module_source
-from lagrange_cli.mechanics.equations import Closure
+from lagrange_cli.mechanics.equations import Closure, TextbookForm
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.program import program as programs_of
 from lagrange_cli.program.constraint_programs import constraint_programs
@@ -66,7 +66,7 @@ def truss(count, rods, name="truss"):
         closures=tuple(rod(f"rod{k}", ends, coordinates) for k, ends in enumerate(rods)),
         cartesian_names=(),
         particles=(),
-        shown=(),
+        textbook=lambda: TextbookForm(()),
         initial=None,
         kinetic=zero,
         potential=zero,

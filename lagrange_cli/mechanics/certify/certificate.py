@@ -22,7 +22,8 @@ leave open is proven elsewhere (:mod:`.facts`).
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import mpmath
@@ -32,6 +33,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InputError, InternalError, Mark, NotRealError, Problem
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
 from lagrange_cli.mechanics.certify.routes import Observation, Tapes
+from lagrange_cli.mechanics.diagnosis.errors import nesting_error
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Closure
 from lagrange_cli.mechanics.findings import Certificate
@@ -227,6 +229,20 @@ def _evidence(
         tuple(s.gradients for s in seen),
         next((s.beyond for s in seen if s.beyond is not None), None),
     )
+
+
+@contextmanager
+def explained(scene: Scene) -> Iterator[None]:
+    """Refuse a scene whose expressions have no values, or nest too deeply, meanwhile.
+
+    Which expression it was is known where such an error is caught; here only that it is one.
+    """
+    try:
+        yield
+    except DomainError:
+        raise not_real(scene) from None
+    except RecursionError:
+        raise nesting_error(scene) from None
 
 
 def not_real(scene: Scene) -> InputError:

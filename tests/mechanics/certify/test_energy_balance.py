@@ -99,7 +99,7 @@ def test_a_wrong_rate_is_a_defect(monkeypatch: pytest.MonkeyPatch) -> None:
         "lagrange_cli.mechanics.energy_balance.shortened", lambda rate: rate * slightly_wrong
     )
     with pytest.raises(InternalError, match="rate of the energy"):
-        loads(scene).derive()
+        loads(scene).derive().equations.textbook()
 
 
 def test_what_was_not_searched_is_not_denied() -> None:
