@@ -66,9 +66,9 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
     "c": {
         "--real": ("float", "double", "long-double"),
         "--main": (None, ""),
-        "--with": (None, "jacobian"),
+        "--with": (None, "jacobian,linearization"),
     },
-    "python": {"--with": (None, "jacobian"), "--style": ("numpy", "jax", "casadi")},
+    "python": {"--with": (None, "jacobian,linearization"), "--style": ("numpy", "jax", "casadi")},
     "tikz": {},
     "svg": {},
 }

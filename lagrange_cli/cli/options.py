@@ -229,20 +229,41 @@ def of_formats(
     for name, taken in formats.items():
         for option in taken:
             declared.setdefault(option.name, []).append((name, option))
-    return in_order([_of_formats(*item) for item in declared.items()])
+    further = {name for name, of in declared.items() if all(option.further for _, option in of)}
+    single = [_of_formats(*item) for item in declared.items() if item[0] not in further]
+    asked = {name: declared[name] for name in declared if name in further}
+    return in_order([*single, _with_further(asked)] if asked else single)
+
+
+def _with_further(
+    declared: Mapping[str, list[tuple[str, Option]]],
+) -> Callable[[_Command], _Command]:
+    """Make the Click option ``--with``, which asks for further parts, commas between them."""
+
+    def chosen(ctx: click.Context, option: click.Parameter, value: str | None) -> None:
+        for name in [] if value is None else [part.strip() for part in value.split(",")]:
+            if name not in declared:
+                known = ", ".join(declared)
+                raise click.BadParameter(f"'{name}' is not one of {known}", ctx, option)
+            ctx.params[name] = True
+
+    meanings = [
+        f"{name} ({', '.join(format_ for format_, _ in taken)}): {taken[0][1].help}"
+        for name, taken in declared.items()
+    ]
+    several = ". With commas between them" if len(declared) > 1 else ""
+    return click.option(
+        "--with",
+        "further",
+        metavar="LIST" if several else next(iter(declared)),
+        expose_value=False,
+        callback=chosen,
+        help=f"{'; '.join(meanings)}{several}.  [default: none]",
+    )
 
 
 def _of_formats(name: str, declared: list[tuple[str, Option]]) -> Callable[[_Command], _Command]:
     """Make the Click option of an option that one or more formats declare."""
-    if all(option.further for _, option in declared):
-        formats = ", ".join(format_ for format_, _ in declared)
-        return click.option(
-            "--with",
-            name,
-            type=click.Choice([name]),
-            callback=lambda ctx, option, value: value and True,
-            help=f"{formats}: {declared[0][1].help}  [default: none]",
-        )
     help = "; ".join(_meanings(declared))
     first = declared[0][1]
     if first.is_flag:

@@ -74,6 +74,12 @@ _JACOBIAN = Option(
     further=True,
 )
 
+_LINEARIZATION = Option(
+    "linearization",
+    "A, B, C, D of first order at any state, with outputs as in the scene",
+    further=True,
+)
+
 EMITTERS: dict[str, Emitter] = {
     entry.name: entry
     for entry in (
@@ -120,6 +126,7 @@ EMITTERS: dict[str, Emitter] = {
                 ),
                 Option("main", "a main that integrates and prints CSV"),
                 _JACOBIAN,
+                _LINEARIZATION,
             ),
         ),
         Emitter(
@@ -138,6 +145,7 @@ EMITTERS: dict[str, Emitter] = {
                     default="numpy",
                 ),
                 _JACOBIAN,
+                _LINEARIZATION,
             ),
         ),
         Emitter(

@@ -33,7 +33,7 @@ from lagrange_cli.program.solvers.blocks import (
     MatrixBlock,
     solve_blocks,
 )
-from lagrange_cli.program.solvers.jacobians import Jacobian, solve_jacobian
+from lagrange_cli.program.solvers.jacobians import Jacobian, slopes_of, solve_jacobian
 from lagrange_cli.program.solvers.sensitivities import (
     LARGEST_WITH_SENSITIVITIES,
     with_sensitivities,
@@ -64,7 +64,7 @@ class ProgramKind(Enum):
     RIGHT_HAND_SIDE = auto()  # accelerations, which the velocities precede
     MULTIPLIERS = auto()  # those of all closures
     CHANGE = auto()  # a change of coordinates or of velocities
-    JACOBIAN = auto()  # derivatives of the accelerations, by rows
+    JACOBIAN = auto()  # derivatives of accelerations or of outputs, by rows
 
 
 #: Kinds of programs that are asked for one output alone, all others give values.
@@ -102,7 +102,7 @@ class Program:
     kind
         The quantity that the program finds.
     jacobian
-        Where derivatives of accelerations are stored; None in other programs.
+        Where derivatives are stored; None in other programs.
     """
 
     coordinates: int
@@ -344,7 +344,32 @@ def build_jacobian(equations: Equations, by: str) -> Program:
     values = _graph(equations, direct=_is_direct(equations))
     system = SYSTEMS["contact_acceleration" if equations.contacts else "acceleration"](equations)
     jacobian, wanted = solve_jacobian(values, equations, system, _COLUMNS[by](equations))
-    program = _scheduled(values, equations, wanted)
+    return _of_jacobian(_scheduled(values, equations, wanted), jacobian)
+
+
+def build_slopes(equations: Equations, outputs: Sequence[str], by: str) -> Program:
+    """Build the program that differentiates outputs that solve no system.
+
+    Parameters
+    ----------
+    outputs
+        Names from :data:`OUTPUTS`, one behind the other the rows of the result.
+    by
+        As for :func:`build_jacobian`.
+
+    Raises
+    ------
+    InternalError
+        As :func:`build_jacobian`.
+    """
+    require_given(equations.functions)
+    values = ValueGraph(_inputs(equations))
+    nodes = [values.convert(e) for name in outputs for e in OUTPUTS[name](equations)]
+    jacobian, wanted = slopes_of(values, nodes, _COLUMNS[by](equations))
+    return _of_jacobian(_scheduled(values, equations, wanted), jacobian)
+
+
+def _of_jacobian(program: Program, jacobian: Jacobian) -> Program:
     kind = ProgramKind.JACOBIAN
     return replace(program, results=jacobian.size, kind=kind, jacobian=jacobian)
 

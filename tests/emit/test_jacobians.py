@@ -35,9 +35,9 @@ FEW = (
 TOLERANCE = 1e-10
 
 
-def module_of(derivation):
-    """The emitted module of Python."""
-    (text,) = derivation.emit("python", jacobian=True).values()
+def module_of(derivation, **options):
+    """The emitted module of Python, with derivatives unless others are asked for."""
+    (text,) = derivation.emit("python", **(options or {"jacobian": True})).values()
     module = types.ModuleType("emitted")
     sys.modules["emitted"] = module
     exec(compile(text, "emitted", "exec"), vars(module))
@@ -101,8 +101,10 @@ def check(scene, folder=None, **parameters):
 class Library(Compiled):
     """Emitted C with derivatives."""
 
+    asked = "jacobian"
+
     def __init__(self, equations, folder, derivation):
-        files = derivation.emit("c", jacobian=True)
+        files = derivation.emit("c", **{self.asked: True})
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8")
         (source,) = [folder / name for name in files if name.endswith(".c")]

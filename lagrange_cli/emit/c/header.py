@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.contacts import _reset_arguments, mode_target
 from lagrange_cli.emit.c.derivatives import derivative_declarations
+from lagrange_cli.emit.c.linearization import linearization_declaration
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.initial_state import rates_note
 from lagrange_cli.emit.naming import comment_text, described, domain_note
@@ -30,9 +31,24 @@ int @NAME@_outputs(@OUT@);
 
 
 def header_text(
-    equations: Equations, target: CTarget, work: int, derivatives: Mapping[str, Jacobian]
+    equations: Equations,
+    target: CTarget,
+    work: int,
+    derivatives: Mapping[str, Jacobian],
+    *,
+    linearized: bool,
 ) -> str:
-    """The text of ``NAME.h``."""
+    """The text of ``NAME.h``.
+
+    Parameters
+    ----------
+    work
+        Numbers of workspace.
+    derivatives
+        Function of the interface → where its results are.
+    linearized
+        Whether there is a function ``linearization``.
+    """
     prefix = target.prefix
     guard = f"LAGRANGE_{prefix}_H"
     return "\n".join(
@@ -60,7 +76,7 @@ def header_text(
             "",
             *_structure(equations, target),
             "",
-            _declarations(equations, target, derivatives),
+            _declarations(equations, target, derivatives, linearized),
             "#ifdef __cplusplus",
             "}",
             "#endif",
@@ -87,7 +103,7 @@ def _sizes(equations: Equations, prefix: str) -> list[str]:
 
 
 def _declarations(
-    equations: Equations, target: CTarget, derivatives: Mapping[str, Jacobian]
+    equations: Equations, target: CTarget, derivatives: Mapping[str, Jacobian], linearized: bool
 ) -> str:
     text = c_template("interface") + (_INPUTS if equations.inputs else "")
     text += _OUTPUTS if equations.outputs else ""
@@ -95,6 +111,7 @@ def _declarations(
         kind = "contacts" if equations.contacts else "closures"
         text += "\n" + c_template(f"interface_{kind}")
     text += derivative_declarations(derivatives, target, contacts=bool(equations.contacts))
+    text += linearization_declaration(equations, target) if linearized else ""
     outer = mode_target(target) if equations.contacts else target
     return (
         text.replace("@RHS@", outer.arguments("dydt"))

@@ -14,6 +14,7 @@ from lagrange_cli.emit.c.body import body_text, result_name
 from lagrange_cli.emit.c.contacts import contact_target, interface_text, mode_workspace_size
 from lagrange_cli.emit.c.derivatives import derivatives_of, pattern_texts
 from lagrange_cli.emit.c.header import header_text
+from lagrange_cli.emit.c.linearization import linearization_text
 from lagrange_cli.emit.c.loops import loop_helpers
 from lagrange_cli.emit.c.main import main_text
 from lagrange_cli.emit.c.names import real_type
@@ -27,7 +28,7 @@ from lagrange_cli.program.constraint_programs import (
     constraint_programs,
     contact_programs,
 )
-from lagrange_cli.program.derivative_programs import derivative_programs
+from lagrange_cli.program.derivative_programs import SLOPES, derivative_programs
 from lagrange_cli.program.operations import operands_of
 from lagrange_cli.program.printing import functions_in
 from lagrange_cli.program.program import Program, build_program, optional_outputs
@@ -70,14 +71,18 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
         raise _nothing_to_integrate(equations)
     target = CTarget.of(equations, real_type(str(options["real"])))
     programs = _programs(equations)
-    if options["jacobian"]:
-        programs |= derivative_programs(equations)
+    linearized = bool(options["linearization"] and equations.coordinates)
+    programs |= derivative_programs(
+        equations, jacobian=bool(options["jacobian"]), linearization=linearized
+    )
     stem = file_stem(equations.name, C_HEADERS)
     source = _source(equations, target, programs, stem)
+    if linearized:
+        source += "\n" + linearization_text(equations, programs, target)
     if options["main"]:
         source += main_text(equations, target)
     work = mode_workspace_size(programs, len(equations.contacts))
-    header = header_text(equations, target, work, derivatives_of(programs))
+    header = header_text(equations, target, work, derivatives_of(programs), linearized=linearized)
     stamp = f"0x{digest(header, source)[:8]}UL"
     size, macro = f"#define {target.prefix}_WORK ", f"#define {target.prefix}_EMISSION {stamp}\n"
     return {
@@ -167,9 +172,8 @@ def _defaults(equations: Equations, target: CTarget) -> str:
 def function_text(function: str, program: Program, target: CTarget) -> str:
     """The definition of one function of the interface: a right-hand side where it has blocks."""
     result = result_name(program)
-    static = (
-        "static " if function in INTERNAL_FUNCTIONS or target.names.contact_from is not None else ""
-    )
+    inner = function in INTERNAL_FUNCTIONS or function in SLOPES
+    static = "static " if inner or target.names.contact_from is not None else ""
     return "\n".join(
         [
             f"{static}int {target.prefix}_{function}({target.arguments(result)})",

@@ -37,6 +37,7 @@ from lagrange_cli.emit.python.statements import (
 )
 from lagrange_cli.emit.python.styles import NUMBERS, Style, many_lines
 from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
+from lagrange_cli.program.derivative_programs import SLOPES
 from lagrange_cli.program.graph.literals import double_literal
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Variable
 from lagrange_cli.program.printing import Dialect, expression_text
@@ -98,6 +99,9 @@ _DOCS = {
     "jacobian": "Derivatives of the accelerations by q, then by v, n by 2n.",
     "jacobian_u": "Derivatives of the accelerations by the inputs, in the order of INPUTS.",
     "jacobian_p": "Derivatives of the accelerations by the parameters, in their order.",
+    "output_jacobian": "Derivatives of the outputs by q, then by v.",
+    "output_jacobian_u": "Derivatives of the outputs by the inputs.",
+    "constraint_jacobian": "Derivatives of what constraints gives by q, then by v.",
     "impulse": "The change of v that changes the rates of what is in contact by the targets.",
 }
 
@@ -265,7 +269,8 @@ def _of_parts(program: Program, apart: int | None) -> list[str]:
 
 def _defined(name: str, parameter: str, body: Sequence[str], program: Program, style: Style) -> str:
     """The definition of a function with a body."""
-    label = f"_{name}" if name in INTERNAL_FUNCTIONS or parameter.endswith("contact") else name
+    inner = name in INTERNAL_FUNCTIONS or name in SLOPES or parameter.endswith("contact")
+    label = f"_{name}" if inner else name
     doc = _DOCS[name.removeprefix("sided_").removeprefix("contact_").removeprefix("flight_")]
     lines = [f"def {label}(t, y, {parameter}):", f'    """{doc}"""']
     text = "\n".join(f"        {line}" for line in body)

@@ -39,6 +39,7 @@ from lagrange_cli.emit.python.heading import (
     parameters_source,
     run_constants,
 )
+from lagrange_cli.emit.python.linearization import linearization_source
 from lagrange_cli.emit.python.loops import index_tables_source
 from lagrange_cli.emit.python.projection import project_source
 from lagrange_cli.emit.python.recorded import python_recorded
@@ -101,12 +102,17 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
         A constant is outside the range of a double, or the style cannot hold the scene.
     """
     if options["style"] != "numpy":
-        text = traced_module(equations, str(options["style"]), bool(options["jacobian"]))
+        asked = [name for name in ("jacobian", "linearization") if options[name]]
+        text = traced_module(equations, str(options["style"]), asked)
         return {f"{file_stem(equations.name, PYTHON_MODULES)}.py": text}
     fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)
     tables = python_recorded(equations)
-    derivatives = derivative_programs(equations) if options["jacobian"] else {}
+    derivatives = derivative_programs(
+        equations, jacobian=bool(options["jacobian"]), linearization=bool(options["linearization"])
+    )
     programs, functions = _functions(equations, fields, bool(tables), derivatives)
+    if options["linearization"]:
+        functions += linearization_source(equations, derivatives, _arguments(equations))
     parameters = parameters_source(equations, fields)
     script = _script(equations)
     text = "\n".join([parameters, *functions, *tables, script])
@@ -159,6 +165,11 @@ def _imports(of_math: Sequence[str], text: str) -> str:
     return "\n".join(lines)
 
 
+def _arguments(equations: Equations) -> str:
+    """Parameters of the functions of the interface behind t and y, with their defaults."""
+    return "p=DEFAULTS" + (", u=inputs" if equations.inputs else "")
+
+
 def _functions(
     equations: Equations,
     fields: Sequence[str],
@@ -168,7 +179,7 @@ def _functions(
     """Programs of the functions, and the definitions of all functions."""
     names = local_names(equations, fields)
     passed = "p, u" if equations.inputs else "p"
-    arguments = "p=DEFAULTS" + (", u=inputs" if equations.inputs else "")
+    arguments = _arguments(equations)
     interface = [*FUNCTIONS_OF_STATE, *optional_outputs(equations)]
     # What stands as a default is defined first.
     programs = {
@@ -177,7 +188,9 @@ def _functions(
     contact_functions = contact_programs(with_contact_flags(equations))
     if contact_functions:
         programs["flight_rhs"] = programs.pop("rhs")
-        contact_functions |= derivatives
+        flagged = {name: d for name, d in derivatives.items() if name.startswith("contact_")}
+        contact_functions |= flagged
+        programs |= {name: d for name, d in derivatives.items() if name not in flagged}
     else:
         programs |= constraint_programs(equations) | dict(derivatives)
     texts = {

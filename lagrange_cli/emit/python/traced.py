@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -83,8 +83,10 @@ _DRIVEN = {
 }
 
 
-def traced_module(equations: Equations, style: str, jacobian: bool) -> str:
+def traced_module(equations: Equations, style: str, further: Sequence[str]) -> str:
     """Write a module whose functions take expressions of a library, ``jax`` or ``casadi``.
+
+    ``further``: functions of derivatives that are asked for besides.
 
     Raises
     ------
@@ -92,8 +94,8 @@ def traced_module(equations: Equations, style: str, jacobian: bool) -> str:
         The scene has contacts or recordings, which ask for branches, or is written as loops; or
         derivatives are asked for, which the library finds by itself.
     """
-    if jacobian:
-        problem = f"--with jacobian is for --style numpy; {style} differentiates by itself"
+    if further:
+        problem = f"--with {further[0]} is for --style numpy; {style} differentiates by itself"
         raise InputError(Problem(problem, rule="usage"))
     library = _LIBRARIES[style]
     fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)

@@ -84,12 +84,12 @@ class ColumnBlock:
 
 @dataclass(frozen=True)
 class Jacobian:
-    """Where the derivatives of accelerations are stored.
+    """Where derivatives of accelerations, or of outputs, are stored.
 
     Attributes
     ----------
     rows, columns
-        Numbers of accelerations, and of what they are differentiated by.
+        Numbers of what is differentiated, and of what it is differentiated by.
     multipliers
         Number of multipliers that may be read.
     entries
@@ -195,6 +195,17 @@ def solve_jacobian(
     if jacobian.rows >= _SMALL and _SPARSE * len(nonzero) < jacobian.rows * jacobian.columns:
         jacobian = replace(jacobian, pattern=nonzero)
     return jacobian, list(outputs.items())
+
+
+def slopes_of(
+    values: ValueGraph, nodes: Sequence[ScaledNode], by: Sequence[Symbol]
+) -> tuple[Jacobian, Outputs]:
+    """Differentiate values of a graph by symbols, one for each column; all are stored."""
+    seeds = {values.convert(symbol)[1]: {k: UNIT} for k, symbol in enumerate(by)}
+    tangents = derivatives(values, nodes, seeds)
+    slopes = {(i, k): x for i, row in enumerate(tangents) for k, x in sorted(row.items()) if x[0]}
+    jacobian = Jacobian(len(nodes), len(by), 0, tuple(slopes), (), None)
+    return jacobian, [("entries", [*slopes.values()]), ("dense_matrix", []), ("dense_forcing", [])]
 
 
 def changes_along(
