@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.values import Analysis
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.studies.fit.fit import Fit
+    from lagrange_cli.studies.linear_motion import LinearMotion
     from lagrange_cli.studies.lyapunov import Lyapunov
     from lagrange_cli.studies.path.models import PathModels
     from lagrange_cli.studies.path.result import Paths
@@ -176,6 +177,43 @@ class Studied(Moving):
         starts = [*names, *(f"dot({name})" for name in names)]
         model = self.model(starts)
         return lyapunov_exponents(model, until, accuracy=accuracy, progress=progress)
+
+    def linearize(
+        self,
+        *,
+        until: float | None = None,
+        accuracy: float = 1e-6,
+        samples: int | None = None,
+        initial: GivenValues | None = None,
+    ) -> LinearMotion:
+        """Linearize along the motion: A(t), B(t), C(t), D(t) at its samples.
+
+        Parameters
+        ----------
+        until, samples, initial
+            As for :meth:`simulate`.
+        accuracy
+            Of the motion, and of the matrices, as :class:`.studies.linear_motion.LinearMotion`
+            measures them.
+
+        Raises
+        ------
+        InputError
+            As :func:`lagrange_cli.studies.linear_motion.linear_motion`.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> beside = derivation.linearize(until=1.0, samples=3)
+        >>> beside.matrices["A"].shape, beside.states
+        ((3, 2, 2), ('theta', 'dot(theta)'))
+        """
+        from lagrange_cli.studies.linear_motion import linear_motion
+
+        def motion(to: float) -> Trajectory:
+            return self.simulate(until=until, accuracy=to, samples=samples, initial=initial)
+
+        return linear_motion(self.equations, motion, accuracy)
 
     def path(
         self,

@@ -15,6 +15,7 @@ from lagrange_cli.cli.reports.analyze import (
     analysis_json,
     analysis_text,
     npz_of,
+    with_linear_motion,
     with_lyapunov,
 )
 from lagrange_cli.cli.session import Session
@@ -57,21 +58,44 @@ if TYPE_CHECKING:
     metavar="UNTIL",
     help="Lyapunov exponents of the motion until this time.  [default: none]",
 )
+@click.option(
+    "--along",
+    type=float,
+    metavar="UNTIL",
+    help="A(t), B(t), C(t), D(t) along the motion until this time, in place of those at an "
+    "equilibrium.  [default: none]",
+)
+@options.number(
+    "--accuracy",
+    "EPS",
+    "With --along: largest error of the motion and of the matrices, as a part of their scales.  "
+    "[default: 1e-6]",
+)
+@click.option(
+    "--samples",
+    type=int,
+    metavar="N",
+    help="With --along: number of samples.  [default: the scene's, or 501]",
+)
 @options.at
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]")
 @options.parameters
 @options.json_flag("Report as JSON.")
 @options.analysis_path
 @options.common
-@click.pass_obj
+@click.pass_context
 def analyze(
-    session: Session,
+    ctx: click.Context,
+    /,
     scene: str,
     symmetries: bool,
     equilibria: bool,
     linearization: bool,
     modes: bool,
     lyapunov: float | None,
+    along: float | None,
+    accuracy: float | None,
+    samples: int | None,
     at: dict[str, str],
     ascii_only: bool,
     parameters: dict[str, str],
@@ -79,32 +103,41 @@ def analyze(
     output: str | None,
 ) -> None:
     """Analyze the equations of motion of SCENE, a YAML file or - for standard input."""
+    session: Session = ctx.obj
     source = read_source(scene)
     guard(source, parameters, {"-o": output})
     asked = {
         "symmetries": symmetries,
         "equilibria": equilibria,
-        "linearization": linearization,
+        "linearization": linearization and along is None,
         "modes": modes,
     }
     parts = [part for part, wanted in asked.items() if wanted]
     as_arrays = output is not None and Path(output).suffix.lower() == ".npz"
-    if as_arrays and parts and not linearization:
+    if as_arrays and parts and not linearization and along is None:
         raise click.UsageError("an .npz file holds the linear system; add --linearization")
+    motions = lyapunov is not None or along is not None
+    _require_used(along, accuracy, samples, at, alone=motions and not parts)
     encoding = page_encoding()
     request = SceneRequest(source, parameters)
 
     def work() -> Answer:
         derivation = derivation_of_scene(session, request)
-        asked = parts if parts or lyapunov is None else None
+        asked = parts if parts or not motions else None
         answer = _answer(derivation, asked, at, ascii_only, encoding)
         if lyapunov is not None:
             with session.progress("following neighbouring motions") as move:
                 found = derivation.lyapunov(until=lyapunov, progress=move)
             answer = with_lyapunov(answer, found)
-        return answer_of(derivation, answer)
+        if along is not None:
+            wanted = 1e-6 if accuracy is None else accuracy
+            beside = derivation.linearize(until=along, accuracy=wanted, samples=samples)
+            answer = with_linear_motion(answer, beside)
+        recorded = any(u.recording is not None for u in derivation.equations.inputs)
+        return answer_of(derivation, answer, lasting=not (motions and recorded))
 
-    question = parts, lyapunov, list(at.items()), ascii_only, encoding, list(parameters.items())
+    motion = lyapunov, along, accuracy, samples
+    question = parts, motion, list(at.items()), ascii_only, encoding, list(parameters.items())
     value = remembered(session, "analyze", source, question, work)
     report = value["report"]
     if output is not None:
@@ -113,6 +146,27 @@ def analyze(
         print_text(analysis_json(report), "json")
     else:
         print_text(Page.from_json(value["page"]), width=USUAL_WIDTH)
+    if along is not None and report["along"]["status"] != "ok":
+        ctx.exit(1)
+
+
+def _require_used(
+    along: float | None,
+    accuracy: float | None,
+    samples: int | None,
+    at: dict[str, str],
+    *,
+    alone: bool,
+) -> None:
+    """Refuse options that nothing would read.
+
+    ``alone``: only motions are asked about.
+    """
+    for option, value in (("--accuracy", accuracy), ("--samples", samples)):
+        if value is not None and along is None:
+            raise click.UsageError(f"{option} is for --along")
+    if at and alone:
+        raise click.UsageError("--at is for parts at an equilibrium; a motion begins at 'initial'")
 
 
 def _answer(
@@ -140,7 +194,7 @@ def _with_matrices(report: dict[str, Any]) -> dict[str, Any]:
     InputError
         It was left out.
     """
-    if report["linearization"] is None:
+    if report["linearization"] is None and "along" not in report:
         from lagrange_cli.errors import InputError, Problem
 
         reasons = [left["reason"] for left in report["left_out"]]

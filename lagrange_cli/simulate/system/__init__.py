@@ -9,6 +9,7 @@ __all__ = [
     "contacts",
     "functions",
     "libraries",
+    "linearization",
     "parameters",
     "rounding",
     "singular_guard",

@@ -1,0 +1,109 @@
+"""First-order matrices of a system at many states, run by Python."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.emit.python.functions import module_source, program_of
+from lagrange_cli.program.constraint_programs import constraint_programs
+from lagrange_cli.program.derivative_programs import derivative_programs
+from lagrange_cli.simulate.model.inputs import substitute_inputs
+from lagrange_cli.simulate.system.inputs import read_recorded_inputs
+from lagrange_cli.simulate.system.tables import bound
+from lagrange_cli.simulate.system.tracing import functions_of
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.simulate.arrays import Array
+
+
+class LinearFunctions:
+    """A, B, C, D of equations without contacts, and E where constraints are kept beside them.
+
+    Raises
+    ------
+    InputError
+        A file of inputs cannot be read; derivatives are too many to write out.
+    """
+
+    def __init__(self, equations: Equations) -> None:
+        self._n, self._driven = len(equations.coordinates), len(equations.inputs)
+        self._rows = len(equations.outputs)
+        derivatives = derivative_programs(equations, jacobian=False, linearization=True)
+        programs = {"rhs": program_of(equations, "rhs"), **derivatives}
+        if equations.closures:
+            programs["multipliers"] = constraint_programs(equations)["multipliers"]
+        self._patterns = {
+            name: program.jacobian.pattern
+            for name, program in derivatives.items()
+            if program.jacobian is not None
+        }
+        self._functions = functions_of(module_source(programs))
+        self._parameters = [float(p.value or np.nan) for p in equations.parameters]
+        self._input = _inputs_of(equations, self._parameters) if equations.inputs else None
+
+    def inputs_at(self, t: Array, y: Array) -> Array:
+        """The scene's inputs at states; shape (m, inputs)."""
+        if self._input is None:
+            return np.empty((len(t), 0))
+        rows = [self._input(float(s), state) for s, state in zip(t, y, strict=True)]
+        return np.array(rows, dtype=float)
+
+    def matrices(self, t: Array, y: Array, u: Array) -> dict[str, Array]:
+        """The matrices by name, each of shape (m, rows, columns), NaN where there are none.
+
+        Parameters
+        ----------
+        t, y, u
+            Shapes (m,), (m, 2n) and (m, inputs).
+        """
+        n, m, driven = self._n, len(t), self._driven
+        whole = {
+            "A": np.zeros((m, 2 * n, 2 * n)),
+            "B": np.zeros((m, 2 * n, driven)),
+            "C": np.zeros((m, self._rows or n, 2 * n)),
+            "D": np.zeros((m, self._rows or n, driven)),
+        }
+        whole["A"][:, range(n), range(n, 2 * n)] = 1.0
+        self._fill(whole["A"][:, n:], "jacobian", t, y, u)
+        if driven:
+            self._fill(whole["B"][:, n:], "jacobian_u", t, y, u)
+        if not self._rows:
+            whole["C"][:, range(n), range(n)] = 1.0
+        else:
+            self._fill(whole["C"], "output_jacobian", t, y, u)
+            if driven:
+                self._fill(whole["D"], "output_jacobian_u", t, y, u)
+        if "constraint_jacobian" in self._patterns:
+            first = self._at("constraint_jacobian", t[0], y[0], u[0])
+            whole["E"] = np.empty((m, *first.shape))
+            self._fill(whole["E"], "constraint_jacobian", t, y, u)
+        return whole
+
+    def _fill(self, into: Array, name: str, t: Array, y: Array, u: Array) -> None:
+        pattern = self._patterns[name]
+        for k in range(len(t)):
+            values = self._at(name, t[k], y[k], u[k])
+            if pattern is None:
+                into[k] = values
+            else:
+                rows, columns = zip(*pattern, strict=True)
+                into[k][list(rows), list(columns)] = values
+
+    def _at(self, name: str, t: float, y: Array, u: Array) -> Any:
+        function = self._functions.get(name) or self._functions[f"_{name}"]
+        driven = [lambda *_: u] if self._driven else []
+        return function(float(t), y, self._parameters, *driven)
+
+
+def _inputs_of(equations: Equations, parameters: list[float]) -> Any:
+    """The function of t and y that gives the scene's inputs."""
+    asked = tuple((u.name, u.symbol) for u in equations.inputs)
+    known = substitute_inputs(replace(equations, outputs=asked))
+    function = functions_of(module_source({"outputs": program_of(known, "outputs")}))["outputs"]
+    files = tuple(u.recording for u in equations.inputs if u.recording is not None)
+    recorded = read_recorded_inputs(files)
+    return bound(function, parameters, None if recorded is None else recorded.pieces)

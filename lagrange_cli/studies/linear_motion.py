@@ -1,0 +1,204 @@
+"""The linear system beside a motion: A(t), B(t), C(t), D(t) at its samples.
+
+Small changes of a motion y(t) with inputs u(t) obey d/dt δy = A(t) δy + B(t) δu and
+δz = C(t) δy + D(t) δu, with the derivatives at y(t), u(t): what tracking controllers, Kalman
+filters and time-varying regulators start from. The matrices are exact derivatives of the equations,
+so that they are off by what the motion is off alone; how much that is, is measured beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from sympy import sign
+
+from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.simulate.system.linearization import LinearFunctions
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.simulate import Trajectory
+    from lagrange_cli.simulate.arrays import Array
+
+#: Changes of each state by what it may be off, with random signs, and what the largest change of a
+#: matrix is multiplied by: of few draws it is too small.
+_DRAWS, _SAFETY = 3, 2.0
+
+#: Runs at most, each more accurate than the one before.
+_MOST_RUNS = 3
+
+#: Accuracy of a further run, as a part of what would do.
+_MARGIN = 0.3
+
+#: Arrays of names among those of a file.
+NAMES = frozenset({"states", "inputs", "outputs"})
+
+#: Accuracy to integrate with → the motion.
+Simulate = Callable[[float], "Trajectory"]
+
+
+@dataclass(frozen=True)
+class LinearMotion:
+    """A linear system along a motion.
+
+    Attributes
+    ----------
+    name
+        The scene's.
+    status
+        ``ok``, or why the promise is not kept: that of the motion, or ``accuracy_not_reached``.
+    reason
+        The same in words; empty where all is well.
+    t
+        Times, shape (m,).
+    states, inputs, outputs
+        Names of coordinates and their ``dot``, of the scene's inputs, and of its outputs, else of
+        the coordinates.
+    y, u
+        Values of states and inputs, shapes (m, 2n) and (m, inputs).
+    matrices
+        ``A``, ``B``, ``C``, ``D``, and ``E`` with constraints kept, whose changes have E δy = 0;
+        each of shape (m, rows, columns).
+    requested, estimated
+        Largest error of a matrix, with states in their scales and relative to its largest number
+        (of B by columns, of C and E by rows): what was asked for, and what is estimated.
+    """
+
+    name: str
+    status: Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
+    reason: str
+    t: Array
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    y: Array
+    u: Array
+    matrices: Mapping[str, Array]
+    requested: float
+    estimated: float
+
+    def __repr__(self) -> str:
+        """Return a line."""
+        span = f"t = {self.t[0]:g} to {self.t[-1]:g}"
+        return f"<LinearMotion of {self.name}: {len(self.t)} samples, {span}, {self.status}>"
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """Everything by name, as an ``.npz`` file holds it."""
+        named = {key: np.array(getattr(self, key), dtype=str) for key in sorted(NAMES)}
+        return {"t": self.t, "y": self.y, "u": self.u, **self.matrices, **named}
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """The same as values that JSON can hold."""
+        accuracy = {"requested": self.requested, "estimated": self.estimated}
+        arrays = {key: values.tolist() for key, values in self.arrays.items()}
+        return {"status": self.status, "reason": self.reason or None, "accuracy": accuracy} | arrays
+
+
+def linear_motion(equations: Equations, simulate: Simulate, accuracy: float) -> LinearMotion:
+    """Linearize along a motion, which is found so accurately that the matrices are, too.
+
+    Raises
+    ------
+    InputError
+        There are contacts or forces that jump; the matrices do not exist at a sample; or as the
+        simulation.
+    """
+    _require_smooth(equations)
+    functions = LinearFunctions(equations)
+    found = _along(equations, functions, simulate(accuracy), accuracy)
+    asked = accuracy
+    for _ in range(_MOST_RUNS - 1):
+        if found.status != "ok" or found.estimated <= accuracy:
+            break
+        asked *= _MARGIN * accuracy / found.estimated
+        try:
+            motion = simulate(asked)
+        except InputError:
+            break  # doubles do not hold so much
+        found = _along(equations, functions, motion, accuracy)
+    if found.status != "ok" or found.estimated <= accuracy:
+        return found
+    reason = f"the matrices are within {found.estimated:.2g}, not {accuracy:.2g}"
+    return replace(found, status="accuracy_not_reached", reason=reason)
+
+
+def _require_smooth(equations: Equations) -> None:
+    """Refuse contacts and forces that jump: changes jump at their events, which no A(t) tells."""
+    jumping = any(expression.has(sign) for expression in equations.forcing)
+    if not (equations.contacts or jumping):
+        return
+    event = "a force does" if jumping else f"the contact '{equations.contacts[0].name}' opens"
+    message = f"small changes of a motion jump where {event}: no A(t), B(t) describe them"
+    hint = "emit --with linearization gives the matrices at any state between"
+    raise InputError(Problem(message, Mark(equations.file, 1, 1), hint, "linearization"))
+
+
+def _along(
+    equations: Equations, functions: LinearFunctions, motion: Trajectory, accuracy: float
+) -> LinearMotion:
+    """Evaluate the matrices at the samples of a motion, and what they may be off."""
+    names = [c.name for c in equations.coordinates]
+    states = (*names, *(f"dot({name})" for name in names))
+    y = np.array([motion.columns[name] for name in states]).T
+    u = functions.inputs_at(motion.t, y)
+    matrices = functions.matrices(motion.t, y, u)
+    for values in matrices.values():
+        lost = np.flatnonzero(~np.isfinite(values).all(axis=(1, 2)))
+        if len(lost):
+            message = f"the equations have no derivatives at t = {motion.t[lost[0]]:.6g}"
+            raise InputError(Problem(message, rule="linearization"))
+    scales = np.array([motion.scales[name] for name in states])
+    estimated = _error(functions, motion, y, u, matrices, scales)
+    return LinearMotion(
+        equations.name,
+        motion.status,
+        motion.reason,
+        motion.t,
+        states,
+        tuple(u.name for u in equations.inputs),
+        tuple(name for name, _ in equations.outputs) or tuple(names),
+        y,
+        u,
+        matrices,
+        accuracy,
+        estimated,
+    )
+
+
+def _error(
+    functions: LinearFunctions,
+    motion: Trajectory,
+    y: Array,
+    u: Array,
+    matrices: Mapping[str, Array],
+    scales: Array,
+) -> float:
+    """The largest change of a matrix where each state is off by its estimated error."""
+    off = (motion.estimated or 0.0) * scales
+    generator = np.random.default_rng(0)
+    n = y.shape[1]
+    largest = 0.0
+    for _ in range(_DRAWS):
+        moved = y + off * generator.choice([-1.0, 1.0], size=y.shape)
+        for name, values in functions.matrices(motion.t, moved, u).items():
+            change = _scaled(name, values - matrices[name], scales[:n])
+            size = _scaled(name, matrices[name], scales[:n])
+            axis = {"A": (0, 1, 2), "B": (0, 1), "D": (0,)}.get(name, (0, 2))
+            sizes = np.abs(size).max(axis=axis, initial=0.0)
+            changes = np.abs(change).max(axis=axis, initial=0.0)
+            # What is zero throughout, and stays so, is no error.
+            parts = np.divide(changes, sizes, out=np.zeros_like(changes), where=sizes > 0)
+            largest = max(largest, float(np.max(parts, initial=0.0)))
+    return _SAFETY * largest
+
+
+def _scaled(name: str, values: Array, scales: Array) -> Array:
+    """A matrix with states in their scales."""
+    if name in "ACE":
+        values = values * scales
+    return values / scales[:, None] if name in "AB" else values
