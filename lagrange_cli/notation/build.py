@@ -28,6 +28,7 @@ from lagrange_cli.notation.tree import (
     DisplayFraction,
     DisplayNode,
     DisplayNumber,
+    DisplayPi,
     DisplayPower,
     DisplaySum,
     DisplaySymbol,
@@ -242,18 +243,22 @@ class _Factors:
             self.below.append(ordering.root_of(below))
 
     def _place_coefficient(self, literals: Mapping[Fraction, str]) -> None:
-        """Show the number before the fraction, or in it where there is one."""
+        """Show the number before the fraction, or in it where there is one: also in π/6."""
         value = self.coefficient
         if value == 0:
             self.above, self.below = [ordering.number_of(0)], []
             return
         if _literal(value, literals) is None and _literal(1 / value, literals) is not None:
             self.below.append(_number(1 / value, literals))
-        elif self.below and _literal(value, literals) is None:
+        elif (self.below or _only_pi(self.above)) and _literal(value, literals) is None:
             self.above.append(_number(Fraction(value.numerator), literals))
             self.below.append(_number(Fraction(value.denominator), literals))
         else:
             self.above.append(_number(value, literals))
+
+
+def _only_pi(factors: Sequence[DisplayNode]) -> bool:
+    return bool(factors) and all(isinstance(f, DisplayPi) for f in factors)
 
 
 def _letter_power(node: DisplayNode) -> tuple[DisplayNode, Fraction]:

@@ -128,7 +128,8 @@ def test_double_pendulum():
         (Integer(0), "0"),
         (Rational(-7, 3), "-7/3"),
         (sympy.E, "exp(1)"),
-        (pi / 2, "½ π"),
+        (pi / 2, "π / 2"),
+        (-5 * pi / 6 * x, "-⅚ π x"),
     ],
 )
 def test_order_and_form(expression, text):
