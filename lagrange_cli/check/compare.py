@@ -130,14 +130,14 @@ def _has_opaque(pair: Sequence[Expr]) -> bool:
     return any(e.has(sympy.log, sympy.atanh, *inverse) for e in pair)
 
 
-def lagrangians_agree(expected: Expr, equations: Equations) -> Agreement:
-    """Compare a Lagrangian with the derived one, up to a total time derivative.
+def lagrangians_agree(expected: Expr, derived: Expr, equations: Equations) -> Agreement:
+    """Compare two Lagrangians up to a total time derivative.
 
     They agree if and only if both have the same Euler–Lagrange expressions (Courant and Hilbert,
     Methods of Mathematical Physics I, IV §3.5), and neither their difference nor its momenta jump:
     the impulses are not in these expressions.
     """
-    difference = _expanded(expected - equations.lagrangian)
+    difference = _expanded(expected - derived)
     if vanish(difference):
         return Agreement.SAME
     moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}

@@ -113,11 +113,11 @@ def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
 
 def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
     """Require each expected equation to be a nonzero multiple of a derived one, each of another."""
-    unmatched = list(equations.shown)
+    unmatched, start = list(equations.shown), _start(equations)
     for expected in expect.equations or ():
         residual, undecided = _residual(equations, expected), False
         for derived in unmatched:
-            verdict = proportional(residual, derived.residual, equations)
+            verdict = proportional(residual, derived.residual.xreplace(start), equations)
             if verdict is Agreement.SAME:
                 unmatched.remove(derived)
                 break
@@ -137,6 +137,12 @@ def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
             )
 
 
+def _start(equations: Equations) -> dict[Expr, Expr]:
+    """Values of constants of integration: no expression of a scene holds their symbols."""
+    named = [p for p in equations.parameters if p.start_of is not None]
+    return {p.symbol: p.exact for p in named if p.exact is not None}
+
+
 def _residual(equations: Equations, expected: Equation) -> Expr:
     return interpret(equations, expected.left) - interpret(equations, expected.right)
 
@@ -145,7 +151,8 @@ def _lagrangian(expect: Expect, equations: Equations) -> Iterator[Problem]:
     if expect.lagrangian is None:
         return
     expected = interpret(equations, expect.lagrangian)
-    verdict = lagrangians_agree(expected, equations)
+    derived = equations.lagrangian.xreplace(_start(equations))
+    verdict = lagrangians_agree(expected, derived, equations)
     if verdict is not Agreement.SAME:
         yield Problem(
             "expected Lagrangian is not the derived one, nor differs by a total time derivative"
@@ -166,6 +173,7 @@ def _hamiltonian(expect: Expect, equations: Equations) -> Iterator[Problem]:
     expected = interpret(equations, expect.hamiltonian, {m.name: m.symbol for m in momenta})
     # Velocities that stay in H are those that the momenta determine.
     over = {m.symbol: m.expression for m in momenta} if form.coupled else {}
+    over |= _start(equations)
     verdict = expressions_agree(expected.xreplace(over), form.expression.xreplace(over), equations)
     if verdict is not Agreement.SAME:
         yield Problem(

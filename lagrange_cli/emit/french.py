@@ -28,6 +28,7 @@ FRENCH = {
     "Meaning": "Signification",
     "Value": "Valeur",
     "Unit": "Unité",
+    "{coordinate} at the start": "{coordinate} au départ",
     "Inputs": "Entrées",
     "Outputs": "Sorties",
     "column {column} of {file}, linear between rows": (

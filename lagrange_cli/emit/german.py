@@ -27,6 +27,7 @@ GERMAN = {
     "Meaning": "Bedeutung",
     "Value": "Wert",
     "Unit": "Einheit",
+    "{coordinate} at the start": "{coordinate} am Anfang",
     "Inputs": "Eingänge",
     "Outputs": "Ausgänge",
     "column {column} of {file}, linear between rows": (

@@ -11,7 +11,7 @@ from lagrange_cli.emit.naming import comment_text
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Closure, Equations
+    from lagrange_cli.mechanics.equations import Closure, Equations, Parameter
 
 #: Most steps between two rows that an emitted program prints: a C int holds them.
 _MOST_STEPS = 1_000_000_000
@@ -29,9 +29,18 @@ def multiple_of_pi(value: float) -> Expr | None:
 
     near = Fraction(value / math.pi).limit_denominator(_LARGEST_DENOMINATOR)
     exact = near.numerator * math.pi / near.denominator
-    if value == 0 or not math.isclose(exact, value, rel_tol=2e-16):
+    if value == 0 or not math.isclose(exact, value, rel_tol=4e-16):
         return None
     return sympy.Rational(near.numerator, near.denominator) * sympy.pi
+
+
+def exact_value(parameter: Parameter) -> Expr | None:
+    """A parameter's value if it is a simple fraction of π; None of others, which are decimals."""
+    import sympy
+
+    ratio = sympy.Integer(0) if parameter.exact is None else parameter.exact / sympy.pi
+    simple = ratio.is_Rational and ratio != 0 and ratio.q <= _LARGEST_DENOMINATOR
+    return parameter.exact if simple else None
 
 
 def steps_per_row(equations: Equations, rows: int, default: int) -> int:
@@ -47,17 +56,23 @@ def residual_labels(equations: Equations) -> list[str]:
     """Name each residual of the function ``constraints`` for messages."""
     closures = [*equations.closures, *(contact.closure for contact in equations.contacts)]
     positions = [c for c in closures if c.kind == "position"]
+    starts = ", ".join(_start_names(equations))
     return [
-        *(_position_label(c) for c in positions),
+        *(_position_label(c, starts) for c in positions),
         *(comment_text(c.name if c.kind == "velocity" else f"rate of {c.name}") for c in closures),
     ]
 
 
-def _position_label(closure: Closure) -> str:
+def _position_label(closure: Closure, starts: str) -> str:
     name = comment_text(closure.name)
     if not closure.integral:
         return name
-    return f"{name}: its constant comes from 'initial' of the scene, to be changed there"
+    return f"{name}: its constant is that of the start{starts and f', {starts}'}"
+
+
+def _start_names(equations: Equations) -> list[str]:
+    """Names of the parameters that are starts, in constants of integration."""
+    return [comment_text(p.name) for p in equations.parameters if p.start_of is not None]
 
 
 def rates_note(equations: Equations) -> list[str]:
@@ -65,7 +80,8 @@ def rates_note(equations: Equations) -> list[str]:
     names = [comment_text(c.name) for c in equations.closures if c.integral]
     if not names:
         return []
+    starts = ", ".join(_start_names(equations)) or "of 'initial'"
     return [
         "The scene states the rates of these closures; the constants of their integrals are",
-        f"those of its initial state, for other ones emit again: {', '.join(names)}",
+        f"those of the start that the parameters {starts} say: {', '.join(names)}",
     ]

@@ -228,6 +228,7 @@ def _unused_warnings(scene: Scene, unused: tuple[str, ...]) -> tuple[Problem, ..
 
 
 def _parameters(reduced: Reduced) -> Iterator[Parameter]:
+    starts = {parameter: coordinate for coordinate, parameter in reduced.scene.starts}
     for p in reduced.scene.parameters:
         value = reduced.values.exact.get(p.name)
         yield Parameter(
@@ -239,6 +240,8 @@ def _parameters(reduced: Reduced) -> Iterator[Parameter]:
             unit=p.unit,
             description=p.description,
             latex=p.latex,
+            start_of=starts.get(p.name),
+            exact=value,
         )
 
 

@@ -62,6 +62,10 @@ class Parameter:
         True if the scene declares it positive.
     unit, description, latex
         Texts of the scene, None if absent.
+    start_of
+        Coordinate, or ``t``, whose start it is: a constant of integration. None for others.
+    exact
+        The value as an exact number; None if there is none.
     """
 
     name: str
@@ -72,6 +76,8 @@ class Parameter:
     unit: str | None = None
     description: str | None = None
     latex: str | None = None
+    start_of: str | None = None
+    exact: Expr | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

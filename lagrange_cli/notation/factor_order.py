@@ -58,6 +58,7 @@ _ROLES = {
     Role.COUPLING: Place.COUPLING,
     Role.MASS: Place.MASS,
     Role.GRAVITY: Place.GRAVITY,
+    Role.START: Place.COORDINATE,
     Role.OTHER: Place.PARAMETER,
 }
 #: The places of symbols and of sums, by dependence.

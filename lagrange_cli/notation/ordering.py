@@ -67,6 +67,12 @@ def spelled_symbol(text: str, level: Dependence, rank: int) -> DisplaySymbol:
     return replace(symbol_of(text, level, rank), spelled=True)
 
 
+def start_symbol(name: str, rank: int, latex: str | None = None) -> DisplaySymbol:
+    """The start of a coordinate, as a constant: it stands behind the coordinate of this rank."""
+    traits = OrderTraits(Dependence.PARAMETER, 1, 0, f"{rank:06d}~")
+    return DisplaySymbol(name, 0, latex, traits, Role.START)
+
+
 def abbreviation_of(
     name: str, level: Dependence, rank: int, latex: str | None = None
 ) -> DisplaySymbol:

@@ -29,6 +29,7 @@ class Role(Enum):
     COUPLING = "G"
     MASS = "a mass"
     GRAVITY = "g"
+    START = "a coordinate at the start"
     OTHER = "anything else"
 
 

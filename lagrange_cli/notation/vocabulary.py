@@ -82,6 +82,11 @@ def vocabulary(equations: Equations, *, abbreviating: bool = False) -> Vocabular
         )
         for rank, p in enumerate(equations.parameters)
     }
+    ranks = {c.name: rank for rank, c in enumerate(equations.coordinates)}
+    for p in equations.parameters:
+        if p.start_of is not None:
+            rank = ranks.get(p.start_of, len(ranks))
+            atoms[p.symbol] = ordering.start_symbol(p.name, rank, p.latex)
     for rank, closure in enumerate(equations.pushing, len(equations.parameters)):
         # With the underscores that tell the symbol from other names of the scene.
         name = multiplier_name(closure.multiplier.name.removeprefix("lambda_"))

@@ -174,3 +174,18 @@ def test_an_expectation_that_cannot_be_decided_says_so(tmp_path):
     wrong = "max(0, x - 3)*(m*ddot(x) + k*max(0, x - 3))"
     (problem,) = problems(tmp_path, stop, f"  equations: ['{wrong} = 0']\n")
     assert "it cannot be decided whether this is a multiple" in problem.message
+
+
+@pytest.mark.parametrize("start", ["pi/6", "0.3"])
+def test_numbers_of_the_start_stand_for_constants_of_integration(tmp_path, start):
+    scene = (
+        "parameters: {m: 1, J: 0.3, R: 0.5, k: 3}\n"
+        "particles: {load: {mass: m, position: [0, 0, y]}}\ncoordinates: [phi]\n"
+        "kinetic: {drum: J*dot(phi)^2/2}\npotentials: {spring: k*y^2/2}\n"
+        f"constraints: {{rope: dot(y) = -R*dot(phi)}}\ninitial: {{phi: {start}, y: 0.4}}\n"
+    )
+    equation = "(J + m*R^2)*ddot(phi) - k*R*(0.4 - R*(phi - %s)) = 0"
+    lagrangian = "(J + m*R^2)*dot(phi)^2/2 - k/2*(0.4 - R*(phi - %s))^2"
+    for expected in (f'  equations: ["{equation}"]\n', f'  lagrangian: "{lagrangian}"\n'):
+        assert not problems(tmp_path, scene, expected % start)
+        assert problems(tmp_path, scene, expected % "0.31")

@@ -85,7 +85,7 @@ def nearest(errors):
 
 
 @pytest.mark.compiler
-def test_a_constant_of_integration_is_not_changed(build):
+def test_a_constant_of_integration_is_a_parameter(build):
     started = build(wheel())
     good, rows, _ = started()
     assert good
@@ -93,9 +93,12 @@ def test_a_constant_of_integration_is_not_changed(build):
     good, _, errors = started("s=1.3")
     assert not good
     assert errors[0] == (
-        "the initial state violates the constraints by 1 (roll: its constant comes from "
-        "'initial' of the scene, to be changed there)"
+        "the initial state violates the constraints by 1 (roll: its constant is that of the "
+        "start, s_0, phi_0)"
     )
+    good, rows, _ = started("s=1.3", "s_0=1.3")
+    assert good
+    assert first(rows) == [1.3, 1.0, 0.4, 0.5]
     # A start with the same constant s - R phi runs, and is the one that was given.
     good, rows, _ = started("s=1.1", "phi=2")
     assert good
@@ -112,7 +115,7 @@ def test_rates_by_names_of_velocities():
     assert (roll.kind, roll.text) == ("position", "u = R*w")
     for to in ("c", "python"):
         text = "".join(EMITTERS[to].emit(equations).values())
-        assert "for other ones emit again: roll" in text
+        assert "those of the start that the parameters s_0, phi_0 say: roll" in text
 
 
 @pytest.mark.compiler
@@ -209,9 +212,9 @@ def test_a_zero_with_rounding_in_float(tmp_path):
 def test_what_is_said_of_rates():
     for to in ("c", "python"):
         text = "".join(EMITTERS[to].emit(wheel()).values())
-        assert "for other ones emit again: roll" in text
-        assert "for other ones" not in "".join(EMITTERS[to].emit(closures.sleigh()).values())
-        assert "for other ones" not in "".join(EMITTERS[to].emit(closures.pendulum()).values())
+        assert "those of the start that the parameters s_0, phi_0 say: roll" in text
+        for closed in (closures.sleigh(), closures.pendulum()):
+            assert "those of the start" not in "".join(EMITTERS[to].emit(closed).values())
 
 
 @pytest.mark.compiler

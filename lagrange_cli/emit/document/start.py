@@ -30,7 +30,7 @@ def start(writer: DocumentWriter) -> Section | None:
 def _rows(writer: DocumentWriter, order: int, values: Sequence[float]) -> Iterator[Formula]:
     for c, value in zip(writer.equations.coordinates, values, strict=True):
         label = writer.coordinate(c, order)
-        multiple = multiple_of_pi(value) if c.is_angle and order == 0 else None
+        multiple = multiple_of_pi(value) if order == 0 else None
         if multiple is not None:
             yield writer.row(label, multiple)
         else:

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.constraint_wording import recorded_line
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.family_wording import sizes_line
+from lagrange_cli.emit.initial_state import exact_value
 from lagrange_cli.emit.steps.sections import Block, Section, Table, Words, formulas, section
+from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.emit.document.letters import DocumentLetters
-    from lagrange_cli.mechanics.equations import ParticleMotion
+    from lagrange_cli.mechanics.equations import Parameter, ParticleMotion
 
 
 def system(writer: DocumentWriter) -> Section | None:
@@ -74,14 +76,24 @@ def _parameters(writer: DocumentWriter) -> Table | None:
     literals = dict(writer.equations.literals)
     rows = []
     for p in writer.equations.parameters:
-        value = ""
-        if p.value is not None:
+        value, exact = "", exact_value(p)
+        if exact is not None:
+            value = writer.inline(exact)
+        elif p.value is not None:
             value = letters.inline(letters.value(p.value, literals.get(Fraction(repr(p.value)))))
         symbol = letters.inline(letters.symbol(p.name, 0, p.latex))
-        meaning, unit = letters.words(p.description or ""), letters.unit(p.unit or "")
-        rows.append((symbol, meaning, value, unit))
+        rows.append((symbol, _meaning(writer, p), value, letters.unit(p.unit or "")))
     heads = (say("Parameter"), say("Meaning"), say("Value"), say("Unit"))
     return Table(heads, tuple(rows), prose=heads[1]).kept() if rows else None
+
+
+def _meaning(writer: DocumentWriter, parameter: Parameter) -> str:
+    letters = writer.letters
+    if parameter.start_of is None:
+        return letters.words(parameter.description or "")
+    latex = latex_overrides(writer.equations).get(parameter.start_of)
+    symbol = letters.inline(letters.symbol(parameter.start_of, 0, latex))
+    return writer.say("{coordinate} at the start", coordinate=symbol)
 
 
 def inputs(writer: DocumentWriter) -> Section | None:

@@ -175,7 +175,7 @@ def initial(writer: TextWriter) -> list[Row]:
     for order, values in enumerate((start.positions, start.velocities)):
         for c, value in zip(writer.equations.coordinates, values, strict=True):
             name = f"  {writer.printer.symbol(c.name, order)}"
-            multiple = multiple_of_pi(value) if c.is_angle and order == 0 else None
+            multiple = multiple_of_pi(value) if order == 0 else None
             if multiple is not None:
                 rows.append(writer.formula(name, multiple))
             else:

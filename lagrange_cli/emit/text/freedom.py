@@ -19,6 +19,7 @@ from lagrange_cli.emit.family_wording import (
     sizes_line,
     text_ranges,
 )
+from lagrange_cli.emit.initial_state import exact_value
 from lagrange_cli.emit.text.writer import (
     TextWriter,
     equation_pieces,
@@ -27,12 +28,13 @@ from lagrange_cli.emit.text.writer import (
     remark_pieces,
 )
 from lagrange_cli.errors import escape_controls
+from lagrange_cli.notation.build import display
 from lagrange_cli.notation.layout import Piece, suffixed
 from lagrange_cli.notation.page import Block, Row, formula, words
 from lagrange_cli.notation.scene_language import ScenePrinter
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import CartesianName
+    from lagrange_cli.mechanics.equations import CartesianName, Parameter
 
 
 def parameters(writer: TextWriter) -> list[Row]:
@@ -40,16 +42,27 @@ def parameters(writer: TextWriter) -> list[Row]:
     literals = dict(writer.equations.literals)
     rows = []
     for p in writer.equations.parameters:
-        value = "" if p.value is None else literals.get(Fraction(repr(p.value)), repr(p.value))
+        value, exact = "", exact_value(p)
+        if exact is not None:
+            value = writer.printer.inline(display(exact, writer.words))
+        elif p.value is not None:
+            value = literals.get(Fraction(repr(p.value)), repr(p.value))
         told = f"{value.removesuffix('.0')} {escape_controls(p.unit or '')}".strip()
         rows.append((writer.printer.symbol(p.name), f" = {told}" if told else ""))
     leads = leads_after([name + told for name, told in rows])
-    meanings = [words(escape_controls(p.description or "")) for p in writer.equations.parameters]
+    meanings = [words(_meaning(writer, p)) for p in writer.equations.parameters]
     lines = [
         Row(f"  {name}", told + lead, meaning, "name")
         for (name, told), lead, meaning in zip(rows, leads, meanings, strict=True)
     ]
     return [heading_row(writer.say("Parameters")), *lines] if lines else []
+
+
+def _meaning(writer: TextWriter, parameter: Parameter) -> str:
+    if parameter.start_of is None:
+        return escape_controls(parameter.description or "")
+    symbol = writer.printer.symbol(parameter.start_of)
+    return writer.say("{coordinate} at the start", coordinate=symbol)
 
 
 def account(writer: TextWriter, *, positions: bool = True) -> list[Row | Block]:

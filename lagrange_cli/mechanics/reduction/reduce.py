@@ -58,6 +58,7 @@ from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.reduction.velocity_constraints import (
     StartNeededError,
     VelocityConstraint,
+    from_start,
     independent_constraints,
     integrate_constraints,
 )
@@ -95,20 +96,24 @@ def reduce(scene: Scene) -> Reduced:
 
 
 def _with_starts(scene: Scene, coordinates: Sequence[str]) -> Scene:
-    """The scene with a parameter for the start of each of some coordinates."""
+    """The scene with a parameter for the start of each of some coordinates, or of ``t``."""
     parameters, starts = list(scene.parameters), dict(scene.starts)
     declared = {c.name: c for c in scene.coordinates or ()}
     table = name_table(scene)
     place = scene.coordinates_mark or Mark(scene.file, 1, 1)
+    given = {e.name: e.value for e in scene.initial if e.order == 0}
     for q in coordinates:
         name = tagged(q, "_0")
         while name in table:
             name = tagged(name, "_")
         starts[q] = name
         unit = declared[q].unit if q in declared else None
+        latex = declared[q].latex if q in declared else None
+        if latex is not None:
+            latex = f"{{{latex}}}_{{0}}" if "_" in latex else f"{latex}_{{0}}"
         told, positive = f"{q} at the start", q in scene.positive
-        start = DeclaredParameter(name, place, unit=unit, positive=positive, description=told)
-        parameters.append(start)
+        value = scene.simulate.start if q == "t" else given.get(q)
+        parameters.append(DeclaredParameter(name, place, value, unit, positive, told, latex))
     return replace(scene, parameters=tuple(parameters), starts=tuple(starts.items()))
 
 
@@ -248,6 +253,9 @@ def _reduced(basis: _Basis, stated: list[StatedEquation], strict: bool) -> Reduc
     elimination = _eliminate(names, scene, stated, reference, strict)
     symbols = _coordinate_symbols(names, elimination)
     resolved = {s: _placed(elimination, s, symbols) for s in names.cartesian.values()}
+    starts = {names.parameters[name]: q for q, name in scene.starts}
+    pairs = [(s, start) for start, q in starts.items() for s in symbols if s.name == q]
+    resolved = {s: from_start(expr, pairs) for s, expr in resolved.items()}
     geometry = Geometry(names, elimination, resolved, symbols, reference)
     chart = Chart(basis.values, geometry, tuple(generalized_coordinates(geometry, ())))
     chart, points, kept = _restricted(chart)

@@ -97,12 +97,12 @@ class VelocityConstraint:
 
 
 class StartNeededError(Exception):
-    """Constants of integration need starts of coordinates that nothing gives.
+    """Constants of integration need parameters for the starts of coordinates.
 
     Attributes
     ----------
     names
-        Names of the coordinates.
+        Names of the coordinates, and ``t`` for the time at which motions start.
     """
 
     def __init__(self, names: Sequence[str]) -> None:
@@ -131,7 +131,7 @@ def integrate_constraints(
     InputError
         A level is not linear in velocities.
     StartNeededError
-        Neither ``initial`` nor a parameter of the scene gives the constant.
+        No parameter of the scene names the start of a coordinate.
     """
     integrals: dict[int, StatedEquation] = {}
     constants = frozenset(names.parameters.values())
@@ -141,7 +141,8 @@ def integrate_constraints(
         whole = None if whole is None else _real_branch(whole, reference)
         if whole is None or whole == 0:
             continue
-        start = _start(names, [c.q for c in coordinates if c.q in whole.free_symbols])
+        moving = [c.q for c in coordinates if c.q in whole.free_symbols]
+        start = _start(names, [*moving, *({names.t} & whole.free_symbols)])
         sides = _sides(whole, start)
         written = " = ".join(str(side).replace("**", "^") for side in sides)
         remarks.append(f"constraint '{level.constraint}' is the rate of {written}: it counts to K")
@@ -176,8 +177,8 @@ def _value(expr: sp.Expr, reference: SymbolValues) -> mpf:
     return evaluate([expr], {s: reference[s] for s in expr.free_symbols})[0]
 
 
-def _start(names: Names, q: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
-    """Start of the coordinates and of t: over parameters of the scene, or those of its starts.
+def _start(names: Names, moving: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
+    """Start of coordinates and of t: parameters that ``initial`` names, or those of its starts.
 
     Raises
     ------
@@ -185,19 +186,20 @@ def _start(names: Names, q: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
         Some of them have none.
     """
     scene = names.scene
-    begin = scene.simulate.start
-    initial: dict[sp.Symbol, sp.Expr] = {
-        names.t: names.convert(begin) if begin is not None else sp.Integer(0)
-    }
+    start: dict[sp.Symbol, sp.Expr] = {}
     for entry in scene.initial:
         symbol = names.lookup(entry.name)
-        if entry.order == 0 and symbol is not None and symbol.is_Symbol:
-            initial[symbol] = names.convert(entry.value)
-    missing, starts = [s for s in q if s not in initial], dict(scene.starts)
-    unnamed = [s.name for s in missing if s.name not in starts]
+        value = names.convert(entry.value)
+        if entry.order == 0 and symbol is not None and value.is_Symbol:
+            start[symbol] = value
+    begin = scene.simulate.start
+    if begin is None or names.convert(begin) == 0:
+        start[names.t] = sp.Integer(0)
+    starts = dict(scene.starts)
+    unnamed = [s.name for s in moving if s not in start and s.name not in starts]
     if unnamed:
         raise StartNeededError(unnamed)
-    return initial | {s: names.parameters[starts[s.name]] for s in missing}
+    return {s: start[s] if s in start else names.parameters[starts[s.name]] for s in moving}
 
 
 def _sides(whole: sp.Expr, start: Mapping[sp.Symbol, sp.Expr]) -> tuple[sp.Expr, sp.Expr]:
@@ -227,6 +229,19 @@ def _through_start(
     factors = factor_branches(sides[0] - sides[1], constants)
     through = [f for f in factors if sp.expand(f.xreplace(start)) == 0]
     return (through[0], sp.Integer(0)) if len(through) == 1 < len(factors) else sides
+
+
+def from_start(expr: sp.Expr, pairs: Sequence[tuple[sp.Symbol, sp.Symbol]]) -> sp.Expr:
+    """Write the sums of an expression over q − q_0, for pairs of a coordinate and its start."""
+
+    def grouped(total: sp.Expr) -> sp.Expr:
+        for q, start in pairs:
+            slope = total.coeff(q)
+            if slope != 0 and sp.expand(slope + total.coeff(start)) == 0:
+                total = total - sp.expand(slope * (q - start)) + slope * (q - start)
+        return total
+
+    return expr.replace(lambda e: e.is_Add, grouped) if pairs else expr
 
 
 @dataclass(frozen=True)

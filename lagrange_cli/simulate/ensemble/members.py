@@ -167,6 +167,8 @@ def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> boo
     simple = not (model.multipliers or model.contacts or model.chart)
     if not simple or not {name for name, _ in initial_names} <= set(model.coordinates):
         return False
+    if not {p.name for p in model.parameters} <= {p.name for p in scene.parameters}:
+        return False  # a constant of integration follows the start
     if model.initial is None or not {(name, 0) for name in model.coordinates} <= set(initial_names):
         return False
     if NumericMembers(recipe, member, model).of(member) != model:

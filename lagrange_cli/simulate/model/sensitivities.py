@@ -108,7 +108,10 @@ class SensitiveModels:
         def with_parameter(name: str, text: str) -> Model:
             return self._model({**parameters, name: text}, initial)
 
-        directions = [_direction(name, model, with_parameter) for name in dict.fromkeys(names)]
+        starts = {p.start_of: p.name for p in self._equations.parameters if p.start_of}
+        directions = [
+            _direction(name, model, starts, with_parameter) for name in dict.fromkeys(names)
+        ]
         key = tuple((d.name, tuple(d.parameters.items())) for d in directions)
         if key not in self._made:
             self._made[key] = model_of(_varied(self._equations, directions))
@@ -187,14 +190,17 @@ def _require_smooth(equations: Equations, model: Model) -> None:
         raise InputError(Problem(message, hint=hint, rule="sensitivity"))
 
 
-def _direction(name: str, model: Model, with_parameter: _WithParameter) -> _Direction:
+def _direction(
+    name: str, model: Model, starts: Mapping[str, str], with_parameter: _WithParameter
+) -> _Direction:
+    """Derivatives by a number; ``starts``: of coordinates whose start is a parameter, by name."""
     states = model.state_names
-    if name in states:
+    if name in states or name in starts:
         unit = tuple(Fraction(int(state == name)) for state in states)
-        return _Direction(name, unit, {})
+        return _Direction(name, unit, {starts[name]: Fraction(1)} if name in starts else {})
     values = {p.name: x for p, x in zip(model.parameters, model.exact_numbers, strict=True)}
-    if name not in values:
-        names = [*states, *values]
+    if name not in values or name in starts.values():
+        names = [*states, *starts, *(set(values) - set(starts.values()))]
         message = f"'{name}' is neither a coordinate, whose start it would be, nor a parameter"
         hint = nearest(name, names) or f"there are {', '.join(names)}"
         raise InputError(Problem(message, hint=hint, rule="sensitivity"))

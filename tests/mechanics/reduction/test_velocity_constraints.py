@@ -15,6 +15,7 @@ from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 from lagrange_cli import loads
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import InputError
+from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.reduction.integrability import (
     PfaffianForm,
     integrable_rank,
@@ -67,6 +68,11 @@ def _precise() -> Iterator[None]:
 def draw(seed: int, count: int) -> list[mpf]:
     numbers = random.Random(seed)
     return [mpf(numbers.uniform(-3, 3)) for _ in range(count)]
+
+
+def starts(e: Equations) -> dict[sp.Expr, sp.Expr]:
+    """Values of constants of integration."""
+    return {p.symbol: p.exact for p in e.parameters if p.start_of and p.exact is not None}
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -175,7 +181,7 @@ def test_rolling_along_a_line_is_holonomic() -> None:
     assert (e.account.constraints, e.account.dof, e.account.nonholonomic) == (2, 1, 0)
     (x,) = [c.position for c in e.cartesian_names if c.name == "x"]
     phi, r = e.coordinates[0].q, next(p.symbol for p in e.parameters if p.name == "R")
-    assert sp.expand(x - (r * (phi - sp.Rational(3, 10)) + 1)) == 0
+    assert sp.expand(x.xreplace(starts(e)) - (r * (phi - sp.Rational(3, 10)) + 1)) == 0
     assert any("counts to K" in remark for remark in e.remarks)
 
 
@@ -190,19 +196,19 @@ def test_rolling_with_both_coordinates_declared() -> None:
     assert close(-multipliers["roll"] / 2, 3 * found["phi"])  # friction turns the cylinder
 
 
-def test_the_constant_comes_from_the_initial_state() -> None:
+def test_the_constant_is_named_by_the_initial_state() -> None:
     for start, x_0, phi_0 in (
         ("initial: {x: 1, phi: 0.3}\n", 1, sp.Rational(3, 10)),
         ("initial: {phi: 0.3}\n", None, sp.Rational(3, 10)),
         ("", None, None),
     ):
         e = derived((CYLINDER % "phi").replace("initial: {x: 1, phi: 0.3}\n", start))
-        symbols = {p.name: p.symbol for p in e.parameters}
-        assert ("x_0" in symbols) == (x_0 is None)
-        assert ("phi_0" in symbols) == (phi_0 is None)
+        named = {p.name: p for p in e.parameters}
+        assert (named["x_0"].start_of, named["x_0"].exact) == ("x", x_0)
+        assert (named["phi_0"].start_of, named["phi_0"].exact) == ("phi", phi_0)
         (x,) = [c.position for c in e.cartesian_names if c.name == "x"]
-        turned = e.coordinates[0].q - symbols.get("phi_0", phi_0)
-        assert sp.expand(x - symbols.get("x_0", x_0) - symbols["R"] * turned) == 0
+        turned = e.coordinates[0].q - named["phi_0"].symbol
+        assert sp.expand(x - named["x_0"].symbol - named["R"].symbol * turned) == 0
         assert not e.warnings
         assert (e.initial is None) == (start.count(":") < 3)
 
@@ -223,6 +229,33 @@ def test_integrals_are_written_from_the_start() -> None:
     assert nonlinear.remarks[0].startswith(
         "constraint 'rolling' is the rate of a*phi - theta^2/2 = "
     )
+
+
+def test_what_is_eliminated_is_written_from_the_start() -> None:
+    scene = (
+        "particles: {load: {mass: 2, position: [0, 0, y]}}\ncoordinates: [phi]\n"
+        "parameters: {k: 3, R: 0.5}\nkinetic: {drum: dot(phi)^2}\npotentials: {v: k*y^2/2}\n"
+        "constraints: {rope: dot(y) = -R*dot(phi)}\ninitial: {phi: 0.3, y: 0}"
+    )
+    text = derivation_text(derived(scene))
+    assert "V = ½ k (y_0 - R (φ - φ_0))²\n" in text
+    assert "Coordinates   φ        y = y_0 - R (φ - φ_0)\n" in text
+
+
+def test_the_time_of_the_start_is_named_too() -> None:
+    scene = (
+        "parameters: {w: 2}\nparticles: {b: {mass: 1, position: [r*cos(u), r*sin(u), 0]}}\n"
+        "coordinates: [r, u]\nconstraints: {motor: dot(u) = w*t}\ninitial: {r: 1, u: 0.5}\n"
+        "simulate: {from: %s, until: 3}\n"
+    )
+    e = derived(scene % 1)
+    assert [(p.name, p.exact) for p in e.parameters if p.start_of] == [
+        ("u_0", sp.Rational(1, 2)),
+        ("t_0", 1),
+    ]
+    assert "t_0" not in {p.name for p in derived(scene % 0).parameters}
+    end = loads(scene % 1).derive().simulate().columns["u"][-1]
+    assert math.isclose(end, 0.5 + 9 - 1, rel_tol=1e-9)
 
 
 def test_a_run_asks_for_the_start_of_the_constant() -> None:
@@ -307,7 +340,8 @@ def test_a_logarithm_is_real_on_either_side_of_its_pole(y: str) -> None:
     assert (e.account.dof, e.account.nonholonomic, e.closures) == (1, 0, ())
     (x,) = [c for c in e.cartesian_names if c.name == "x"]
     for factor in (mpf(1), mpf(3)):
-        there = number(x.position, {e.coordinates[0].q: factor * mpf(y)})
+        position = x.position.xreplace(starts(e))
+        there = number(position, {e.coordinates[0].q: factor * mpf(y)})
         assert abs(there - (1 - mpmath.log(factor))) < mpf(10) ** -25
 
 

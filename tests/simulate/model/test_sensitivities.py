@@ -346,3 +346,20 @@ def test_the_command(tmp_path):
         done = subprocess.run([*words, *wrong], capture_output=True, text=True, check=False)
         assert done.returncode == 2
         assert said in done.stderr
+
+
+def test_starts_in_constants_of_integration():
+    """A wheel rolls against a spring: x(t) = x_0 cos t and phi = phi_0 + (x - x_0)/R."""
+    scene = (
+        "parameters: {m: 2, R: 0.5, I: 0.25, k: 3}\n"
+        "particles: {wheel: {mass: m, position: [x, 0, 0]}}\n"
+        "constraints: {rolls: dot(x) = R*dot(phi)}\ncoordinates: [phi]\n"
+        "kinetic: {spin: I*dot(phi)^2/2}\npotentials: {spring: k*x^2/2}\n"
+        "initial: {x: 1, phi: 0.4, dot(phi): 0}\n"
+    )
+    motion = loads(scene).derive().simulate(until=3, accuracy=1e-9, sensitivity=["phi", "x", "R"])
+    swing = np.cos(motion.t)
+    assert np.abs(motion.columns["d(phi)/d(phi)"] - 1).max() < 1e-8
+    assert np.abs(motion.columns["d(phi)/d(x)"] - (swing - 1) / 0.5).max() < 1e-8
+    with pytest.raises(InputError, match="'phi_0' is neither a coordinate"):
+        loads(scene).derive().simulate(until=3, sensitivity=["phi_0"])
