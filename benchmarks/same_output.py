@@ -44,23 +44,24 @@ EXCERPT, WIDTH = 12, 160
 
 #: Every choice of `derive` but those of the arithmetic of the certificate.
 DERIVE_FORMATS = ("text", "latex", "markdown", "typst", "json")
-DERIVE_FORMS = ("lagrange", "explicit", "multiplier", "hamiltonian", "routhian")
+FORMS = ("lagrange", "explicit", "first-order", "hamiltonian", "routhian", "small-oscillations")
+DERIVE_FORMS = (*FORMS, "multiplier")
 
 #: Every choice of `emit`, by format; `minimal` is for the most part what `auto` chooses, and is
 #: tried once for each format.
 EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
     "latex": {
         "--style": ("document", "snippet"),
-        "--form": ("lagrange", "explicit", "hamiltonian", "routhian"),
+        "--form": FORMS,
         "--by": (None, "lagrange"),
     },
     "markdown": {
-        "--form": ("lagrange", "explicit", "hamiltonian", "routhian"),
+        "--form": FORMS,
         "--steps": (None, ""),
         "--by": (None, "dalembert"),
     },
     "typst": {
-        "--form": ("lagrange", "explicit", "hamiltonian", "routhian"),
+        "--form": FORMS,
         "--by": (None, "lagrange", "dalembert"),
     },
     "c": {

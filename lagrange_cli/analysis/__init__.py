@@ -5,4 +5,12 @@ linear systems, modes and other forms of the equations come out, as frozen value
 found unless it is asked for. Read :mod:`.analyze` first; :mod:`.symmetries` has Noether's theorem.
 """
 
-__all__ = ["analyze", "hamiltonian", "momenta", "routhian", "symmetries", "values"]
+__all__ = [
+    "analyze",
+    "hamiltonian",
+    "momenta",
+    "routhian",
+    "small_oscillations",
+    "symmetries",
+    "values",
+]

@@ -14,6 +14,7 @@ from lagrange_cli.cli.reports.derive import FORMATS
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.output import Command, deliver, page_encoding
 from lagrange_cli.emit.base import completed
+from lagrange_cli.emit.document_options import FORM, FORMS
 from lagrange_cli.emit.registry import DERIVED
 from lagrange_cli.notation.page import USUAL_WIDTH, Page
 from lagrange_cli.stages import announce
@@ -36,12 +37,11 @@ if TYPE_CHECKING:
 @options.json_flag("The same as --format json.")
 @click.option(
     "--form",
-    type=click.Choice(["lagrange", "explicit", "multiplier", "hamiltonian", "routhian"]),
+    type=click.Choice([*FORMS, "multiplier"]),
     default="lagrange",
     show_default=True,
-    help="Lagrange's equations, or solved for the accelerations and multipliers where closed forms "
-    "are short; with all constraints beside Cartesian names, each with its multiplier; Hamilton's "
-    "canonical equations; or Routh's, with cyclic coordinates ignored and an effective potential.",
+    help=f"{FORM.help}; multiplier, with all constraints beside Cartesian names, each with its "
+    "multiplier.",
 )
 @click.option(
     "--forces",

@@ -28,10 +28,20 @@ SECTIONS = (
 #: Those that a document has if nothing else is asked for; of ``forces`` only those derived.
 DEFAULT_SECTIONS = ",".join(s for s in SECTIONS if s not in ("sketch", "result", "initial"))
 
+#: Form of the equations → what it is, as help says.
+FORMS = {
+    "lagrange": "Lagrange's equations",
+    "explicit": "solved for the accelerations and multipliers where closed forms are short",
+    "first-order": "the same with velocities as unknowns of their own",
+    "hamiltonian": "Hamilton's canonical equations",
+    "routhian": "Routh's, with cyclic coordinates ignored and an effective potential",
+    "small-oscillations": "linear ones about the nearest stable equilibrium, with normal modes",
+}
+
 FORM = Option(
     "form",
-    "Lagrange's equations, or solved for the accelerations and multipliers; Hamilton's; Routh's",
-    choices=("lagrange", "explicit", "hamiltonian", "routhian"),
+    "; ".join(f"{name}, {told}" if name != "lagrange" else told for name, told in FORMS.items()),
+    choices=tuple(FORMS),
     default="lagrange",
 )
 

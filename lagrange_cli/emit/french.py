@@ -442,4 +442,26 @@ FRENCH = {
     "{linear} is gyroscopic: its force does no work.": (
         "{linear} est gyroscopique : sa force ne travaille pas."
     ),
+    "Equations of first order": "Équations du premier ordre",
+    "Equilibrium": "Équilibre",
+    "Energies to second order": "Énergies au second ordre",
+    "Constants are left out.": "Les constantes sont omises.",
+    "Small oscillations": "Petites oscillations",
+    "It is the stable equilibrium nearest to the initial configuration.": (
+        "C'est l'équilibre stable le plus proche de la configuration initiale."
+    ),
+    (
+        "It is the equilibrium nearest to the initial configuration"
+        " of those that are not found to be unstable."
+    ): (
+        "C'est, parmi les équilibres qui ne se révèlent pas instables"
+        ", le plus proche de la configuration initiale."
+    ),
+    "Exponents of damped and gyroscopic motions: {poles}.": (
+        "Exposants des mouvements amortis et gyroscopiques\u00a0: {poles}."
+    ),
+    "Poles": "Pôles",
+    "With the values of the parameters {values}.": "Avec les valeurs des paramètres {values}.",
+    "Angular frequencies": "Pulsations",
+    "Normal coordinates": "Coordonnées normales",
 }

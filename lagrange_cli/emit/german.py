@@ -440,4 +440,26 @@ GERMAN = {
     "{linear} is gyroscopic: its force does no work.": (
         "{linear} ist gyroskopisch: die Kraft daraus leistet keine Arbeit."
     ),
+    "Equations of first order": "Gleichungen erster Ordnung",
+    "Equilibrium": "Gleichgewicht",
+    "Energies to second order": "Energien bis zur zweiten Ordnung",
+    "Constants are left out.": "Konstanten sind weggelassen.",
+    "Small oscillations": "Kleine Schwingungen",
+    "It is the stable equilibrium nearest to the initial configuration.": (
+        "Es ist das stabile Gleichgewicht, das der Anfangslage am nächsten ist."
+    ),
+    (
+        "It is the equilibrium nearest to the initial configuration"
+        " of those that are not found to be unstable."
+    ): (
+        "Es ist unter den Gleichgewichten, die sich nicht als instabi"
+        "l erweisen, das der Anfangslage nächste."
+    ),
+    "Exponents of damped and gyroscopic motions: {poles}.": (
+        "Exponenten gedämpfter und gyroskopischer Bewegungen: {poles}."
+    ),
+    "Poles": "Pole",
+    "With the values of the parameters {values}.": "Mit den Werten der Parameter {values}.",
+    "Angular frequencies": "Kreisfrequenzen",
+    "Normal coordinates": "Normalkoordinaten",
 }

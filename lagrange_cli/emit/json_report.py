@@ -39,6 +39,7 @@ _EXPRESSIONS = (
     *("mass_matrix", "forcing", "conserved", "energy_balance", "closure", "contacts"),
     *("inputs", "outputs", "constraint_forces", "constraint_multipliers"),
     *("hamiltonian", "canonical", "routhian", "effective_potential", "gyroscopic", "recovered"),
+    *("first_order", "small_oscillations"),
 )
 
 
@@ -57,6 +58,8 @@ def derivation_report(
         accelerations are coupled; ``multiplier_equations`` hold ``lambda - (value)`` of each
         closure, or the closure differentiated. ``hamiltonian``: H and the canonical equations
         beside Lagrange's. ``routhian``: those of the coordinates that are not ignored.
+        ``first-order``: with velocities as unknowns, ``small-oscillations``: about an
+        equilibrium, both beside Lagrange's.
     latex
         The key ``latex`` has the values that hold expressions once more, these in LaTeX, and
         how the symbols print.
@@ -138,6 +141,14 @@ def _in_form(equations: Equations, form: str, say: Speaker) -> dict[str, Any]:
         from lagrange_cli.emit.forms.json_values import hamiltonian_report
 
         return _lagrange(equations, say) | whole | hamiltonian_report(equations, say)
+    if form == "first-order":
+        from lagrange_cli.emit.forms.json_values import first_order_report
+
+        return _lagrange(equations, say) | whole | first_order_report(equations, say)
+    if form == "small-oscillations":
+        from lagrange_cli.emit.forms.json_values import small_oscillations_report
+
+        return _lagrange(equations, say) | whole | small_oscillations_report(equations, say)
     return (_explicit if form == "explicit" else _lagrange)(equations, say) | whole
 
 

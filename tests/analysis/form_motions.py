@@ -15,7 +15,15 @@ _RATE = re.compile(r"(d?dot)\(([a-zA-Z_]\w*)\)")
 def read_back(text: str) -> sp.Expr:
     """An expression of a report; ``dot(x)`` is the symbol ``dot_x``."""
     plain = _RATE.sub(r"\1_\2", text).replace("^", "**")
-    names = set(re.findall(r"[a-zA-Z_]\w*", plain)) - {"sin", "cos", "sqrt", "exp", "tan", "pi"}
+    names = set(re.findall(r"[a-zA-Z_]\w*", plain)) - {
+        "sin",
+        "cos",
+        "sqrt",
+        "exp",
+        "tan",
+        "acos",
+        "pi",
+    }
     return sp.sympify(plain, locals={name: sp.Symbol(name) for name in names})
 
 

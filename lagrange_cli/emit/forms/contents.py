@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.forms.first_order import first_order_sections
 from lagrange_cli.emit.forms.hamiltonian import hamiltonian_sections
 from lagrange_cli.emit.forms.routhian import routhian_sections
+from lagrange_cli.emit.forms.small_oscillations import small_oscillation_sections
 from lagrange_cli.emit.forms.writer import FormWriter
 from lagrange_cli.notation.tree import DisplayNode
 
@@ -17,8 +19,10 @@ if TYPE_CHECKING:
 
 #: Name of a form → its sections.
 FORMS: Mapping[str, Callable[[FormWriter], list[Section]]] = {
+    "first-order": first_order_sections,
     "hamiltonian": hamiltonian_sections,
     "routhian": routhian_sections,
+    "small-oscillations": small_oscillation_sections,
 }
 
 

@@ -1,4 +1,4 @@
-"""Hamilton's and Routh's form as JSON values, in the scene language."""
+"""Other forms of the equations as JSON values, in the scene language."""
 
 from __future__ import annotations
 
@@ -7,8 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.analysis.hamiltonian import Hamiltonian, hamiltonian_form
 from lagrange_cli.analysis.routhian import routhian_form
+from lagrange_cli.analysis.small_oscillations import small_oscillations
+from lagrange_cli.emit.forms.first_order import velocity_letter, with_velocities
+from lagrange_cli.emit.forms.small_oscillations import ModeLetters, with_displacements
 from lagrange_cli.emit.forms.writer import with_momenta
 from lagrange_cli.emit.speaker import Speaker, matrix
+from lagrange_cli.mechanics.dynamics.accelerations import differentiated, explicit_form
 from lagrange_cli.notation.build import display_row, display_sum
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
@@ -20,6 +24,10 @@ if TYPE_CHECKING:
 
     from lagrange_cli.analysis.momenta import Momentum
     from lagrange_cli.mechanics.equations import Equations
+
+
+#: Digits of numbers that have no closed form: those of doubles.
+_DIGITS = 17
 
 
 def hamiltonian_report(equations: Equations, say: Speaker) -> dict[str, Any]:
@@ -86,6 +94,81 @@ def routhian_report(equations: Equations, say: Speaker) -> dict[str, Any]:
             for k, (m, velocity) in enumerate(zip(form.momenta, form.velocities, strict=True))
         ],
         "routhian_certificate": asdict(form.certificate),
+    }
+
+
+def first_order_report(equations: Equations, say: Speaker) -> dict[str, Any]:
+    """Names of the velocities, and the rate of each state.
+
+    Those that are not solved for have null, and their equations stand in ``coupled``.
+    """
+    letter = velocity_letter(equations)
+    say = say.knowing(with_velocities(say.words, equations, letter))
+    solved = explicit_form(equations)
+    pairs = list(zip(equations.coordinates, solved.accelerations, strict=True))
+    closures = list(zip(equations.closures, solved.multipliers, strict=True))
+    names = {c.name: f"{letter}_{c.name}" for c in equations.coordinates}
+    return {
+        "first_order": {
+            "velocities": names,
+            "rates": [
+                *({"state": name, "rate": velocity} for name, velocity in names.items()),
+                *(
+                    {"state": names[c.name], "rate": None if value is None else say(value)}
+                    for c, value in pairs
+                ),
+            ],
+            "multipliers": [
+                {"name": closure.multiplier.name, "value": None if value is None else say(value)}
+                for closure, value in closures
+            ],
+            "coupled": [
+                *(
+                    say.tree(display_row(shown, say.words))
+                    for (_, value), shown in zip(pairs, equations.shown, strict=True)
+                    if value is None
+                ),
+                *(
+                    say.tree(display_row(differentiated(equations, closure), say.words))
+                    for closure, value in closures
+                    if value is None
+                ),
+            ],
+        }
+    }
+
+
+def small_oscillations_report(equations: Equations, say: Speaker) -> dict[str, Any]:
+    """Quadratic energies, linear equations and normal modes at an equilibrium."""
+    form = small_oscillations(equations, _DIGITS)
+    letters = ModeLetters.of(equations, form)
+    say = say.knowing(with_displacements(say.words, form, letters))
+    told = form.at.stability
+    return {
+        "small_oscillations": {
+            "at": {c.name: say(x) for c, x in zip(form.coordinates, form.rest, strict=True)},
+            "stability": None if told is None else told.verdict,
+            "displacements": [d.name for d in form.displacements],
+            "kinetic": _total(say, form.kinetic),
+            "potential": _total(say, form.potential) if form.potential else None,
+            "M": [[say(e) for e in row] for row in form.mass],
+            "C": [[say(e) for e in row] for row in form.damping],
+            "K": [[say(e) for e in row] for row in form.stiffness],
+            "equations": [
+                {"coordinate": d.name, "residual": say.tree(display_row(shown, say.words))}
+                for d, shown in zip(form.displacements, form.shown, strict=True)
+            ],
+            "modes": [
+                {
+                    "frequency": mode.frequency,
+                    "square": say(mode.square),
+                    "shape": [say(x) for x in mode.shape],
+                    "closed": mode.is_closed,
+                }
+                for mode in form.modes
+            ],
+            "poles": [[s.real, s.imag] for s in form.poles],
+        }
     }
 
 

@@ -1,0 +1,280 @@
+"""Small oscillations about a stable equilibrium: quadratic energies, linear equations, modes.
+
+With q = q₀ + x, T and V are ½ ẋ·M ẋ and ½ x·K x up to terms of third order, and
+M ẍ + C ẋ + K x = 0 (H. Goldstein, C. Poole and J. Safko, Classical Mechanics, 3rd ed., chapter 6).
+The matrices are those of :mod:`.exact_matrices`, compared with the ones that differentiation of the
+value graph gives; where there is no closed form, these stand as numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, cast
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.analysis.analyze import analyze
+from lagrange_cli.analysis.legendre import at_rest
+from lagrange_cli.analysis.values import Equilibrium, Linearization, Matrix, Mode
+from lagrange_cli.errors import InputError, InternalError, Mark, Problem
+from lagrange_cli.mechanics.dynamics.textbook_form import RowSystem, shown_rows
+from lagrange_cli.mechanics.equations import Coordinate, ShownEquation
+from lagrange_cli.mechanics.numerics.autodiff import evaluate
+from lagrange_cli.mechanics.sparse import ExpressionRow
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+#: The hint of refusals.
+_ELSEWHERE = "'lagrange analyze SCENE --at NAME=VALUE' linearizes elsewhere, and holds inputs"
+
+#: Largest part by which closed forms may differ from numbers in doubles.
+_AGREEMENT = 1e-11
+
+Rows = tuple[tuple[sp.Expr, ...], ...]
+
+
+@dataclass(frozen=True)
+class NormalMode:
+    """A motion x = shape·cos(ω t).
+
+    Attributes
+    ----------
+    square, shape
+        ω² and the amplitudes of x, in closed form or as numbers.
+    frequency
+        ω with the scene's values.
+    is_closed
+        Both have closed forms.
+    """
+
+    square: sp.Expr
+    shape: tuple[sp.Expr, ...]
+    frequency: float
+    is_closed: bool
+
+
+@dataclass(frozen=True)
+class SmallOscillations:
+    """Motions near an equilibrium.
+
+    Attributes
+    ----------
+    at
+        The equilibrium.
+    coordinates
+        The independent coordinates.
+    rest
+        Their values there.
+    displacements
+        Coordinates that stand for x, which are those themselves where they rest at 0.
+    mass, damping, stiffness
+        M, C, K as rows.
+    kinetic, potential
+        The terms of ½ ẋ·M ẋ and ½ x·K x; none of the second where forces beside potentials act.
+    is_effective
+        The potential holds centrifugal terms of moving frames.
+    shown
+        Textbook form of M ẍ + C ẋ + K x = 0.
+    modes
+        Normal modes, by frequency; none with damping or gyroscopic terms.
+    poles
+        Exponents s of exp(s t) with Im s ≥ 0 in place of them.
+    literals
+        Numbers that have no closed form → how they print.
+    """
+
+    at: Equilibrium
+    coordinates: tuple[Coordinate, ...]
+    rest: tuple[sp.Expr, ...]
+    displacements: tuple[Coordinate, ...]
+    mass: Rows
+    damping: Rows
+    stiffness: Rows
+    kinetic: tuple[sp.Expr, ...]
+    potential: tuple[sp.Expr, ...]
+    is_effective: bool
+    shown: tuple[ShownEquation, ...]
+    modes: tuple[NormalMode, ...]
+    poles: tuple[complex, ...]
+    literals: dict[Fraction, str]
+
+
+def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
+    """Find the form at the stable equilibrium that is nearest to the initial configuration.
+
+    ``digits``: those of numbers that have no closed form.
+
+    Raises
+    ------
+    InputError
+        There is no equilibrium, none is stable, or as :func:`.analyze.analyze`.
+    InternalError
+        Closed forms disagree with numbers.
+    """
+    try:
+        linear = analyze(equations, ("linearization",)).linearization
+        assert linear is not None
+        _require_stable(linear)
+        motions = analyze(equations, ("modes",)).modes or ()
+    except InputError as refusal:
+        located = (
+            replace(problem, mark=problem.mark or Mark(equations.file, 1, 1), hint=_ELSEWHERE)
+            for problem in refusal.problems
+        )
+        raise InputError(*located) from refusal
+    number = {c.name: j for j, c in enumerate(equations.coordinates)}
+    kept = [number[name] for name in linear.coordinates]
+    coordinates = tuple(equations.coordinates[j] for j in kept)
+    numbers = _Numbers(digits)
+    rest = tuple(_rest(linear.at, j, numbers) for j in kept)
+    mass, damping, stiffness = _matrices(equations, linear, numbers)
+    displacements = _displacements(equations, coordinates, rest)
+    row_system = _rows(equations, displacements, mass, damping, stiffness)
+    poles = tuple(mode.pole for mode in motions if mode.pole is not None)
+    modes = () if poles else tuple(_normal(mode, numbers) for mode in motions)
+    literals = [*(value for value, _ in equations.literals), *numbers.literals]
+    return SmallOscillations(
+        linear.at,
+        coordinates,
+        rest,
+        displacements,
+        mass,
+        damping,
+        stiffness,
+        tuple(_quadratic(mass, [c.v for c in displacements])),
+        () if equations.forces else tuple(_quadratic(stiffness, [c.q for c in displacements])),
+        at_rest(equations.kinetic, [c.v for c in equations.coordinates]) != 0,
+        shown_rows(row_system, literals),
+        modes,
+        poles,
+        numbers.literals,
+    )
+
+
+def _require_stable(linear: Linearization) -> None:
+    stability = linear.at.stability
+    if stability is not None and stability.verdict == "unstable":
+        message = "there are no small oscillations: no equilibrium that was found is stable"
+        raise InputError(Problem(message, rule="no-oscillations"))
+
+
+class _Numbers:
+    """Numbers without a closed form, as exact values of doubles with a text each."""
+
+    def __init__(self, digits: int) -> None:
+        self._digits = digits
+        self.literals: dict[Fraction, str] = {}
+
+    def of(self, value: float) -> sp.Expr:
+        """The value as an expression."""
+        rounded = Fraction(f"{value:.{self._digits}g}")
+        size = abs(rounded)
+        # Energies hold halves of them.
+        for part, digits in ((size, self._digits), (size / 2, self._digits + 1)):
+            if part.denominator != 1:
+                self.literals[part] = f"{float(part):.{digits}g}"
+        return sp.Rational(rounded.numerator, rounded.denominator)
+
+
+def _normal(mode: Mode, numbers: _Numbers) -> NormalMode:
+    square, shape = mode.exact_square, mode.exact_shape
+    return NormalMode(
+        numbers.of(mode.frequency**2) if square is None else square,
+        tuple(numbers.of(x.real) for x in mode.shape) if shape is None else shape,
+        mode.frequency,
+        square is not None and shape is not None,
+    )
+
+
+def _rest(at: Equilibrium, j: int, numbers: _Numbers) -> sp.Expr:
+    if at.exact is not None:
+        return at.exact[j]
+    assert at.position is not None
+    return numbers.of(float(at.position[j]))
+
+
+def _matrices(
+    equations: Equations, linear: Linearization, numbers: _Numbers
+) -> tuple[Rows, Rows, Rows]:
+    """M, C and K in closed form where there is one, which then agrees with the numbers."""
+    found = (linear.mass, linear.damping, linear.stiffness)
+    if linear.exact is None:
+        return cast(
+            tuple[Rows, Rows, Rows],
+            tuple(tuple(tuple(map(numbers.of, row)) for row in m.tolist()) for m in found),
+        )
+    exact = (linear.exact.mass, linear.exact.damping, linear.exact.stiffness)
+    for closed, values in zip(exact, found, strict=True):
+        _require_equal(equations, closed, values)
+    return exact
+
+
+def _require_equal(equations: Equations, closed: Rows, values: Matrix) -> None:
+    known = {p.symbol: mpf(p.value) for p in equations.parameters if p.value is not None}
+    with mpmath.workdps(30):
+        at = [[float(x) for x in evaluate([*row], known)] for row in closed]
+    size = max(float(abs(values).max(initial=0.0)), 1e-300)
+    for row, expected in zip(at, values.tolist(), strict=True):
+        if any(abs(x - y) > _AGREEMENT * size for x, y in zip(row, expected, strict=True)):
+            message = "matrices of small oscillations disagree with those of the value graph"
+            raise InternalError(Problem(message, rule="certificate"))
+
+
+def _displacements(
+    equations: Equations, coordinates: Sequence[Coordinate], rest: Sequence[sp.Expr]
+) -> tuple[Coordinate, ...]:
+    """Coordinates of their own where the equilibrium is not at 0."""
+    taken = {c.name for c in equations.coordinates} | {c.name for c in equations.cartesian_names}
+    taken |= {p.name for p in equations.parameters} | {u.name for u in equations.inputs}
+    letters = ("eta", "xi", "delta", "etaeta")
+    letter = next(x for x in letters if not any(f"{x}_{c.name}" in taken for c in coordinates))
+    return tuple(
+        c if value == 0 else _displaced(c, f"{letter}_{c.name}", letter)
+        for c, value in zip(coordinates, rest, strict=True)
+    )
+
+
+def _displaced(c: Coordinate, name: str, letter: str) -> Coordinate:
+    symbols = [sp.Symbol(text, real=True) for text in (name, f"dot({name})", f"ddot({name})")]
+    latex = None if c.latex is None else f"\\{letter}_{{{c.latex}}}"
+    q, v, a = symbols
+    return replace(c, name=name, q=q, v=v, a=a, latex=latex)
+
+
+def _rows(
+    equations: Equations,
+    displacements: tuple[Coordinate, ...],
+    mass: Rows,
+    damping: Rows,
+    stiffness: Rows,
+) -> RowSystem:
+    """M ẍ = −C ẋ − K x."""
+    rates, places = [c.v for c in displacements], [c.q for c in displacements]
+    forcing = [
+        [
+            *(-e * v for e, v in zip(damped, rates, strict=True) if e != 0),
+            *(-e * x for e, x in zip(stiff, places, strict=True) if e != 0),
+        ]
+        for damped, stiff in zip(damping, stiffness, strict=True)
+    ]
+    inertia = [ExpressionRow(len(row), {j: e for j, e in enumerate(row) if e != 0}) for row in mass]
+    constants = frozenset(p.symbol for p in equations.parameters)
+    return RowSystem(displacements, constants, inertia, forcing, sums=equations.sums)
+
+
+def _quadratic(matrix: Rows, x: Sequence[sp.Symbol]) -> list[sp.Expr]:
+    """The terms of ½ x·A x, of a symmetric A; none where it is not symmetric."""
+    n = len(matrix)
+    if any(sp.expand(matrix[i][j] - matrix[j][i]) != 0 for i in range(n) for j in range(i)):
+        return []
+    return [
+        matrix[i][j] * x[i] * x[j] / (2 if i == j else 1)
+        for i in range(n)
+        for j in range(i, n)
+        if matrix[i][j] != 0
+    ]
