@@ -7,7 +7,7 @@ found, or are beyond the budget, are named with the reason.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -23,6 +23,7 @@ from lagrange_cli.analysis.repeats import distance, without_repeats
 from lagrange_cli.analysis.rest_system import RestSystem, rest_system
 from lagrange_cli.analysis.search import search
 from lagrange_cli.analysis.stability import stability
+from lagrange_cli.analysis.steady import SteadySystem, steady_system, turning_names
 from lagrange_cli.analysis.symmetries import linear_symmetries
 from lagrange_cli.analysis.values import (
     Analysis,
@@ -44,7 +45,11 @@ PARTS = ("symmetries", "equilibria", "linearization", "modes")
 
 
 def analyze(
-    equations: Equations, parts: Collection[str] = (), at: Mapping[str, str] | None = None
+    equations: Equations,
+    parts: Collection[str] = (),
+    at: Mapping[str, str] | None = None,
+    *,
+    steady: bool = False,
 ) -> Analysis:
     """Analyze equations of motion.
 
@@ -56,7 +61,9 @@ def analyze(
         Names of :data:`PARTS` that are wanted; all that can be found if there are none.
     at
         Coordinates of a configuration, and values of inputs that are held; expressions of the
-        scene language.
+        scene language. Of steady motions also momenta or rates of ignored coordinates.
+    steady
+        Find steady motions, in which ignored coordinates turn uniformly, in place of equilibria.
 
     Raises
     ------
@@ -64,39 +71,73 @@ def analyze(
         A wanted part cannot be found, or ``at`` is no equilibrium.
     """
     wanted = [part for part in PARTS if part in parts or not parts]
-    configuration = configuration_at(equations, at or {})
+    turning = turning_names(equations) if steady else ()
+    configuration = configuration_at(equations, at or {}, turning)
     result = Analysis(equations)
     if "symmetries" in wanted:
         announce("looking for symmetries")
         result = replace(result, symmetries=linear_symmetries(equations))
     of_rest = [part for part in wanted if part != "symmetries"]
-    return _of_rest(result, of_rest, configuration, strict=bool(parts or at)) if of_rest else result
+    if not of_rest:
+        return result
+    strict = bool(parts or configuration.coordinates or configuration.held)
+    return _of_rest(result, of_rest, configuration, steady=steady, strict=strict)
+
+
+@dataclass(frozen=True)
+class _Resting:
+    """The system whose equilibria are sought, and the one that is linearized at each of them."""
+
+    sought: RestSystem
+    steady: SteadySystem | None = None
+
+    def system_at(self, point: Equilibrium) -> RestSystem:
+        return self.sought if self.steady is None else self.steady.system_at(point)
+
+    def completed(self, points: list[Equilibrium]) -> list[Equilibrium]:
+        return points if self.steady is None else self.steady.completed(points)
+
+
+def _resting(equations: Equations, configuration: Configuration, *, steady: bool) -> _Resting:
+    if not steady:
+        return _Resting(rest_system(equations, configuration.held))
+    announce("ignoring cyclic coordinates")
+    system = steady_system(equations, configuration)
+    return _Resting(system.sought, system)
 
 
 def _of_rest(
-    result: Analysis, wanted: Collection[str], configuration: Configuration, *, strict: bool
+    result: Analysis,
+    wanted: Collection[str],
+    configuration: Configuration,
+    *,
+    steady: bool,
+    strict: bool,
 ) -> Analysis:
     """Add what concerns motions near rest; what is missing is left out unless ``strict``."""
-    equations = result.equations
     try:
-        system = rest_system(equations, configuration.held)
-        announce("looking for equilibria")
-        equilibria = find_equilibria(system)
+        resting = _resting(result.equations, configuration, steady=steady)
+        announce(f"looking for {'steady motions' if steady else 'equilibria'}")
+        equilibria = find_equilibria(resting)
     except InputError as error:
-        if strict:
+        if strict or steady:
             raise
         return replace(result, left_out=_left_out(wanted, error))
+    if resting.steady is not None:
+        result = replace(result, steady=resting.steady.form)
     if "equilibria" in wanted:
         result = replace(result, equilibria=equilibria)
     further = [part for part in wanted if part != "equilibria"]
     try:
         if further:
             announce("linearizing")
-            chosen = nearest(system, equilibria, configuration)
+            (chosen,) = resting.completed([nearest(resting.sought, equilibria, configuration)])
+            system = resting.system_at(chosen)
             linear = linearization(system, chosen)
             result = replace(result, linearization=linear)
             if "modes" in further:
-                result = replace(result, modes=_modes(system, linear, bool(configuration.marks)))
+                chose = bool(configuration.coordinates or configuration.held)
+                result = replace(result, modes=_modes(system, linear, chose))
     except InputError as error:
         if strict:
             raise
@@ -111,7 +152,7 @@ def _left_out(parts: Collection[str], error: InputError) -> tuple[LeftOut, ...]:
     return tuple(LeftOut(part, error.problems[0].message) for part in parts)
 
 
-def find_equilibria(system: RestSystem) -> Equilibria:
+def find_equilibria(resting: _Resting) -> Equilibria:
     """Find the equilibria in closed form where that can be, else by a search.
 
     Raises
@@ -119,13 +160,14 @@ def find_equilibria(system: RestSystem) -> Equilibria:
     InputError
         There is no closed form, and a parameter lacks its value.
     """
+    system = resting.sought
     forms = closed_forms(system) or ClosedForms((), (), False)
     points, starts = list(forms.points), 0
     if not forms.complete and not (system.missing and points):
         found, starts = search(system)
         points += found
-    different = without_repeats(system, _ordered(system, points))
-    judged = tuple(replace(p, stability=_stability(system, p)) for p in different)
+    different = resting.completed(without_repeats(system, _ordered(system, points)))
+    judged = tuple(replace(p, stability=_stability(resting, p)) for p in different)
     return Equilibria(judged, forms.absent, forms.complete, starts, system.held)
 
 
@@ -143,10 +185,11 @@ def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]
     return sorted(points, key=key)
 
 
-def _stability(system: RestSystem, point: Equilibrium) -> Stability:
-    if point.position is None:
+def _stability(resting: _Resting, point: Equilibrium) -> Stability:
+    if point.position is None or resting.sought.missing:
         return Stability("undecided", "parameters have no values")
     try:
+        system = resting.system_at(point)
         return stability(system, point, linear_system(system, point))
     except InputError as error:
         return Stability("undecided", error.problems[0].message)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -32,42 +32,54 @@ _TYPED = 1e-2
 
 @dataclass(frozen=True)
 class Configuration:
-    """Values of coordinates, and of inputs that are held over the parameters, with their places."""
+    """Values of coordinates, and of inputs that are held over the parameters, with their places.
+
+    ``turning``: values of momenta and rates of ignored coordinates, by their names.
+    """
 
     coordinates: Mapping[str, Mpf]
     held: Mapping[str, sp.Expr]
     marks: Mapping[str, Mark]
+    turning: Mapping[str, Mpf]
 
 
-def configuration_at(equations: Equations, texts: Mapping[str, str]) -> Configuration:
+def configuration_at(
+    equations: Equations, texts: Mapping[str, str], turning: Collection[str] = ()
+) -> Configuration:
     """Read the values of ``--at NAME=VALUE``.
+
+    ``turning``: names of momenta and rates that may be given.
 
     Raises
     ------
     InputError
-        Located: a name is neither a coordinate nor an input, or a value is no number.
+        Located: a name is none of these, or a value is no number.
     """
     coordinates = {c.name for c in equations.coordinates}
     inputs = {u.name for u in equations.inputs}
     values: dict[str, Mpf] = {}
     held: dict[str, sp.Expr] = {}
     marks: dict[str, Mark] = {}
+    given: dict[str, Mpf] = {}
+    known = coordinates | inputs | set(turning)
     for name, text in texts.items():
         shown = f"{name}={text}"
         marks[name] = Mark(f"--at {name}", 1, 1, shown, max(1, len(name)))
-        if name not in coordinates | inputs:
-            known = ", ".join(sorted(coordinates | inputs))
-            hint = nearest_name(name, coordinates | inputs) or f"known are {known}"
-            message = f"'{name}' is no coordinate and no input"
+        if name not in known:
+            hint = nearest_name(name, known) or f"known are {', '.join(sorted(known))}"
+            others = ", no momentum and no rate that is conserved" if turning else ""
+            message = f"'{name}' is no coordinate and no input{others}"
             raise InputError(Problem(message, marks[name], hint, "unknown-name"))
         place = Mark(f"--at {name}", 1, len(name) + 2, shown, max(1, len(text)))
         expression = interpret(equations, read_expression(text, place))
         value = _value(equations, expression, place)
         if name in coordinates:
             values[name] = value
+        elif name in turning:
+            given[name] = value
         else:
             held[name] = expression
-    return Configuration(values, held, marks)
+    return Configuration(values, held, marks, given)
 
 
 def _value(equations: Equations, expression: sp.Expr, place: Mark) -> Mpf:
@@ -103,7 +115,7 @@ def nearest(
     if equilibria.points and not points:
         system.require_values()
     if not points:
-        raise InputError(Problem(_none(equilibria), rule="analysis-none"))
+        raise InputError(Problem(_none(system, equilibria), rule="analysis-none"))
     stable = [p for p in points if p.stability and p.stability.verdict.split()[0] in _GOOD]
     return min(stable or points, key=lambda p: distance(system, p.position or (), system.start))
 
@@ -112,10 +124,10 @@ def nearest(
 _GOOD = ("stable", "asymptotically")
 
 
-def _none(equilibria: Equilibria) -> str:
+def _none(system: RestSystem, equilibria: Equilibria) -> str:
     if equilibria.complete:
-        return "there is no equilibrium"
-    return f"no equilibrium was found from {equilibria.starts} starts"
+        return f"there is no {system.sought}"
+    return f"no {system.sought} was found from {equilibria.starts} starts"
 
 
 def _at(system: RestSystem, equilibria: Equilibria, configuration: Configuration) -> Equilibrium:
@@ -144,9 +156,9 @@ def _at(system: RestSystem, equilibria: Equilibria, configuration: Configuration
         return reached
     name = next(iter(configuration.coordinates))
     known = min(points, key=gap, default=None)
-    hint = "no equilibrium is known"
+    hint = f"no {system.sought} is known"
     if known is not None and known.position is not None:
         values = zip(coordinates, known.position, strict=True)
         hint = "near: " + ", ".join(f"{c.name} = {float(x):.6g}" for c, x in values)
-    message = "this is no equilibrium"
+    message = f"this is no {system.sought}"
     raise InputError(Problem(message, configuration.marks[name], hint, "analysis-at"))

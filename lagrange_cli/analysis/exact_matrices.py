@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _MATRICES, _STATE_SPACE = 10, 3
 #: Operations of the forcing, and of an entry.
 _OPERATIONS, _LONGEST = 1_500, 60
+#: Operations of an entry at the equilibrium, before it is simplified.
+_PLACED = 300
 
 _Rows = tuple[tuple[sp.Expr, ...], ...]
 
@@ -34,11 +36,16 @@ def exact_matrices(system: RestSystem, at: Equilibrium) -> ExactMatrices | None:
     if operations > _OPERATIONS:
         return None
     pairs = zip(coordinates, at.exact, strict=True)
-    place = {c.q: value for c, value in pairs} | {c.v: sp.S.Zero for c in coordinates}
-    place |= dict(system.inputs)
+    still = {c.v: sp.S.Zero for c in coordinates}
+    place = {c.q: value for c, value in pairs}
 
     def here(expression: sp.Expr) -> sp.Expr:
-        return factored_form(cancelled(expression.xreplace(place)))
+        # Momenta hold the coordinates: their roots and angles come last.
+        written = expression.xreplace(still)
+        if not system.inputs.keys().isdisjoint(written.free_symbols):
+            written = cancelled(written.xreplace(system.inputs))
+        written = written.xreplace(place)
+        return factored_form(cancelled(written)) if sp.count_ops(written) <= _PLACED else sp.nan
 
     def by(symbols: Sequence[sp.Symbol]) -> _Rows:
         slopes = [[derivative(f, s) for s in symbols] for f in equations.forcing]

@@ -7,7 +7,8 @@ coordinates that no place shows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -54,6 +55,18 @@ def without_repeats(system: RestSystem, points: Sequence[Equilibrium]) -> list[E
         if not any(shown.is_same(point, places, *other) for other in kept):
             kept.append((point, places))
     return [point for point, _ in kept]
+
+
+def is_turned(
+    system: RestSystem, one: Equilibrium, other: Equilibrium, turn: Mapping[sp.Symbol, Mpf]
+) -> bool:
+    """Say whether an equilibrium puts all particles where another one does, turned by angles.
+
+    ``turn``: values of angles that are no coordinates of the system, beside those it has them at.
+    """
+    places = _Places(system).at(one)
+    turned = _Places(replace(system, known={**system.known, **turn}))
+    return turned.is_same(one, places, other, turned.at(other))
 
 
 class _Places:

@@ -55,6 +55,8 @@ class RestSystem:
         Inputs that vary with time, and the values at which they are held.
     free
         Numbers of the coordinates that nothing of this depends on.
+    free_to_give
+        Names of parameters that are none of the scene's: momenta and rates, given by ``--at``.
     """
 
     equations: Equations
@@ -64,6 +66,7 @@ class RestSystem:
     inputs: Mapping[sp.Symbol, sp.Expr]
     held: tuple[tuple[str, float], ...]
     free: tuple[int, ...]
+    free_to_give: frozenset[str] = frozenset()
 
     @property
     def unknowns(self) -> tuple[sp.Symbol, ...]:
@@ -82,6 +85,11 @@ class RestSystem:
             if p.symbol not in self.known and p.name not in unused
         )
 
+    @property
+    def sought(self) -> str:
+        """Return what its solutions are called."""
+        return "steady motion" if self.free_to_give else "equilibrium"
+
     def require_values(self) -> None:
         """Refuse parameters without a value.
 
@@ -92,7 +100,10 @@ class RestSystem:
         """
         if self.missing:
             names = ", ".join(f"'{name}'" for name in self.missing)
-            hint = " ".join(f"-p {name}=1" for name in self.missing)
+            given = self.free_to_give
+            hint = " ".join(
+                f"--at {name}=1" if name in given else f"-p {name}=1" for name in self.missing
+            )
             raise InputError(Problem(f"no value for {names}", hint=hint, rule="no-value"))
 
     def allows(self, position: Sequence[Mpf]) -> bool:

@@ -114,8 +114,19 @@ class Routhian:
         return self.kinetic + self.gyroscopic - self.effective_potential
 
 
-def routhian_form(equations: Equations) -> Routhian:
+def ignorable(equations: Equations) -> list[int]:
+    """Numbers of the cyclic coordinates whose momenta are conserved."""
+    kept = {c.coordinate for c in equations.conserved if c.kind == "momentum"}
+    return [j for j, c in enumerate(equations.coordinates) if c.name in kept]
+
+
+def routhian_form(equations: Equations, only: Sequence[int] | None = None) -> Routhian:
     """Ignore the cyclic coordinates whose momenta are conserved.
+
+    Parameters
+    ----------
+    only
+        Numbers of those to ignore; all of :func:`ignorable` without a choice.
 
     Raises
     ------
@@ -124,9 +135,8 @@ def routhian_form(equations: Equations) -> Routhian:
     InternalError
         The result disagrees with the certified equations.
     """
-    kept = {c.coordinate for c in equations.conserved if c.kind == "momentum"}
-    ignored = [j for j, c in enumerate(equations.coordinates) if c.name in kept]
-    left = [j for j, c in enumerate(equations.coordinates) if c.name not in kept]
+    ignored = ignorable(equations) if only is None else list(only)
+    left = [j for j in range(len(equations.coordinates)) if j not in ignored]
     _require_cyclic(equations, ignored)
     found = momenta_of(equations)
     named = momenta(

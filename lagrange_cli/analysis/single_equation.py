@@ -1,8 +1,8 @@
 """Real roots of one equation in one unknown, in closed form, with what must hold for them to exist.
 
-Solved are equations of first and second degree, also in u², in cos u, in sin u or in tan u/2, and
-what :mod:`~lagrange_cli.mechanics.elimination.solve_equation` inverts. All roots are found, those
-of angles within one turn.
+Solved are u^n = c and equations of first and second degree, also in u², in cos u, in sin u or in
+tan u/2, and what :mod:`~lagrange_cli.mechanics.elimination.solve_equation` inverts. All roots are
+found, those of angles within one turn.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def _of_first_degree(linear: sp.Poly) -> list[Root]:
 
 
 def _polynomial(factor: sp.Expr, unknown: sp.Symbol) -> list[Root] | None:
-    """Solve an equation of first or second degree, or of second degree in u²."""
+    """Solve an equation of first or second degree, of second degree in u², or u^n = c."""
     powers = {d: c for (d,), c in sp.Poly(factor, unknown).terms()}
     if set(powers) <= {0, 1}:
         return [Root(cancelled(-powers.get(0, sp.S.Zero) / powers[1]))]
@@ -142,7 +142,22 @@ def _polynomial(factor: sp.Expr, unknown: sp.Symbol) -> list[Root] | None:
             for s in squares
             for sign in (1, -1)
         ]
+    if len(powers) == 2 and 0 in powers:
+        return _roots_of(cancelled(-powers[0] / powers[max(powers)]), max(powers))
     return None
+
+
+def _roots_of(value: sp.Expr, degree: int) -> list[Root]:
+    """Solve u^n = value: for odd n one root of the value's sign, else two or none."""
+    exponent = sp.Rational(1, degree)
+    exists = _not_negative(value)
+    if degree % 2 == 0:
+        return [Root(sign * value**exponent, exists) for sign in (1, -1)]
+    roots = [] if value.is_nonpositive else [Root(value**exponent, exists)]
+    opposite = cancelled(-value)
+    if not value.is_nonnegative:
+        roots.append(Root(-(opposite**exponent), _not_negative(opposite)))
+    return roots
 
 
 def _quadratic(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[Root]:

@@ -1,4 +1,4 @@
-"""Equilibria, linear systems and modes as frozen values."""
+"""Equilibria, steady motions, linear systems and modes as frozen values."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from sympy import Expr
+    from sympy import Expr, Symbol
 
+    from lagrange_cli.analysis.momenta import Momentum
     from lagrange_cli.analysis.symmetries import Symmetries
     from lagrange_cli.mechanics.equations import Equations
 
@@ -57,8 +58,26 @@ class Stability:
 
 
 @dataclass(frozen=True)
+class Turning:
+    """Momenta and rates of the ignored coordinates in a steady motion, in their order.
+
+    Attributes
+    ----------
+    momenta, rates
+        One mpf for each; None if a parameter lacks its value.
+    exact_momenta, exact_rates
+        The same in closed form; None where the configuration is known in numbers alone.
+    """
+
+    momenta: tuple[Mpf, ...] | None
+    rates: tuple[Mpf, ...] | None
+    exact_momenta: tuple[Expr, ...] | None = None
+    exact_rates: tuple[Expr, ...] | None = None
+
+
+@dataclass(frozen=True)
 class Equilibrium:
-    """A configuration in which the system can stay at rest.
+    """A configuration in which the system can stay at rest, but for ignored coordinates.
 
     Attributes
     ----------
@@ -81,6 +100,8 @@ class Equilibrium:
         False if it is known to be one of a continuum besides that of free coordinates.
     stability
         Its stability, None if that was not asked for.
+    turning
+        What the ignored coordinates do in a steady motion; None at rest.
     """
 
     position: tuple[Mpf, ...] | None
@@ -92,6 +113,7 @@ class Equilibrium:
     uncertainty: float = 1e-30
     isolated: bool = True
     stability: Stability | None = None
+    turning: Turning | None = None
 
 
 @dataclass(frozen=True)
@@ -225,6 +247,26 @@ class Mode:
 
 
 @dataclass(frozen=True)
+class SteadyForm:
+    """The reduced system whose equilibria are steady motions.
+
+    Attributes
+    ----------
+    equations
+        Routh's equations of the coordinates that rest, the momenta being parameters.
+    momenta
+        The momenta of the ignored coordinates, with these.
+    given
+        For each of them what was given: its symbol, that of the momentum or of the rate, and
+        its value, None if that is not known.
+    """
+
+    equations: Equations
+    momenta: tuple[Momentum, ...]
+    given: tuple[tuple[Symbol, float | None], ...]
+
+
+@dataclass(frozen=True)
 class LeftOut:
     """A part of an analysis that was left out, and the reason."""
 
@@ -249,6 +291,8 @@ class Analysis:
         asked for.
     left_out
         What was asked for and is not here.
+    steady
+        The reduced system, if steady motions were asked for; None if equilibria are of rest.
     """
 
     equations: Equations
@@ -257,3 +301,9 @@ class Analysis:
     linearization: Linearization | None = None
     modes: tuple[Mode, ...] | None = None
     left_out: tuple[LeftOut, ...] = field(default=())
+    steady: SteadyForm | None = None
+
+    @property
+    def resting(self) -> Equations:
+        """The equations of the coordinates that rest at an equilibrium."""
+        return self.equations if self.steady is None else self.steady.equations

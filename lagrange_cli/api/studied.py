@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class Studied(Moving):
     """Analyses of the equations, and studies of many motions."""
 
-    def analyze(self, *parts: str, at: GivenValues | None = None) -> Analysis:
+    def analyze(self, *parts: str, at: GivenValues | None = None, steady: bool = False) -> Analysis:
         """Find symmetries, equilibria and their stability, the linear system and its modes.
 
         Parameters
@@ -34,7 +34,11 @@ class Studied(Moving):
             there are none.
         at
             Coordinates of the equilibrium to linearize at, and values of inputs that are held;
-            numbers or expressions.
+            numbers or expressions. Of steady motions also momenta ``p_phi`` or rates ``dot(phi)``
+            of ignored coordinates, by default the momenta of the initial state.
+        steady
+            Find steady motions, in which ignored coordinates turn uniformly and the others rest,
+            in place of equilibria.
 
         Raises
         ------
@@ -48,10 +52,14 @@ class Studied(Moving):
         ['stable', 'unstable']
         >>> derivation.analyze("linearization", at={"theta": "pi"}).linearization.stiffness
         array([[-9.81]])
+        >>> table = load("systems/lecture/masses_through_hole.yaml").derive()
+        >>> orbit = table.analyze("modes", at={"dot(theta)": 3}, steady=True)
+        >>> [str(mode.exact_square) for mode in orbit.modes]
+        ['3*M*dot(theta)**2/(M + m)']
         """
         from lagrange_cli.analysis.analyze import analyze
 
-        return analyze(self.equations, parts, texts(at))
+        return analyze(self.equations, parts, texts(at), steady=steady)
 
     def tradeoff(
         self,

@@ -77,6 +77,12 @@ if TYPE_CHECKING:
     metavar="N",
     help="With --along: number of samples.  [default: the scene's, or 501]",
 )
+@click.option(
+    "--steady",
+    is_flag=True,
+    help="Steady motions in place of equilibria: cyclic coordinates turn, the others rest."
+    "  [default: off]",
+)
 @options.at
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]")
 @options.parameters
@@ -96,6 +102,7 @@ def analyze(
     along: float | None,
     accuracy: float | None,
     samples: int | None,
+    steady: bool,
     at: dict[str, str],
     ascii_only: bool,
     parameters: dict[str, str],
@@ -117,14 +124,14 @@ def analyze(
     if as_arrays and parts and not linearization and along is None:
         raise click.UsageError("an .npz file holds the linear system; add --linearization")
     motions = lyapunov is not None or along is not None
-    _require_used(along, accuracy, samples, at, alone=motions and not parts)
+    _require_used(along, accuracy, samples, at, alone=motions and not parts and not steady)
     encoding = page_encoding()
     request = SceneRequest(source, parameters)
 
     def work() -> Answer:
         derivation = derivation_of_scene(session, request)
-        asked = parts if parts or not motions else None
-        answer = _answer(derivation, asked, at, ascii_only, encoding)
+        asked = parts if parts or steady or not motions else None
+        answer = _answer(derivation, asked, at, steady, ascii_only, encoding)
         if lyapunov is not None:
             with session.progress("following neighbouring motions") as move:
                 found = derivation.lyapunov(until=lyapunov, progress=move)
@@ -137,7 +144,8 @@ def analyze(
         return answer_of(derivation, answer, lasting=not (motions and recorded))
 
     motion = lyapunov, along, accuracy, samples
-    question = parts, motion, list(at.items()), ascii_only, encoding, list(parameters.items())
+    shown = ascii_only, encoding
+    question = parts, motion, steady, list(at.items()), shown, list(parameters.items())
     value = remembered(session, "analyze", source, question, work)
     report = value["report"]
     if output is not None:
@@ -173,6 +181,7 @@ def _answer(
     derivation: Derivation,
     parts: list[str] | None,
     at: dict[str, str],
+    steady: bool,
     ascii_only: bool,
     encoding: str,
 ) -> dict[str, Any]:
@@ -181,7 +190,7 @@ def _answer(
     from lagrange_cli.emit.analysis.report import analysis_report
 
     empty = Analysis(derivation.equations)
-    analysis = empty if parts is None else derivation.analyze(*parts, at=at)
+    analysis = empty if parts is None else derivation.analyze(*parts, at=at, steady=steady)
     text = analysis_text(analysis, ascii=ascii_only, encoding=encoding)
     return {"report": analysis_report(analysis), "page": text.to_json()}
 

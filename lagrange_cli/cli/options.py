@@ -313,8 +313,9 @@ initial = _assignments_to(
 #: ``--at NAME=VALUE``.
 at = _assignments_to(
     "--at at",
-    "Linearize at the equilibrium with this value of a coordinate, or hold an input at it;"
-    " repeatable.  [default: the stable equilibrium nearest to the initial configuration]",
+    "Linearize at the equilibrium with this value of a coordinate, or hold an input at it; with"
+    " --steady also a momentum or rate, p_phi or 'dot(phi)'; repeatable."
+    "  [default: the stable equilibrium nearest to the initial configuration]",
 )
 
 #: ``--steps`` and ``--by WAY``; see :func:`way_of`.

@@ -142,3 +142,32 @@ def test_what_cannot_be_found_is_left_out_or_refused():
     done = lagrange("analyze", driven, "--modes")
     assert done.returncode == 2
     assert "the equations depend on t" in done.stderr
+
+
+HOLE = str(SYSTEMS / "lecture" / "masses_through_hole.yaml")
+
+
+def test_steady_motions():
+    shown = succeed("analyze", HOLE, "--steady", "--at", "dot(theta)=3")
+    assert "Steady motions   these are all\n" in shown
+    assert "stable   r = m g / (M θ̇²) = 0.545, p_θ = m² g² / (M θ̇³) = 1.78215" in shown
+    assert "with θ̇ = 3\n" in shown
+    assert "4.24264069   squared 3 M θ̇² / (M + m)" in shown
+    words = ("--equilibria", "--json", "--at", "dot(theta)=3")
+    report = json.loads(succeed("analyze", HOLE, "--steady", *words))
+    assert report["steady"] == {
+        "ignored": ["theta"],
+        "momenta": ["p_theta"],
+        "given": {"dot(theta)": 3.0},
+    }
+    (motion,) = report["equilibria"]
+    assert motion["at"] == {"r": pytest.approx(0.545)}
+    assert motion["exact_momenta"] == {"p_theta": "m^2*g^2/(M*dot(theta)^3)"}
+    assert motion["rates"] == {"dot(theta)": 3.0}
+    assert report["modes"] is None
+    done = lagrange("analyze", str(SYSTEMS / "pendulums" / "pendulum.yaml"), "--steady")
+    assert done.returncode == 2
+    assert "no coordinate is cyclic" in done.stderr
+    done = lagrange("analyze", HOLE, "--steady", "--at", "p_thet=3")
+    assert done.returncode == 2
+    assert "did you mean 'p_theta'?" in done.stderr

@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.analysis.symmetries import Symmetries, Symmetry
-from lagrange_cli.notation.scene_language import to_scene_language
+from lagrange_cli.emit.forms.writer import with_momenta
+from lagrange_cli.notation.build import display
+from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.vocabulary import vocabulary
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -23,6 +26,8 @@ if TYPE_CHECKING:
         Existence,
         Linearization,
         Mode,
+        SteadyForm,
+        Turning,
     )
 
 _Say = Callable[["Expr"], str]
@@ -35,25 +40,31 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
     """
     equations = analysis.equations
 
-    def say(expression: Expr) -> str:
-        return to_scene_language(expression, equations)
+    letters, steady = vocabulary(equations), analysis.steady
+    if steady is not None:
+        letters = with_momenta(letters, steady.momenta)
 
-    names = [c.name for c in equations.coordinates]
+    def say(expression: Expr) -> str:
+        return ScenePrinter().inline(display(expression, letters))
+
+    every = [c.name for c in equations.coordinates]
+    names = [c.name for c in analysis.resting.coordinates]
     found = analysis.symmetries or Symmetries((), complete=False, unproven=0)
     equilibria, linear, modes = analysis.equilibria, analysis.linearization, analysis.modes
     return {
         "name": equations.name,
-        "coordinates": names,
+        "coordinates": every,
         "cyclic": list(equations.cyclic),
         "conserved": [
             {"name": c.name, "expression": say(c.expression), "symmetry": c.reason}
             for c in equations.conserved
         ]
-        + [_symmetry(s, names, say) for s in found.found],
+        + [_symmetry(s, every, say) for s in found.found],
         "symmetries": None
         if analysis.symmetries is None
         else {"matrices": found.complete, "unproven": found.unproven},
-        **_equilibria(equilibria, names, say),
+        "steady": None if steady is None else _steady(steady),
+        **_equilibria(equilibria, names, say, steady),
         "linearization": None if linear is None else _linearization(linear, names, say),
         "modes": None if modes is None else [_mode(mode, say) for mode in modes],
         "left_out": [{"part": left.part, "reason": left.reason} for left in analysis.left_out],
@@ -70,11 +81,37 @@ def _symmetry(symmetry: Symmetry, names: Sequence[str], say: _Say) -> dict[str, 
     }
 
 
-def _equilibria(equilibria: Equilibria | None, names: Sequence[str], say: _Say) -> dict[str, Any]:
+def _steady(steady: SteadyForm) -> dict[str, Any]:
+    return {
+        "ignored": [m.coordinate.name for m in steady.momenta],
+        "momenta": [m.name for m in steady.momenta],
+        "given": {symbol.name: value for symbol, value in steady.given},
+    }
+
+
+def _turning(turning: Turning | None, steady: SteadyForm | None, say: _Say) -> dict[str, Any]:
+    """Write momenta and rates of ignored coordinates; nothing of an equilibrium at rest."""
+    if turning is None or steady is None:
+        return {}
+    written: dict[str, Any] = {}
+    for key, symbols, numbers, exact in (
+        ("momenta", [m.symbol for m in steady.momenta], turning.momenta, turning.exact_momenta),
+        ("rates", [m.coordinate.v for m in steady.momenta], turning.rates, turning.exact_rates),
+    ):
+        names = [symbol.name for symbol in symbols]
+        values = [None] * len(names) if numbers is None else map(float, numbers)
+        written[key] = _named(names, values)
+        written[f"exact_{key}"] = None if exact is None else _named(names, map(say, exact))
+    return written
+
+
+def _equilibria(
+    equilibria: Equilibria | None, names: Sequence[str], say: _Say, steady: SteadyForm | None
+) -> dict[str, Any]:
     if equilibria is None:
         return {"equilibria": None}
     return {
-        "equilibria": [_equilibrium(point, names, say) for point in equilibria.points],
+        "equilibria": [_equilibrium(point, names, say, steady) for point in equilibria.points],
         "absent": [
             {
                 "exact": _named(names, map(say, point.exact)),
@@ -88,7 +125,9 @@ def _equilibria(equilibria: Equilibria | None, names: Sequence[str], say: _Say) 
     }
 
 
-def _equilibrium(point: Equilibrium, names: Sequence[str], say: _Say) -> dict[str, Any]:
+def _equilibrium(
+    point: Equilibrium, names: Sequence[str], say: _Say, steady: SteadyForm | None
+) -> dict[str, Any]:
     told = point.stability
     return {
         "at": _position(point, names),
@@ -98,6 +137,7 @@ def _equilibrium(point: Equilibrium, names: Sequence[str], say: _Say) -> dict[st
         "isolated": point.isolated,
         "stability": None if told is None else told.verdict,
         "reason": None if told is None else told.reason,
+        **_turning(point.turning, steady, say),
     }
 
 

@@ -11,9 +11,10 @@ from lagrange_cli.emit.constraint_wording import (
     energy_letter,
     quantity_labels,
 )
+from lagrange_cli.emit.forms.writer import with_momenta
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.notation.build import display, display_sum
-from lagrange_cli.notation.layout import Piece, columns
+from lagrange_cli.notation.layout import Piece, columns, joined
 from lagrange_cli.notation.one_line import OneLinePrinter, solid
 from lagrange_cli.notation.page import Block, Page, Row, formula, page, words
 from lagrange_cli.notation.scene_language import ScenePrinter
@@ -21,7 +22,7 @@ from lagrange_cli.notation.unicode import UnicodePrinter
 from lagrange_cli.notation.vocabulary import Vocabulary, vocabulary
 
 if TYPE_CHECKING:
-    from sympy import Expr
+    from sympy import Expr, Symbol
 
     from lagrange_cli.analysis.symmetries import Symmetry
     from lagrange_cli.analysis.values import (
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
         Linearization,
         Matrix,
         Mode,
+        Turning,
     )
     from lagrange_cli.mechanics.findings import Conserved
 
@@ -49,7 +51,10 @@ def analysis_page(analysis: Analysis, *, ascii: bool = False) -> Page:
     ``ascii``: seven-bit text with formulas in the scene language; else Unicode.
     """
     printer = ScenePrinter() if ascii else UnicodePrinter()
-    writer = _Writer(analysis, vocabulary(analysis.equations), printer)
+    letters = vocabulary(analysis.equations)
+    if analysis.steady is not None:
+        letters = with_momenta(letters, analysis.steady.momenta)
+    writer = _Writer(analysis, letters, printer)
     return page(writer.sections(), ascii=ascii)
 
 
@@ -93,7 +98,9 @@ class _Writer:
     # Equilibria.
 
     def equilibria(self, equilibria: Equilibria) -> list[Row | Block]:
-        head = Row("Equilibria", "   ", words(_count(equilibria)), "heading")
+        steady = self.analysis.steady
+        name = "Equilibria" if steady is None else "Steady motions"
+        head = Row(name, "   ", words(_count(equilibria)), "heading")
         points = equilibria.points[:_MOST_LISTED]
         verdicts = ["" if p.stability is None else p.stability.verdict for p in points]
         width = max(map(len, verdicts), default=0)
@@ -107,10 +114,15 @@ class _Writer:
             lines.append(Row("", "  ", words(f"and {hidden} more, in --json")))
         for absent in equilibria.absent:
             if absent.conditions:
-                coordinates = self.analysis.equations.coordinates
+                coordinates = self.analysis.resting.coordinates
                 pairs = zip(coordinates, absent.exact, strict=True)
                 place = self.values(absent.exact, None, [c.name for c, e in pairs if e == c.q])
                 lines.append(Row("  absent", "   ", (*place, *self.where(absent.conditions))))
+        if steady is not None:
+            given = ", ".join(
+                f"{self.symbol(s)}" + ("" if x is None else f" = {x:.6g}") for s, x in steady.given
+            )
+            lines.append(Row("", "  ", words(f"with {given}")))
         if equilibria.held:
             held = ", ".join(f"{self.printer.symbol(n)} = {x:g}" for n, x in equilibria.held)
             lines.append(Row("", "  ", words(f"with inputs held at {held}")))
@@ -118,7 +130,28 @@ class _Writer:
 
     def point(self, point: Equilibrium) -> tuple[Piece, ...]:
         place = self.values(point.exact, point.position, point.free)
-        return (*place, *self.where(point.conditions))
+        return (*place, *self.turning(point.turning), *self.where(point.conditions))
+
+    def symbol(self, symbol: Symbol) -> str:
+        """Print a symbol in its letters, ``θ̇`` or ``p_θ``."""
+        return joined(self.pieces(symbol))
+
+    def turning(self, turning: Turning | None) -> Iterator[Piece]:
+        """Write of each ignored coordinate the rate where the momentum is given, or otherwise."""
+        steady = self.analysis.steady
+        if steady is None or turning is None:
+            return
+        for k, (momentum, (given, _)) in enumerate(zip(steady.momenta, steady.given, strict=True)):
+            is_rate = given == momentum.symbol
+            shown = momentum.coordinate.v if is_rate else momentum.symbol
+            exact = turning.exact_rates if is_rate else turning.exact_momenta
+            numbers = turning.rates if is_rate else turning.momenta
+            value = self.value(self.symbol(shown), None if exact is None else exact[k])
+            told = numbers is not None and (exact is None or not exact[k].is_Rational)
+            if numbers is not None and told:
+                value += solid(f" = {float(numbers[k]):.6g}")
+            yield from solid(",")
+            yield from _spaced(value, first=False)
 
     def values(
         self,
@@ -128,7 +161,7 @@ class _Writer:
     ) -> tuple[Piece, ...]:
         """Write ``x = g / k = 1.5, y any``: closed forms where they are known, and numbers."""
         pieces: list[Piece] = []
-        coordinates = self.analysis.equations.coordinates
+        coordinates = self.analysis.resting.coordinates
         for k, c in enumerate(coordinates):
             name = self.printer.symbol(c.name)
             if c.name in free:

@@ -4,4 +4,4 @@ Equations and the name of a form go in; sections of words and labelled formulas 
 and documents print in their letters. Read :mod:`.contents` first.
 """
 
-__all__ = ["contents", "json_values"]
+__all__ = ["contents", "json_values", "writer"]
