@@ -39,9 +39,11 @@ import numpy as np
 from double_pendulum import GRAVITY, Array, Release, reference, slopes
 from integration import about
 
+from lagrange_cli.errors import Mark
 from lagrange_cli.scene import SceneText
+from lagrange_cli.simulate.ensemble.enumeration import listed
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, differ_in_numbers
-from lagrange_cli.simulate.ensemble.run import Plan, Task, run_block, run_blocks, tasks_of
+from lagrange_cli.simulate.ensemble.run import Plan, Task, blocks_of, run_block, run_blocks
 from lagrange_cli.simulate.options import SimulationOptions
 
 #: Positions without names, so that the columns are those that heyoka returns.
@@ -97,15 +99,17 @@ def plan(how: dict[str, Any]) -> Plan:
 
 def lagrange(starts: Sequence[Release], jobs: int, how: dict[str, Any]) -> Way:
     shared = plan(how)
-    tasks = tasks_of(shared, [tuple(map(repr, start)) for start in starts])
+    mark = Mark("benchmark", 1, 1)
+    cells = [[(repr(x), mark) for x in start] for start in starts]
+    blocks = blocks_of(shared, listed(NAMES, [mark] * len(NAMES), cells))
+    tasks = [blocks.task(number) for number in range(len(blocks))]
     run_block(Task(shared, 0, tasks[0].rows[:1]))  # compiles
-
-    firsts = np.cumsum([0, *(len(task.rows) for task in tasks)]).tolist()
 
     def run() -> Array:
         states = np.empty((len(starts), SAMPLES, len(STATE)))
-        for block in run_blocks(tasks, jobs):
-            members = slice(firsts[block.number], firsts[block.number + 1])
+        for block in run_blocks(shared, tasks, jobs):
+            first = blocks.first(block.number)
+            members = slice(first, first + blocks.length(block.number))
             for i, name in enumerate(STATE):
                 states[members, :, i] = block.columns[name]
         return states

@@ -13,7 +13,7 @@ from lagrange_cli.errors import AccuracyError, InputError, InternalError, Lagran
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
-    from lagrange_cli.api import Derivation, LoadedScene, load, loads
+    from lagrange_cli.api import Derivation, LoadedScene, load, loads, sampled
 
 __all__ = [
     "AccuracyError",
@@ -25,6 +25,7 @@ __all__ = [
     "__version__",
     "load",
     "loads",
+    "sampled",
 ]
 
 

@@ -8,6 +8,7 @@ Read :mod:`.scenes` first, then :mod:`.derivation`: its methods are in :mod:`.wr
 """
 
 from lagrange_cli.api.derivation import Derivation
+from lagrange_cli.api.moving import sampled
 from lagrange_cli.api.scenes import LoadedScene, load, loads
 
-__all__ = ["Derivation", "LoadedScene", "load", "loads"]
+__all__ = ["Derivation", "LoadedScene", "load", "loads", "sampled"]

@@ -14,9 +14,12 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+    from lagrange_cli.simulate.ensemble.enumeration import Members
+    from lagrange_cli.simulate.ensemble.kept import MotionFunction
     from lagrange_cli.simulate.ensemble.result import Ensemble
     from lagrange_cli.simulate.ensemble.variants import Variants
     from lagrange_cli.simulate.model.model import Model
+    from lagrange_cli.simulate.model.reductions import Reduction
     from lagrange_cli.simulate.model.sensitivities import SensitiveModels
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
@@ -26,6 +29,36 @@ def _sensitive_inputs() -> InputError:
     message = "the motion's derivatives are not found with inputs that are Python functions"
     hint = "write the input in the scene, as an expression or a file"
     return InputError(Problem(message, hint=hint, rule="sensitivity"))
+
+
+def sampled(distributions: Mapping[str, str], members: int, *, seed: int = 0) -> Members:
+    """Return members of an ensemble whose values are drawn at random.
+
+    Parameters
+    ----------
+    distributions
+        Name of a parameter or initial value → ``uniform(a, b)``, ``loguniform(a, b)`` or
+        ``normal(mean, deviation)``.
+    members
+        How many there are. None of them is made before it is simulated.
+    seed
+        The same members are drawn by the same number.
+
+    Raises
+    ------
+    InputError
+        There is no such distribution, or there are too many members.
+
+    Examples
+    --------
+    >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+    >>> drawn = sampled({"theta": "uniform(-1, 1)"}, 100, seed=7)
+    >>> derivation.ensemble(drawn, until=1.0, columns=[], final=True)
+    <Ensemble of pendulum: 100 members, 401 samples; 100 ok>
+    """
+    from lagrange_cli.simulate.ensemble.sampling import sampled as drawn
+
+    return drawn([f"{name} ~ {text}" for name, text in distributions.items()], members, seed)
 
 
 class Moving(Derived):
@@ -123,7 +156,7 @@ class Moving(Derived):
             reached=reached,
             stop=stop,
         )
-        variants = self._variants(frozenset(inputs or ()))
+        variants = self._variants(frozenset(inputs or ()), ())
         values = MemberValues(texts(parameters), texts(initial))
         if sensitivity:
             if inputs:
@@ -136,7 +169,7 @@ class Moving(Derived):
 
     def ensemble(
         self,
-        members: Mapping[str, Iterable[float | str]] | Sequence[GivenValues],
+        members: Mapping[str, Iterable[float | str]] | Sequence[GivenValues] | Members,
         *,
         until: float | None = None,
         accuracy: float | None = None,
@@ -146,6 +179,10 @@ class Moving(Derived):
         step: float | None = None,
         samples: int | None = None,
         extra: Sequence[str] = (),
+        columns: Sequence[str] | None = None,
+        final: bool = False,
+        reduce: Sequence[str] = (),
+        functions: Mapping[str, MotionFunction] | None = None,
         jobs: int | None = 1,
         progress: Callable[[float], None] | None = None,
     ) -> Ensemble:
@@ -156,11 +193,20 @@ class Moving(Derived):
         members
             Parameters and initial values, numbers or expressions. A mapping of names to values
             combines all of them, the last name varies fastest; a sequence of mappings with the
-            same names has them one by one.
+            same names has them one by one; :func:`lagrange_cli.sampled` draws them.
         until, accuracy, method, rtol, atol, step, samples
             As for :meth:`simulate`.
         extra
             Further columns: ``energy``, ``forces``.
+        columns
+            Names of the columns that are kept of all samples, ``[]`` for none; None for all.
+        final
+            Keep all columns at the last sample.
+        reduce
+            Numbers of each motion, as ``lagrange simulate --reduce`` takes them.
+        functions
+            Further numbers by name: functions of a motion with ``t`` and ``columns``. No error of
+            these is estimated.
         jobs
             Members that are simulated at a time: 1 in this process alone, more in threads and
             other processes, None as joblib is configured.
@@ -181,9 +227,17 @@ class Moving(Derived):
         <Ensemble of pendulum: 6 members, 401 samples; 6 ok>
         >>> ensemble.columns["theta"].shape, ensemble.given["l"].tolist()
         ((6, 401), [1.0, 2.0, 3.0, 1.0, 2.0, 3.0])
+        >>> swings = derivation.ensemble(
+        ...     {"theta": [0.1, 0.2]}, until=5.0, columns=[], reduce=["max(theta)"]
+        ... )
+        >>> swings.reduced["max(theta)"].tolist()
+        [0.1, 0.2]
         """
+        from lagrange_cli.simulate.ensemble.enumeration import Members
         from lagrange_cli.simulate.ensemble.input_file import members_of
+        from lagrange_cli.simulate.ensemble.kept import Kept
         from lagrange_cli.simulate.ensemble.planning import simulate_members
+        from lagrange_cli.simulate.model.reductions import read_reduction
         from lagrange_cli.simulate.options import SimulationOptions
 
         options = SimulationOptions(
@@ -195,15 +249,21 @@ class Moving(Derived):
             step=step,
             samples=samples,
         )
-        if isinstance(members, Mapping):
+        reductions = tuple(read_reduction(text, "reduce") for text in dict.fromkeys(reduce))
+        names = None if columns is None else tuple(columns)
+        values: Members
+        if isinstance(members, Members):
+            values = members
+        elif isinstance(members, Mapping):
             values = members_of({name: list(map(text_of, axis)) for name, axis in members.items()})
         else:
             values = members_of([texts(member) for member in members])
         return simulate_members(
-            self._variants(frozenset()),
+            self._variants(frozenset(), reductions),
             values,
             options,
             extra=tuple(extra),
+            kept=Kept(names, final, reductions, dict(functions or {})),
             jobs=jobs,
             progress=progress,
         )
@@ -246,12 +306,16 @@ class Moving(Derived):
         return KeptFunctions()
 
     @cached_property
-    def _variants(self) -> Callable[[frozenset[str]], Variants]:
-        """Names of inputs that are driven → models with other values."""
+    def _variants(self) -> Callable[[frozenset[str], tuple[Reduction, ...]], Variants]:
+        """Names of inputs that are driven, and reductions → models with other values."""
         from lagrange_cli.simulate.ensemble.members import Recipe
         from lagrange_cli.simulate.ensemble.variants import variants_of
 
         recipe = partial(Recipe, self.source, self.forces, self.formulation)
-        return lru_cache(lambda driven: variants_of(self.equations, recipe(driven), self.model))
+        return lru_cache(
+            lambda driven, reductions: variants_of(
+                self.equations, recipe(driven, reductions), self.model
+            )
+        )
 
     # What notebooks show, unless nobody would read it: pages, and formulas alone in PDF.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -16,9 +17,44 @@ from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.input_file import Members
+    from lagrange_cli.simulate.ensemble.enumeration import Members
+    from lagrange_cli.simulate.ensemble.kept import Kept
     from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
     from lagrange_cli.simulate.model.model import Model
+    from lagrange_cli.simulate.model.reductions import Reduction
+
+#: Members of which all samples are kept unless something else is asked for.
+MOST_WITH_SAMPLES = 10_000
+
+#: Arguments of the command that are passed on to :func:`member_choice` as they are.
+MEMBER_OPTIONS = (
+    *("vary", "sample", "number", "seed"),
+    *("final", "kept_columns", "reductions", "jobs"),
+)
+
+_COUNT = re.compile(r"[0-9]{1,12}|[0-9](\.[0-9]+)?[eE]\+?[0-9]{1,2}", re.ASCII)
+
+
+def _count(ctx: click.Context, option: click.Parameter, value: str | None) -> int | None:
+    """Read a number of members, as 1000 or 1e6."""
+    if value is None:
+        return None
+    if not _COUNT.fullmatch(value) or float(value) != int(float(value)) or float(value) < 1:
+        raise click.BadParameter(f"'{value}' is no whole number, as 1000 or 1e6", ctx, option)
+    return int(float(value))
+
+
+def _columns(
+    ctx: click.Context, option: click.Parameter, value: str | None
+) -> tuple[str, ...] | None:
+    """Split names with commas between them."""
+    if value is None:
+        return None
+    names = tuple(dict.fromkeys(part.strip() for part in value.split(",")))
+    if not all(names):
+        raise click.BadParameter("a name is missing: theta,energy is two of them", ctx, option)
+    return names
+
 
 #: The options of a command that runs ensembles.
 ensemble_options = shared.in_order(
@@ -35,6 +71,50 @@ ensemble_options = shared.in_order(
             metavar="NAME=RANGE",
             help="Simulate a member for each value of linspace(a,b,n), logspace(a,b,n), "
             "geomspace(a,b,n) or [x,y,...]; repeated, for each combination.  [default: none]",
+        ),
+        click.option(
+            "--sample",
+            multiple=True,
+            metavar="'NAME ~ DIST'",
+            help="Draw each member's value from uniform(a,b), loguniform(a,b) or normal(mean,"
+            "deviation), with --members; repeated for several names.  [default: none]",
+        ),
+        click.option(
+            "--members",
+            "number",
+            metavar="N",
+            callback=_count,
+            help="Members that are drawn, as 1000 or 1e6.  [default: none]",
+        ),
+        click.option(
+            "--seed",
+            type=click.IntRange(0, 2**64 - 1),
+            metavar="N",
+            help="Number that members are drawn by: the same ones by the same number."
+            "  [default: 0]",
+        ),
+        click.option(
+            "--final",
+            is_flag=True,
+            help="Keep of members their end, not their samples.  [default: with more than "
+            f"{MOST_WITH_SAMPLES:,} members]",
+        ),
+        click.option(
+            "--columns",
+            "kept_columns",
+            callback=_columns,
+            metavar="NAMES",
+            help="Keep only these columns of members' samples, with commas between them, or all."
+            "  [default: all]",
+        ),
+        click.option(
+            "--reduce",
+            "reductions",
+            multiple=True,
+            metavar="CALL",
+            help="Keep a number of each member's motion: max, min or mean of an expression, or "
+            "first of a condition, a time: 'max(abs(theta2))', 'first(abs(theta2) > pi)'; "
+            "repeated.  [default: none]",
         ),
         shared.jobs("Members that are simulated"),
         click.option(
@@ -56,9 +136,21 @@ class MemberChoice:
     Attributes
     ----------
     member_file
-        File with a row for each member; None if ``vary`` gives them.
+        File with a row for each member; None if ``vary`` or ``sample`` give them.
     vary
         Ranges of values, ``NAME=RANGE``.
+    sample
+        Distributions of values, ``NAME ~ KIND(FIRST, SECOND)``.
+    number
+        Number of members that are drawn.
+    seed
+        What they are drawn by.
+    final
+        The end of each is kept in place of its samples.
+    columns
+        Names of the columns that are kept, or ``all``; None if nothing was said.
+    reductions
+        Numbers of motions that are kept.
     jobs
         Number of members at a time; None for the number of cores.
     resume
@@ -67,13 +159,26 @@ class MemberChoice:
 
     member_file: str | None
     vary: tuple[str, ...]
+    sample: tuple[str, ...]
+    number: int | None
+    seed: int | None
+    final: bool
+    columns: tuple[str, ...] | None
+    reductions: tuple[Reduction, ...]
     jobs: int | None
     resume: bool
 
 
 def member_choice(
+    *,
     member_file: str | None,
     vary: tuple[str, ...],
+    sample: tuple[str, ...],
+    number: int | None,
+    seed: int | None,
+    final: bool,
+    kept_columns: tuple[str, ...] | None,
+    reductions: tuple[str, ...],
     jobs: int | None,
     resume: str | None,
     checkpoint: str | None,
@@ -86,10 +191,30 @@ def member_choice(
     InputError
         They contradict each other or other options.
     """
-    if member_file is None and not vary:
-        if jobs is not None:
-            raise _usage("--jobs is for ensembles", "--ensemble FILE or --vary NAME=RANGE")
+    sources = {"--ensemble": member_file, "--vary": vary, "--sample": sample}
+    given = [option for option, value in sources.items() if value]
+    if not given:
+        of_ensembles = {
+            "--jobs": jobs,
+            "--members": number,
+            "--seed": seed,
+            "--final": final or None,
+            "--columns": kept_columns,
+            "--reduce": reductions or None,
+        }
+        for option, value in of_ensembles.items():
+            if value is not None:
+                raise _usage(f"{option} is for ensembles", _SOURCES)
         return None
+    if len(given) > 1:
+        message = f"{' and '.join(given)} each say what the members are"
+        raise _usage(message, "give one of them")
+    if sample and number is None:
+        raise _usage("how many members are drawn?", "--members 1000")
+    if not sample and (number is not None or seed is not None):
+        raise _usage("--members and --seed are of members that are drawn", _SOURCES)
+    if final and kept_columns is not None:
+        raise _usage("--final keeps no samples, --columns does", "give one of them")
     if resume:
         raise _usage(
             f"an ensemble goes on from what stands beside -o, not from '{resume}'",
@@ -100,11 +225,18 @@ def member_choice(
             "an ensemble keeps each member as it ends, without --checkpoint",
             "--resume -o ensemble.npz goes on with the others",
         )
-    if member_file is not None and vary:
-        raise _usage("--ensemble and --vary both say what the members are", "give one of them")
     if plot is not None:
         raise _usage("an ensemble is not drawn", "-o ensemble.npz has the samples of all members")
-    return MemberChoice(member_file, vary, jobs, resume is not None)
+    from lagrange_cli.simulate.model.reductions import read_reduction
+
+    read = tuple(read_reduction(text) for text in dict.fromkeys(reductions))
+    drawn = sample, number, seed
+    return MemberChoice(
+        member_file, vary, *drawn, final, kept_columns, read, jobs, resume is not None
+    )
+
+
+_SOURCES = "--ensemble FILE, --vary NAME=RANGE or --sample 'NAME ~ uniform(0,1)' --members N"
 
 
 def _usage(message: str, hint: str = "") -> InputError:
@@ -113,12 +245,30 @@ def _usage(message: str, hint: str = "") -> InputError:
 
 def _members(choice: MemberChoice, output: str | None) -> Members:
     from lagrange_cli.simulate.ensemble.input_file import grid, read_members
+    from lagrange_cli.simulate.ensemble.sampling import sampled
 
     if output is not None and not output.lower().endswith(".npz"):
         raise _usage("an ensemble is written as .npz", "-o ensemble.npz")
     if choice.resume and output is None:
         raise _usage("--resume needs the file that the result was to be", "-o ensemble.npz")
+    if choice.sample:
+        return sampled(choice.sample, choice.number or 0, choice.seed or 0)
     return grid(choice.vary) if choice.member_file is None else read_members(choice.member_file)
+
+
+def _kept(choice: MemberChoice, members: Members, output: str | None) -> Kept:
+    """What is kept of each member; nothing but figures and reductions without a file."""
+    from lagrange_cli.simulate.ensemble.kept import Kept
+
+    columns, final = choice.columns, choice.final
+    if output is None and (final or columns is not None):
+        raise _usage("--final and --columns say what a file keeps", "-o ensemble.npz")
+    if columns is None and len(members) > MOST_WITH_SAMPLES:
+        final = True
+    kept = None if columns == ("all",) else () if final else columns
+    if output is None:
+        kept, final = (), False
+    return Kept(kept, final, choice.reductions)
 
 
 def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationRequest) -> int:
@@ -131,27 +281,35 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
     """
     from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
     from lagrange_cli.simulate.ensemble.planning import plan_members
-    from lagrange_cli.simulate.ensemble.run import run_members, tasks_of
+    from lagrange_cli.simulate.ensemble.run import blocks_of, run_members
     from lagrange_cli.simulate.ensemble.store import open_store
 
     started = perf_counter()
     members = _members(choice, asked.output)
-    models, columns = _RememberedModels(session, asked.scene), asked.output is not None
-    plan, times = plan_members(models, members, asked.options, extra=asked.columns, columns=columns)
+    kept = _kept(choice, members, asked.output)
+    if kept.final and not choice.final:
+        session.remark(
+            f"more than {MOST_WITH_SAMPLES:,} members: their ends are kept, not their samples;"
+            " --columns all keeps these"
+        )
+    scene = replace(asked.scene, reductions=choice.reductions)
+    models, extra = _RememberedModels(session, scene), asked.columns
+    if "energy" in (choice.columns or ()) and "energy" not in extra:
+        extra = (*extra, "energy")
+    plan, times = plan_members(models, members, asked.options, extra=extra, kept=kept)
     if not plan.alone:
         session.remark("each member is derived by itself: its values may change the equations")
-    tasks = tasks_of(plan, members.rows)
-    sizes = [len(task.rows) for task in tasks]
-    store = open_store(asked.output, plan.key, sizes, resume=choice.resume)
+    blocks = blocks_of(plan, members)
+    store = open_store(asked.output, blocks, resume=choice.resume)
     begun = perf_counter()
     with session.progress("integrating") as move:
         jobs = choice.jobs or shared.cores()
         budget = asked.options.budget
-        complete = run_members(tasks, store, jobs=jobs, budget=budget, progress=move)
+        complete = run_members(blocks, store, jobs=jobs, budget=budget, progress=move)
     if complete and asked.output is not None:
         store.write(asked.output, times)
     seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
-    report = SimulatedMembers(plan, members, store, sizes, asked.output, seconds)
+    report = SimulatedMembers(plan, members, store, asked.output, seconds)
     print_report(report, FORMATS, as_json=asked.as_json)
     if complete:
         return 0 if set(report.counts()) == {"ok"} else 1

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.simulate.ensemble.members import Recipe
     from lagrange_cli.simulate.model.model import Model
+    from lagrange_cli.simulate.model.reductions import Reduction
     from lagrange_cli.simulate.options import SimulationOptions
     from lagrange_cli.studies.path.models import PathModels
 
@@ -39,6 +40,8 @@ class SceneRequest:
         What the motion is differentiated by.
     steps
         The way of the steps that are wanted too; None for none.
+    reductions
+        Numbers of motions for which the model has outputs.
     """
 
     source: SceneSource
@@ -49,6 +52,7 @@ class SceneRequest:
     formulation: Formulation | None = None
     sensitivity: tuple[str, ...] = ()
     steps: Way | None = None
+    reductions: tuple[Reduction, ...] = ()
 
     @property
     def values(self) -> list[list[tuple[str, str]]]:
@@ -62,7 +66,7 @@ class SceneRequest:
 
         texts = self.parameters, self.initial, self.times
         text = SceneText(self.source.file, self.source.data, *texts)
-        return Recipe(text, self.forces, self.formulation)
+        return Recipe(text, self.forces, self.formulation, reductions=self.reductions)
 
 
 @dataclass(frozen=True)
@@ -145,9 +149,16 @@ def model_of_scene(session: Session, scene: SceneRequest) -> Model:
     def work() -> Answer:
         derivation = derivation_of_scene(session, scene, when_read=compile_integrators)
         announce("preparing the simulation")
-        return answer_of(derivation, derivation.model(scene.sensitivity).to_json())
+        if scene.reductions:
+            from lagrange_cli.simulate.model.build import model_of
 
-    question = [*scene.values, scene.forces, scene.formulation, scene.sensitivity]
+            model = model_of(scene.recipe().prepared(derivation.equations))
+        else:
+            model = derivation.model(scene.sensitivity)
+        return answer_of(derivation, model.to_json())
+
+    texts = [reduction.text for reduction in scene.reductions]
+    question = [*scene.values, scene.forces, scene.formulation, scene.sensitivity, texts]
     value = remembered(session, "simulate", scene.source, question, work)
     from lagrange_cli.simulate.model.model import Model
 

@@ -170,8 +170,6 @@ def simulate(
     checkpoint: str | None,
     resume: str | None,
     member_file: str | None,
-    vary: tuple[str, ...],
-    jobs: int | None,
     **chosen: Any,
 ) -> None:
     """Integrate SCENE, a YAML file or - for standard input, and report its end."""
@@ -184,7 +182,10 @@ def simulate(
     state = checkpoint if resume is None else resume
     outputs = {"-o": output, "--plot": plot, **checkpoint_files(state)}
     guard(source, parameters, outputs, {"the ensemble": member_file})
-    members = ensemble.member_choice(member_file, vary, jobs, resume, checkpoint, plot)
+    about_members = {name: chosen.pop(name) for name in ensemble.MEMBER_OPTIONS}
+    members = ensemble.member_choice(
+        member_file=member_file, resume=resume, checkpoint=checkpoint, plot=plot, **about_members
+    )
     if members is not None and sensitivity:
         raise click.UsageError("--sensitivity is of one motion, not of an ensemble")
     forces = "forces" in columns

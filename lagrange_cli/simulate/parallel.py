@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import multiprocessing
+import os
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
@@ -14,7 +15,6 @@ from concurrent.futures import (
     Future,
     ProcessPoolExecutor,
     ThreadPoolExecutor,
-    as_completed,
     wait,
 )
 from contextlib import contextmanager
@@ -79,9 +79,16 @@ def _by_processes(
     function: Callable[[_Task], _Result], tasks: Iterable[_Task], jobs: int | None
 ) -> Iterator[_Result]:
     with _processes(jobs) as executor:
-        futures = [executor.submit(function, task) for task in tasks]
-        for future in as_completed(futures):
-            yield future.result()
+        waiting, pending = iter(tasks), set[Future[_Result]]()
+        # One more is at hand for each process than it can begin.
+        ahead = _AHEAD * (jobs or os.cpu_count() or 1)
+        while True:
+            pending |= {executor.submit(function, t) for t in islice(waiting, ahead - len(pending))}
+            if not pending:
+                return
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()
 
 
 @contextmanager

@@ -117,13 +117,30 @@ def test_accuracy_is_that_of_each_member(folder):
         (("--vary", "m=[q]"), "--vary:1:3: 'q' is no parameter"),
         (("--vary", "n=[1,2]"), "the size 'n' cannot differ"),
         (("--vary", "T=[1,2]"), "'until' differs between members"),
-        (("--vary", "m=[1]", "--ensemble", "a.csv"), "both say"),
+        (("--vary", "m=[1]", "--ensemble", "a.csv"), "each say what the members are"),
         (("--vary", "m=[1]", "-o", "out.csv"), "written as .npz"),
         (("--vary", "m=[1]", "--resume"), "--resume needs"),
         (("--vary", "m=[1]", "--method", "nonsense"), "unknown method"),
         (("--vary", "m=[1]", "-o", "none/out.npz"), "cannot write"),
         (("--resume",), "--resume needs the file of --checkpoint"),
         (("-j", "2"), "--jobs is for ensembles"),
+        (("--final",), "--final is for ensembles"),
+        (("--members", "9"), "--members is for ensembles"),
+        (("--vary", "m=[1]", "--seed", "3"), "of members that are drawn"),
+        (("--vary", "m=[1]", "--final", "--columns", "theta"), "--final keeps no samples"),
+        (("--vary", "m=[1]", "--columns", "thata", "-o", "o.npz"), "there is no column 'thata'"),
+        (("--vary", "m=[1]", "--final"), "say what a file keeps"),
+        (("--vary", "m=[1]", "--reduce", "theta"), "--reduce:1:1: this is no reduction"),
+        (("--vary", "m=[1]", "--reduce", "max(thata)"), "--reduce:1:5: unknown name 'thata'"),
+        (("--vary", "m=[1]", "--reduce", "first(theta)"), "a condition has one of <, <=, >, >="),
+        (("--vary", "m=[1]", "--reduce", "mean(ddot(theta))"), "accelerations"),
+        (("--sample", "m ~ uniform(1,2)"), "how many members are drawn?"),
+        (("--sample", "m ~ uniform(2,1)", "--members", "3"), "--sample:1:5: uniform takes"),
+        (("--sample", "m ~ cauchy(2,1)", "--members", "3"), "this is no distribution"),
+        (("--sample", "m = 1", "--members", "3"), "not of the form NAME ~ DISTRIBUTION"),
+        (("--sample", "mm ~ normal(0,1)", "--members", "3"), "unknown name 'mm'"),
+        (("--sample", "m ~ normal(0,1)", "--members", "1e10"), "more than 1,000,000,000 members"),
+        (("--sample", "m ~ normal(0,1)", "--members", "1.5"), "no whole number"),
         (("--ensemble", "none.csv"), "none.csv:1:1: no such file"),
         (("--ensemble", "scene.yaml"), "scene.yaml:2:1: there is no member"),
         (("--vary", "m=[-1]"), "the mass of 'bob' must be positive, found m = -1"),
@@ -149,7 +166,7 @@ def test_an_interrupted_run_goes_on(folder):
     assert stopped.returncode == 1
     assert "--resume" in stopped.stderr
     parts = sorted(p.name for p in (folder / "out.npz.parts").iterdir())
-    assert parts == ["block-000000.npz", "ensemble.json"]
+    assert parts == ["block-000000000.npz", "ensemble.json"]
     assert not (folder / "out.npz").exists()
     assert run(folder, *words).returncode == 2
     changed = run(folder, *words, "--resume", "--accuracy", "1e-6")

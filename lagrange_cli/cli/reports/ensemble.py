@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.reports.json_text import json_text
@@ -13,9 +12,9 @@ from lagrange_cli.cli.reports.tables import labelled, sentence_row
 from lagrange_cli.notation.page import Page, Row, page, words
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.input_file import Members
+    from lagrange_cli.simulate.ensemble.enumeration import Members
     from lagrange_cli.simulate.ensemble.run import Plan
-    from lagrange_cli.simulate.ensemble.store import Store
+    from lagrange_cli.simulate.ensemble.store import NumberRange, Store
 
 #: Failures that the text lists.
 _MOST_SHOWN = 12
@@ -29,8 +28,8 @@ class SimulatedMembers:
     ----------
     plan, members
         The runs that were planned, and the values of all members.
-    store, sizes
-        Results, and the number of members in each of its parts.
+    store
+        What is known of all.
     output
         The file with the samples; None if none was asked for.
     seconds
@@ -40,39 +39,33 @@ class SimulatedMembers:
     plan: Plan
     members: Members
     store: Store
-    sizes: Sequence[int]
     output: str | None
     seconds: Mapping[str, float]
 
     def counts(self) -> dict[str, int]:
         """Return status → number of members."""
-        return dict(sorted(Counter(self.store.words("status")).items()))
+        return self.store.counts()
 
-    def failed(self) -> list[dict[str, Any]]:
-        """Return the members that are not ``ok``, as JSON values."""
-        store = self.store
-        columns = (
-            store.members(self.sizes),
-            store.words("status"),
-            store.words("reason"),
-            store.figures("holds_until"),
-        )
+    def failed(self, most: int | None = None) -> list[dict[str, Any]]:
+        """Return the members that are not ``ok``, or the first ones, as JSON values."""
         return [
             {
-                "member": member,
-                "values": self.members.values(member),
-                "status": status,
-                "holds_until": float(holds),
-                "reason": reason,
+                "member": failure.member,
+                "values": self.members.values(failure.member),
+                "status": failure.status,
+                "holds_until": failure.holds_until,
+                "reason": failure.reason,
             }
-            for member, status, reason, holds in zip(*columns, strict=True)
-            if status != "ok"
+            for failure in islice(self.store.failures(), most)
         ]
 
-    def estimated(self) -> float | None:
-        """Return the largest estimated error, relative to scales; None if there is none."""
-        known = [x for x in self.store.figures("estimated").tolist() if not math.isnan(x)]
-        return max(known, default=None)
+    def reduced(self) -> dict[str, NumberRange]:
+        """Return reduction, as it was written → range of its numbers."""
+        return {
+            name.removeprefix("reduced/"): extent
+            for name, extent in self.store.ranges().items()
+            if name.startswith("reduced/")
+        }
 
 
 def _summary(simulated: SimulatedMembers) -> dict[str, Any]:
@@ -84,7 +77,11 @@ def _summary(simulated: SimulatedMembers) -> dict[str, Any]:
         "finished": sum(counts.values()),
         "counts": counts,
         "failed": simulated.failed(),
-        "estimated": simulated.estimated(),
+        "estimated": simulated.store.estimated(),
+        "reduced": {
+            name: {"least": r.least, "largest": r.largest, "known": r.known}
+            for name, r in simulated.reduced().items()
+        },
         "numbers_alone": simulated.plan.alone,
         "output": simulated.output,
         "seconds": dict(simulated.seconds),
@@ -93,7 +90,7 @@ def _summary(simulated: SimulatedMembers) -> dict[str, Any]:
 
 def _text(simulated: SimulatedMembers) -> Page:
     """The result for a person."""
-    counts, estimated = simulated.counts(), simulated.estimated()
+    counts, estimated = simulated.counts(), simulated.store.estimated()
     finished = sum(counts.values())
     listed = ", ".join(f"{count} {status}" for status, count in counts.items())
     rate = finished / max(simulated.seconds["integrate"], 1e-9)
@@ -106,22 +103,36 @@ def _text(simulated: SimulatedMembers) -> Page:
         [
             [sentence_row(done, "heading")],
             labelled(*known, width=8),
-            _failures(simulated.failed()),
+            _reduced(simulated.reduced(), finished),
+            _failures(simulated.failed(_MOST_SHOWN), finished - counts.get("ok", 0)),
         ]
     )
 
 
-def _failures(failed: Sequence[Mapping[str, Any]]) -> list[Row]:
-    """List the first failures, a line each; nothing if there are none."""
+def _reduced(reduced: Mapping[str, NumberRange], members: int) -> list[Row]:
+    """Say what the numbers of motions come to, a line each; nothing if there are none."""
+    if not reduced:
+        return []
+    lines = [Row("Reduced", role="heading")]
+    for name, extent in reduced.items():
+        said = f"from {extent.least:.6g} to {extent.largest:.6g}" if extent.known else "of none"
+        if 0 < extent.known < members:
+            said += f", of {extent.known} members"
+        lines.append(Row(f"  {name}", "  ", words(said), "name"))
+    return lines
+
+
+def _failures(failed: Sequence[Mapping[str, Any]], number: int) -> list[Row]:
+    """List the first of a number of failures, a line each; nothing if there are none."""
     if not failed:
         return []
     lines = [Row("Failed", role="heading")]
-    for member in failed[:_MOST_SHOWN]:
+    for member in failed:
         values = ", ".join(f"{name} = {value}" for name, value in member["values"].items())
         what = f"{values}: {member['status']}, {member['reason']}"
         lines.append(Row(f"  {member['member']}", "  ", words(what), "name"))
-    if len(failed) > _MOST_SHOWN:
-        lines.append(Row(f"  and {len(failed) - _MOST_SHOWN} more; --json lists them all"))
+    if number > len(failed):
+        lines.append(Row(f"  and {number - len(failed)} more; --json lists them all"))
     return lines
 
 

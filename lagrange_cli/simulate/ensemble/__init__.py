@@ -4,4 +4,15 @@ A scene and values of its members go in; a result with an accuracy of its own fo
 stepped side by side in vectors where that is faster. Read :mod:`.run` first.
 """
 
-__all__ = ["input_file", "members", "planning", "result", "run", "store", "variants"]
+__all__ = [
+    "enumeration",
+    "input_file",
+    "kept",
+    "members",
+    "planning",
+    "result",
+    "run",
+    "sampling",
+    "store",
+    "variants",
+]

@@ -399,6 +399,11 @@ class BatchedMembers:
         out = self._scratch.array(f"{name} {moving}", (columns, *states.shape[:2]))
         return self._table(name, self._times, states, parameters, out, moving)
 
+    def table_at_end(self, name: str, states: Array, parameters: Array, columns: int) -> Array:
+        """Evaluate a function at the last sample of members, states of shape (members, 1, 2n)."""
+        out = np.empty((columns, *states.shape[:2]))
+        return self._table(name, self._times[-1:], states, parameters, out)
+
     def table_at_start(self, name: str, states: Array, parameters: Array, columns: int) -> Array:
         """Evaluate a function at any states of members, at the time of the start."""
         times = np.full(states.shape[1], self.problem.start)

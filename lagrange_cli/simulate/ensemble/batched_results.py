@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 
@@ -15,6 +15,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.batched import METHOD, BatchedMembers, batched_members
 from lagrange_cli.simulate.ensemble.batched_runs import BatchedRuns
 from lagrange_cli.simulate.ensemble.blocks import BlockPart
+from lagrange_cli.simulate.ensemble.kept import Keeper, Kept
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import Request, resolve
@@ -54,12 +55,15 @@ class BatchedResults:
         Stepper of the members.
     extra
         Names of further columns.
+    keeper
+        Picks what is kept.
     """
 
     model: Model
     request: Request
     members: BatchedMembers
     extra: tuple[str, ...]
+    keeper: Keeper
 
     def run(
         self, starts: Array, parameters: Array, between: Callable[[], None] = lambda: None
@@ -105,9 +109,6 @@ class BatchedResults:
         energy = kinetic = np.empty((len(runs.states), 0))
         if conserved or "energy" in self.extra:
             energy, kinetic = self._energies(runs.states, parameters)
-        columns = self._columns(runs.states, parameters)
-        if "energy" in self.extra:
-            columns["energy"] = energy
         sure = np.ones(len(runs.states), bool)
         if conserved and eps is not None:
             sure = ~self._doubtful(eps, runs, parameters, energy, kinetic)
@@ -117,7 +118,22 @@ class BatchedResults:
         scales = (
             {} if eps is None else dict(zip(self.model.state_names, runs.scales.T, strict=True))
         )
-        yield _only(BlockPart(runs.numbers.tolist(), columns, {}, scales, figures, words), sure)
+        columns, numbers = self._kept(runs.states, parameters, energy, scales)
+        members = runs.numbers.tolist()
+        yield _only(BlockPart(members, columns, numbers, {}, scales, figures, words), sure)
+
+    def _kept(
+        self, states: Array, parameters: Array, energy: Array, scales: Mapping[str, Array]
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Return the columns and the numbers that are kept, no others are evaluated."""
+        keeper, names = self.keeper, self.names
+        columns = self._columns(keeper.needed(names), states, parameters, energy)
+        numbers = keeper.numbers(columns, scales)
+        if keeper.kept.final:
+            at_end = states[:, -1:], parameters, energy[:, -1:]
+            ends = self._columns(keeper.own(names), *at_end, at_end=True)
+            numbers |= {f"final/{name}": values[:, 0].copy() for name, values in ends.items()}
+        return {name: columns[name] for name in keeper.written(names)}, numbers
 
     def _energies(self, states: Array, parameters: Array) -> tuple[Array, Array]:
         """Evaluate :func:`.verification.disproof.energies` of each member, (members, samples)."""
@@ -154,16 +170,34 @@ class BatchedResults:
         energy = ["energy"] if "energy" in self.extra else []
         return list(dict.fromkeys([*model.state_names, *places, *model.outputs, *energy]))
 
-    def _columns(self, states: Array, parameters: Array) -> dict[str, Array]:
-        """Evaluate columns of :class:`.results.trajectory.Trajectory`, each (members, samples)."""
+    def _columns(
+        self,
+        wanted: Sequence[str],
+        states: Array,
+        parameters: Array,
+        energy: Array,
+        *,
+        at_end: bool = False,
+    ) -> dict[str, Array]:
+        """Evaluate some columns of :class:`.results.trajectory.Trajectory`, (members, samples).
+
+        ``at_end``: the states are those of the last sample alone.
+        """
         model = self.model
+        table = self.members.table_at_end if at_end else self.members.table
         columns = {name: states[..., i] for i, name in enumerate(model.state_names)}
-        for table, form in (("positions", "{}"), ("velocities", "dot({})")):
-            values = self.members.table(table, states, parameters, len(model.cartesian))
-            for i, name in enumerate(model.cartesian):
-                columns.setdefault(form.format(name), values[i])
-        values = self.members.table("outputs", states, parameters, len(model.outputs))
-        return columns | {name: values[i] for i, name in enumerate(model.outputs)}
+        for kind, form in (("positions", "{}"), ("velocities", "dot({})")):
+            names = [form.format(name) for name in model.cartesian]
+            if not columns.keys() >= set(names) & set(wanted):
+                values = table(kind, states, parameters, len(names))
+                for name, value in zip(names, values, strict=True):
+                    columns.setdefault(name, value)
+        if not set(model.outputs).isdisjoint(wanted):
+            values = table("outputs", states, parameters, len(model.outputs))
+            columns |= dict(zip(model.outputs, values, strict=True))
+        if "energy" in self.extra:
+            columns["energy"] = energy
+        return {name: columns[name] for name in wanted}
 
     def _figures(self, runs: BatchedRuns, drifts: Array | None) -> dict[str, Array]:
         nothing = np.full(len(runs.numbers), np.nan)
@@ -192,16 +226,26 @@ def _only(part: BlockPart, which: NDArray[np.bool_]) -> BlockPart:
     """Keep the flagged members."""
     if which.all():
         return part
-    columns, scales, figures = (
+    columns, numbers, scales, figures = (
         {name: values[which] for name, values in arrays.items()}
-        for arrays in (part.columns, part.scales, part.figures)
+        for arrays in (part.columns, part.numbers, part.scales, part.figures)
     )
-    numbers = list(compress(part.numbers, which))
-    return replace(part, numbers=numbers, columns=columns, scales=scales, figures=figures)
+    return BlockPart(
+        list(compress(part.members, which)),
+        columns,
+        numbers,
+        part.varied,
+        scales,
+        figures,
+        part.words,
+    )
 
 
 def batched_results(
-    model: Model, options: SimulationOptions, extra: tuple[str, ...]
+    model: Model,
+    options: SimulationOptions,
+    extra: tuple[str, ...],
+    kept: Kept = Kept(),  # noqa: B008
 ) -> BatchedResults | None:
     """Return the batched runs of a model's members; None if that cannot be.
 
@@ -211,6 +255,8 @@ def batched_results(
         What is asked for of each.
     extra
         Further columns.
+    kept
+        What is kept of each.
     """
     request = resolve(model, options)
     chosen = request.method is None and request.atol is None
@@ -225,4 +271,6 @@ def batched_results(
         autonomous=model.facts["autonomous"],
     )
     members = batched_members(model, problem, open_cache())
-    return None if members is None else BatchedResults(model, request, members, extra)
+    if members is None:
+        return None
+    return BatchedResults(model, request, members, extra, Keeper.of(request, model, kept))

@@ -30,6 +30,8 @@ class MemberBlock:
     columns
         Name → values, shape (members, samples), NaN where nothing holds; empty where none are
         wanted.
+    numbers
+        Name → number of the motion of each member, shape (members,), NaN where it is not known.
     varied
         Name in the plan → the number of each member, shape (members,).
     scales
@@ -40,6 +42,7 @@ class MemberBlock:
 
     number: int
     columns: Mapping[str, Array]
+    numbers: Mapping[str, Array]
     varied: Mapping[str, Array]
     scales: Mapping[str, Array]
     figures: Mapping[str, Array]
@@ -52,14 +55,15 @@ class BlockPart:
 
     Attributes
     ----------
-    numbers
+    members
         Numbers of the members in the block.
     columns
         May end before the last sample; copied before the next part is asked for.
     """
 
-    numbers: list[int]
+    members: list[int]
     columns: Mapping[str, Array]
+    numbers: Mapping[str, Array]
     varied: Mapping[str, Array]
     scales: Mapping[str, Array]
     figures: Mapping[str, Array]
@@ -76,15 +80,16 @@ class BlockBuilder:
     members, samples
         How many there are.
     columns
-        Those that are expected, None if none are kept.
+        Those that are expected.
     """
 
     def __init__(
-        self, names: Sequence[str], members: int, samples: int, columns: Iterable[str] | None
+        self, names: Sequence[str], members: int, samples: int, columns: Iterable[str]
     ) -> None:
         self._left = dict.fromkeys(range(members))
-        self._shape, self._wanted = (members, samples), columns is not None
-        self._columns = {name: np.empty(self._shape) for name in columns or ()}
+        self._shape = members, samples
+        self._columns = {name: np.empty(self._shape) for name in columns}
+        self._numbers: dict[str, Array] = {}
         self._varied = {name: np.full(members, np.nan) for name in names}
         self._scales: dict[str, Array] = {}
         self._figures = {name: np.full(members, np.nan) for name in MEMBER_FIGURES}
@@ -97,23 +102,23 @@ class BlockBuilder:
 
     def take(self, part: BlockPart) -> None:
         """Add a part."""
-        for number in part.numbers:
+        for number in part.members:
             self._left.pop(number, None)
             for name, word in part.words.items():
                 self._words[name][number] = word
         for gathered, added in (
+            (self._numbers, part.numbers),
             (self._varied, part.varied),
             (self._scales, part.scales),
             (self._figures, part.figures),
         ):
             for name, values in added.items():
-                gathered.setdefault(name, np.full(self._shape[0], np.nan))[part.numbers] = values
-        if self._wanted:
-            self._add(part.columns)
-            for name, column in self._columns.items():
-                values = part.columns.get(name, np.empty((1, 0)))
-                column[part.numbers, : values.shape[1]] = values
-                column[part.numbers, values.shape[1] :] = np.nan
+                gathered.setdefault(name, np.full(self._shape[0], np.nan))[part.members] = values
+        self._add(part.columns)
+        for name, column in self._columns.items():
+            values = part.columns.get(name, np.empty((1, 0)))
+            column[part.members, : values.shape[1]] = values
+            column[part.members, values.shape[1] :] = np.nan
 
     def _add(self, names: Iterable[str]) -> None:
         """Make columns of those that are new."""
@@ -129,5 +134,11 @@ class BlockBuilder:
         for values in self._columns.values():
             values[self.left] = np.nan
         return MemberBlock(
-            number, self._columns, self._varied, self._scales, self._figures, self._words
+            number,
+            self._columns,
+            self._numbers,
+            self._varied,
+            self._scales,
+            self._figures,
+            self._words,
         )

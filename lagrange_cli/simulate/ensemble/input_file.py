@@ -8,23 +8,28 @@ two exponents), ``geomspace(0.1,10,5)`` or a list, ``[1,2,3]``; several make a g
 
 from __future__ import annotations
 
-import itertools
-import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import Mark
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import DECIMAL_NUMBER, CsvRows, decoded, quoted_cell
-
-MOST_MEMBERS = 100_000
-
-#: Rule of the problems that are told here.
-_RULE = "ensemble"
+from lagrange_cli.simulate.ensemble.enumeration import (
+    MOST_LISTED,
+    RULE,
+    Axis,
+    Cell,
+    Members,
+    cell,
+    combined,
+    listed,
+    refused,
+    too_many,
+)
 
 #: Ranges by name: (first, last, number) → values.
 _RANGES: dict[str, Callable[[float, float, int], np.ndarray]] = {
@@ -39,80 +44,9 @@ _COUNT = re.compile(r"\s*[0-9]{1,9}\s*", re.ASCII)
 _EXAMPLE = "linspace(0.1,10,100), logspace(-1,1,5), geomspace(0.1,10,5) or a list, [1,2,3]"
 
 
-@dataclass(frozen=True)
-class Members:
-    """Values of each member, as texts of expressions.
-
-    Attributes
-    ----------
-    names
-        Names of parameters and initial values.
-    heads
-        Place of each name.
-    rows
-        For each member a text for each name.
-    marks
-        Places of these texts.
-    """
-
-    names: tuple[str, ...]
-    heads: tuple[Mark, ...]
-    rows: tuple[tuple[str, ...], ...]
-    marks: tuple[tuple[Mark, ...], ...]
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def values(self, member: int) -> dict[str, str]:
-        """Return name → text of a member."""
-        return dict(zip(self.names, self.rows[member], strict=True))
-
-    def mark(self, member: int, name: str) -> Mark:
-        """Return the place of a value."""
-        return self.marks[member][self.names.index(name)]
-
-
-def _refused(message: str, mark: Mark, hint: str = "") -> InputError:
-    return InputError(Problem(message, mark, hint, _RULE))
-
-
-def _checked(names: Sequence[str], heads: Sequence[Mark], cells: Sequence[list[_Cell]]) -> Members:
-    """Make members; refuse names that are alike and values that are no expressions."""
-    for k, name in enumerate(names):
-        if not name:
-            raise _refused("a column has no name", heads[k])
-        if name in names[:k]:
-            raise _refused(f"{quoted_cell(name)} is given twice", heads[k])
-    rows = [tuple(_expression(text, mark) for text, mark in row) for row in cells]
-    marks = tuple(tuple(mark for _, mark in row) for row in cells)
-    return Members(tuple(names), tuple(heads), tuple(rows), marks)
-
-
-#: A text and its place.
-_Cell = tuple[str, Mark]
-
-
-def _expression(text: str, mark: Mark) -> str:
-    """Return the text, stripped, of a finite number or of an expression; refuse others."""
-    text = text.strip()
-    if not text:
-        raise _refused("expected a number, found nothing", mark)
-    if not DECIMAL_NUMBER.fullmatch(text):
-        from lagrange_cli.scene import parse_expression
-
-        parse_expression(text, mark)
-    elif not math.isfinite(float(text)):
-        raise _refused(f"{quoted_cell(text)} is beyond the range of doubles", mark)
-    return text
-
-
 def _without_blanks(name: str) -> str:
     """``dot(x)`` and ``x[1,2]`` as scenes have them."""
     return re.sub(r"\s+", "", name) if re.search(r"[\[(]", name) else name.strip()
-
-
-def _too_many(mark: Mark) -> InputError:
-    return _refused(f"more than {MOST_MEMBERS:,} members", mark, "divide them among several runs")
 
 
 # From a file.
@@ -129,28 +63,28 @@ def read_members(path: str) -> Members:
     readers = {".csv": _csv, ".yaml": _yaml, ".yml": _yaml}
     mark, ending = Mark(path, 1, 1), Path(path).suffix.lower()
     if ending not in readers:
-        raise _refused("an ensemble is a .csv or a .yaml file", mark)
+        raise refused("an ensemble is a .csv or a .yaml file", mark)
     data = read_regular(path, mark, "an ensemble")
-    return readers[ending](decoded(data, path, _RULE), path)
+    return readers[ending](decoded(data, path, RULE), path)
 
 
 def _csv(lines: list[str], path: str) -> Members:
-    rows = CsvRows(lines, path, _RULE)
+    rows = CsvRows(lines, path, RULE)
     records = iter(rows)
     header = next(records, None)
     if header is None:
-        raise _refused("this file is empty", Mark(path, 1, 1), "its first row names columns")
+        raise refused("this file is empty", Mark(path, 1, 1), "its first row names columns")
     heads = [rows.place(k) for k in range(len(header))]
     cells = list(_rows_of(records, rows, len(header)))
     if not cells:
         raise rows.refused("there is no member: a row of values follows the names")
-    return _checked([_without_blanks(name) for name in header], heads, cells)
+    return listed([_without_blanks(name) for name in header], heads, cells)
 
 
-def _rows_of(records: Iterator[list[str]], rows: CsvRows, width: int) -> Iterator[list[_Cell]]:
+def _rows_of(records: Iterator[list[str]], rows: CsvRows, width: int) -> Iterator[list[Cell]]:
     for number, row in enumerate(records):
-        if number == MOST_MEMBERS:
-            raise _too_many(rows.place())
+        if number == MOST_LISTED:
+            raise too_many(rows.place(), MOST_LISTED)
         if len(row) != width:
             have = f"{len(row)} cell{'s' * (len(row) != 1)}"
             raise rows.refused(
@@ -167,37 +101,37 @@ def _yaml(lines: list[str], path: str) -> Members:
     start = Mark(path, 1, 1)
     root = compose(text, path) if text.strip() else None
     if not isinstance(root, Sequence) or not root.items:
-        raise _refused("there is no member", start if root is None else root.mark, example)
-    if len(root.items) > MOST_MEMBERS:
-        raise _too_many(root.mark)
+        raise refused("there is no member", start if root is None else root.mark, example)
+    if len(root.items) > MOST_LISTED:
+        raise too_many(root.mark, MOST_LISTED)
     for item in root.items:
         if not isinstance(item, Mapping):
-            raise _refused("a member is a mapping of names to values", item.mark, example)
+            raise refused("a member is a mapping of names to values", item.mark, example)
     members = [item for item in root.items if isinstance(item, Mapping)]
     first = members[0].entries
     names = [_without_blanks(key.text) for key, _ in first]
     cells = [_of_mapping(member, names) for member in members]
-    return _checked(names, [key.mark for key, _ in first], cells)
+    return listed(names, [key.mark for key, _ in first], cells)
 
 
-def _of_mapping(member: object, names: Sequence[str]) -> list[_Cell]:
+def _of_mapping(member: object, names: Sequence[str]) -> list[Cell]:
     """Return the values of a member of a YAML file, in the order of the first one."""
     from lagrange_cli.scene.reading.source import Mapping, Scalar
 
     assert isinstance(member, Mapping)
-    cells: dict[str, _Cell] = {}
+    cells: dict[str, Cell] = {}
     for key, value in member.entries:
         name = _without_blanks(key.text)
         if name not in names:
-            raise _refused(
+            raise refused(
                 f"{quoted_cell(name)} is not among the names of the first member", key.mark
             )
         if not isinstance(value, Scalar):
-            raise _refused("expected a number", value.mark)
+            raise refused("expected a number", value.mark)
         cells[name] = value.text, value.mark
     missing = [name for name in names if name not in cells]
     if missing:
-        raise _refused(f"this member has no {quoted_cell(missing[0])}", member.mark)
+        raise refused(f"this member has no {quoted_cell(missing[0])}", member.mark)
     return [cells[name] for name in names]
 
 
@@ -212,39 +146,35 @@ def grid(specifications: Sequence[str]) -> Members:
     InputError
         Located in the option: it is no range.
     """
-    return _combined([_axis(text) for text in specifications])
+    return combined([_axis(text) for text in specifications])
 
 
-def _combined(axes: Sequence[_Axis]) -> Members:
-    if math.prod(len(cells) for _, _, cells in axes) > MOST_MEMBERS:
-        raise _too_many(axes[-1][1])
-    cells = [list(row) for row in itertools.product(*(cells for _, _, cells in axes))]
-    return _checked([name for name, _, _ in axes], [head for _, head, _ in axes], cells)
-
-
-#: Name, its place and values.
-_Axis = tuple[str, Mark, list[_Cell]]
-
-
-def _axis(text: str) -> _Axis:
+def _axis(text: str) -> Axis:
     """Name, place and values of one range."""
     name, equals, written = text.partition("=")
     head = Mark("--vary", 1, 1, text, max(1, len(name)))
     if not (equals and name.strip() and written.strip()):
-        raise _refused("this is not of the form NAME=RANGE", head, f"--vary 'm={_EXAMPLE[:20]}'")
+        raise refused("this is not of the form NAME=RANGE", head, f"--vary 'm={_EXAMPLE[:20]}'")
     mark = replace(head, column=len(name) + 2, length=len(written))
-    called, listed = _CALL.fullmatch(written), _LIST.fullmatch(written)
-    if listed:
-        values = [(part, mark) for part in _split(listed[1], mark)]
-    elif called and called[1] in _RANGES:
-        values = [(repr(x), mark) for x in _range(called[1], _split(called[2], mark), mark)]
+    call, values_listed = call_of(written), _LIST.fullmatch(written)
+    if values_listed:
+        values = [(part, mark) for part in split_at_commas(values_listed[1], mark)]
+    elif call and call[0] in _RANGES:
+        kind, arguments = call
+        values = [(repr(x), mark) for x in _range(kind, split_at_commas(arguments, mark), mark)]
     else:
-        raise _refused("this is no range", mark, f"a range is {_EXAMPLE}")
+        raise refused("this is no range", mark, f"a range is {_EXAMPLE}")
     return _without_blanks(name), head, values
 
 
-def _split(text: str, mark: Mark) -> list[str]:
-    """Split at commas that stand in no parentheses."""
+def call_of(written: str) -> tuple[str, str] | None:
+    """Return the name and the arguments of ``name(arguments)``; None if it is none."""
+    called = _CALL.fullmatch(written)
+    return None if called is None else (called[1], called[2])
+
+
+def split_at_commas(text: str, mark: Mark) -> list[str]:
+    """Split at commas that stand in no parentheses; refuses where nothing stands between them."""
     parts, depth = [""], 0
     for character in text:
         depth += (character == "(") - (character == ")")
@@ -253,31 +183,31 @@ def _split(text: str, mark: Mark) -> list[str]:
         else:
             parts[-1] += character
     if not all(part.strip() for part in parts):
-        raise _refused("a value is missing", mark)
+        raise refused("a value is missing", mark)
     return parts
 
 
 def _range(kind: str, arguments: Sequence[str], mark: Mark) -> list[float]:
     if len(arguments) != 3 or not _COUNT.fullmatch(arguments[2]):
-        raise _refused(f"{kind} takes its first and last value and a whole number of them", mark)
+        raise refused(f"{kind} takes its first and last value and a whole number of them", mark)
     number = int(arguments[2])
     if number == 0:
-        raise _refused("no member: the number of values is 0", mark)
-    if number > MOST_MEMBERS:
-        raise _too_many(mark)
-    first, last = (_number(text, mark) for text in arguments[:2])
+        raise refused("no member: the number of values is 0", mark)
+    if number > MOST_LISTED:
+        raise too_many(mark, MOST_LISTED)
+    first, last = (constant(text, mark) for text in arguments[:2])
     if kind == "geomspace" and not first * last > 0:
-        raise _refused("the ends of geomspace have one sign and are not 0", mark)
+        raise refused("the ends of geomspace have one sign and are not 0", mark)
     with np.errstate(all="ignore"):
         values = _RANGES[kind](first, last, number)
     if not np.isfinite(values).all():
-        raise _refused("a value of this range is beyond the range of doubles", mark)
+        raise refused("a value of this range is beyond the range of doubles", mark)
     return [float(x) for x in values]
 
 
-def _number(text: str, mark: Mark) -> float:
-    """Evaluate a constant expression."""
-    written = _expression(text, mark)
+def constant(text: str, mark: Mark) -> float:
+    """Evaluate a constant expression; refuses what is none."""
+    written, _ = cell(text, mark)
     if DECIMAL_NUMBER.fullmatch(written):
         return float(written)
     from lagrange_cli.mechanics.symbols.convert import to_sympy
@@ -301,30 +231,30 @@ def members_of(
         There is none, or members have different names.
     """
     if isinstance(values, Mapping):
-        members = _combined([_axis_of(name, texts) for name, texts in values.items()])
+        members = combined([_axis_of(name, texts) for name, texts in values.items()])
     else:
         names = list(values[0]) if values else []
-        if len(values) > MOST_MEMBERS:
-            raise _too_many(Mark("members", 1, 1))
+        if len(values) > MOST_LISTED:
+            raise too_many(Mark("members", 1, 1), MOST_LISTED)
         cells = [_row_of(member, names, number) for number, member in enumerate(values)]
         heads = [Mark(f"members[0] {name}", 1, 1, name, len(name)) for name in names]
-        members = _checked([_without_blanks(name) for name in names], heads, cells)
-    if not (members.names and members.rows):
-        raise _refused("there is no member", Mark("members", 1, 1), "{'theta': [0.1, 0.2]}")
+        members = listed([_without_blanks(name) for name in names], heads, cells)
+    if not (members.names and len(members)):
+        raise refused("there is no member", Mark("members", 1, 1), "{'theta': [0.1, 0.2]}")
     return members
 
 
-def _axis_of(name: str, texts: Sequence[str]) -> _Axis:
+def _axis_of(name: str, texts: Sequence[str]) -> Axis:
     head = Mark(f"members {name}", 1, 1, name, len(name))
     cells = [(text, replace(head, text=text, length=len(text))) for text in texts]
     return _without_blanks(name), head, cells
 
 
-def _row_of(member: Mapping[str, str], names: Sequence[str], number: int) -> list[_Cell]:
+def _row_of(member: Mapping[str, str], names: Sequence[str], number: int) -> list[Cell]:
     """Return the values of a member in the order of the first one."""
     mark = Mark(f"members[{number}]", 1, 1)
     for name in sorted(member.keys() ^ set(names)):
         has = "has" if name in member else "has no"
-        raise _refused(f"this member {has} {quoted_cell(name)}, unlike the first one", mark)
+        raise refused(f"this member {has} {quoted_cell(name)}, unlike the first one", mark)
     marks = [replace(mark, text=member[name], length=len(member[name])) for name in names]
     return [(member[name], place) for name, place in zip(names, marks, strict=True)]

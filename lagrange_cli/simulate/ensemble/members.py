@@ -18,11 +18,13 @@ from lagrange_cli.files.rows import DECIMAL_NUMBER
 from lagrange_cli.simulate.model.model import Model
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.scene.defaults import SimulationDefaults
     from lagrange_cli.scene.model import Scene
     from lagrange_cli.scene.reader import SceneText
-    from lagrange_cli.simulate.ensemble.input_file import Members
+    from lagrange_cli.simulate.ensemble.enumeration import Members
+    from lagrange_cli.simulate.model.reductions import Reduction
 
 
 @dataclass(frozen=True)
@@ -62,12 +64,15 @@ class Recipe:
         Formulation of the equations; None for the scene's.
     driven
         Names of inputs whose values whoever simulates gives.
+    reductions
+        Numbers of motions for which the model has outputs.
     """
 
     text: SceneText
     forces: bool = False
     formulation: Formulation | None = None
     driven: frozenset[str] = frozenset()
+    reductions: tuple[Reduction, ...] = ()
 
     def scene(self, member: MemberValues | None = None) -> Scene:
         """Read the scene with the values of a member.
@@ -96,10 +101,21 @@ class Recipe:
         """Derive the model of a scene that was read; refuses as :meth:`model`."""
         from lagrange_cli.mechanics import derive
         from lagrange_cli.simulate.model.build import model_of
-        from lagrange_cli.simulate.model.inputs import with_driven_inputs
 
-        equations = derive(scene, forces=self.forces, formulation=formulation)
-        return model_of(with_driven_inputs(equations, self.driven))
+        return model_of(self.prepared(derive(scene, forces=self.forces, formulation=formulation)))
+
+    def prepared(self, equations: Equations) -> Equations:
+        """Return equations with what a model of this recipe has beside those of the scene.
+
+        Raises
+        ------
+        InputError
+            Located: a reduction is of nothing that the equations have; or a driven input is none.
+        """
+        from lagrange_cli.simulate.model.inputs import with_driven_inputs
+        from lagrange_cli.simulate.model.reductions import with_reductions
+
+        return with_driven_inputs(with_reductions(equations, self.reductions), self.driven)
 
 
 def numeric_values(scene: Scene) -> tuple[dict[str, float | None], dict[str, float | None]]:
@@ -147,15 +163,13 @@ def require_known_names(members: Members, scene: Scene) -> None:
             said = f"the size '{name}' cannot differ between members: it changes the equations"
             raise InputError(Problem(said, head, f"-p {name}=...", "ensemble"))
     known = {"pi"} | {p.name for p in scene.parameters} | sizes
-    for member, row in enumerate(members.rows):
-        for name, text in zip(members.names, row, strict=True):
-            if not DECIMAL_NUMBER.fullmatch(text):
-                mark = members.mark(member, name)
-                used = _names(parse_expression(text, mark)) - known
-                if used:
-                    unknown = min(used)
-                    said = f"'{unknown}' is no parameter of the scene"
-                    raise InputError(Problem(said, mark, nearest(unknown, known), "unknown-name"))
+    for text, mark in members.cells():
+        if not DECIMAL_NUMBER.fullmatch(text):
+            used = _names(parse_expression(text, mark)) - known
+            if used:
+                unknown = min(used)
+                said = f"'{unknown}' is no parameter of the scene"
+                raise InputError(Problem(said, mark, nearest(unknown, known), "unknown-name"))
 
 
 def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> bool:

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from lagrange_cli.cache import digest, fingerprint
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.input_file import Members
+from lagrange_cli.simulate.ensemble.enumeration import MOST_LISTED, Members
+from lagrange_cli.simulate.ensemble.kept import Kept
 from lagrange_cli.simulate.ensemble.members import (
     MemberValues,
     Recipe,
@@ -19,7 +20,7 @@ from lagrange_cli.simulate.ensemble.members import (
     varied_parameters,
 )
 from lagrange_cli.simulate.ensemble.result import Ensemble
-from lagrange_cli.simulate.ensemble.run import Plan, run_members, tasks_of
+from lagrange_cli.simulate.ensemble.run import Plan, blocks_of, run_members
 from lagrange_cli.simulate.ensemble.store import Store
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
@@ -52,7 +53,7 @@ def plan_members(
     options: SimulationOptions,
     *,
     extra: tuple[str, ...] = (),
-    columns: bool = True,
+    kept: Kept = Kept(),  # noqa: B008
 ) -> tuple[Plan, Array]:
     """Plan the runs of all members; return the times of the samples as well, shape (samples,).
 
@@ -66,8 +67,8 @@ def plan_members(
         What is asked for of each. The budget is that of all together, and no part of the plan.
     extra
         Further columns.
-    columns
-        Columns are kept, not only figures.
+    kept
+        What is kept of each beside figures.
 
     Raises
     ------
@@ -80,9 +81,10 @@ def plan_members(
     _require_common_times(scene, MemberValues.of(members.values(0), scene), members)
     values, model = _first_model(models, members, scene)
     options = replace(options, budget=None)
+    _require_columns(kept, model, extra)
     times = np.asarray(resolve(model, options).times)
     plan = Plan(
-        key=_key(recipe, options, extra, members),
+        key=_key(recipe, options, extra, members, kept),
         recipe=recipe,
         names=members.names,
         member=values,
@@ -91,7 +93,7 @@ def plan_members(
         samples=len(times),
         options=options,
         extra=extra,
-        columns=columns,
+        kept=kept,
     )
     return plan, times
 
@@ -102,6 +104,7 @@ def simulate_members(
     options: SimulationOptions,
     *,
     extra: tuple[str, ...] = (),
+    kept: Kept = Kept(),  # noqa: B008
     jobs: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Ensemble:
@@ -109,7 +112,7 @@ def simulate_members(
 
     Parameters
     ----------
-    models, members, options, extra
+    models, members, options, extra, kept
         As for :func:`plan_members`.
     jobs, progress
         As for :func:`.run.run_members`.
@@ -117,13 +120,32 @@ def simulate_members(
     Raises
     ------
     InputError
-        As :func:`plan_members`.
+        As :func:`plan_members`; or samples of more members are wanted than memory may hold.
     """
-    plan, times = plan_members(models, members, options, extra=extra)
-    store = Store(None)
-    if not run_members(tasks_of(plan, members.rows), store, jobs=jobs, progress=progress):
+    if len(members) > MOST_LISTED and kept.columns != ():
+        message = f"more than {MOST_LISTED:,} members, whose samples are to be in memory"
+        hint = "columns=[] with final=True or reduce=[...] keeps a few numbers of each"
+        raise InputError(Problem(message, Mark("members", 1, 1), hint, "ensemble"))
+    plan, times = plan_members(models, members, options, extra=extra, kept=kept)
+    blocks = blocks_of(plan, members)
+    store = Store(blocks.size, whole=True)
+    if not run_members(blocks, store, jobs=jobs, progress=progress):
         raise KeyboardInterrupt
     return store.ensemble(plan.model.name, times)
+
+
+def _require_columns(kept: Kept, model: Model, extra: tuple[str, ...]) -> None:
+    """Refuse names of columns that a motion of the model does not have."""
+    places = [form.format(name) for name in model.cartesian for form in ("{}", "dot({})")]
+    known = [*model.state_names, *places, *model.outputs]
+    if "energy" in extra:
+        known.append("energy")
+    if "forces" in extra:
+        known += [*model.symbols, *model.forces]
+    for name in kept.columns or ():
+        if name not in known:
+            hint = nearest(name, known)
+            raise InputError(Problem(f"there is no column '{name}'", hint=hint, rule="ensemble"))
 
 
 def _require_common_times(scene: Scene, values: MemberValues, members: Members) -> None:
@@ -183,11 +205,15 @@ def _located(refusal: InputError, members: Members, member: int, scene: Scene) -
 
 
 def _key(
-    recipe: Recipe, options: SimulationOptions, extra: tuple[str, ...], members: Members
+    recipe: Recipe,
+    options: SimulationOptions,
+    extra: tuple[str, ...],
+    members: Members,
+    kept: Kept,
 ) -> str:
     """Hash all that results depend on."""
     text = recipe.text
     values = [sorted(texts.items()) for texts in (text.parameters, text.initial, text.times)]
     question = [values, recipe.formulation, extra, sorted(vars(options).items())]
-    table = [members.names, members.rows]
-    return digest("ensemble", fingerprint(), text.data, *map(repr, (question, table)))
+    named = [members.identity(), kept.key]
+    return digest("ensemble", fingerprint(), text.data, *map(repr, (question, named)))

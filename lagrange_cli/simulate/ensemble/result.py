@@ -55,6 +55,21 @@ class Ensemble:
         return self._group("scale")
 
     @property
+    def final(self) -> dict[str, Array]:
+        """Columns at the last sample, shape (members,); NaN if a member does not reach it."""
+        return self._group("final")
+
+    @property
+    def reduced(self) -> dict[str, Array]:
+        """Numbers of motions, shape (members,); NaN where there is none."""
+        return self._group("reduced")
+
+    @property
+    def reduced_error(self) -> dict[str, Array]:
+        """Estimated errors of :attr:`reduced`; infinite where it is open whether there is one."""
+        return self._group("reduced_error")
+
+    @property
     def figures(self) -> dict[str, Array]:
         """Fields of :class:`.results.trajectory.Trajectory` of all members, shape (members,).
 

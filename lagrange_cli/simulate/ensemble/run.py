@@ -8,7 +8,7 @@ blocks are kept beside the result (:mod:`.store`), so that an interrupted run go
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -30,10 +30,13 @@ from lagrange_cli.simulate.ensemble.blocks import (
     BlockPart,
     MemberBlock,
 )
+from lagrange_cli.simulate.ensemble.enumeration import Members
+from lagrange_cli.simulate.ensemble.kept import Keeper, Kept
 from lagrange_cli.simulate.ensemble.members import MemberValues, NumericMembers, Recipe
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
+from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.simulation import RunContext, trajectory_of
 from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
@@ -49,6 +52,9 @@ _LARGEST_BLOCK = 32
 
 #: Members of the largest block that is run batched; set by hand.
 _LARGEST_BATCHED = 256
+
+#: The same where nothing is kept of every sample; set by hand.
+_LARGEST_OF_NUMBERS = 2048
 
 #: Blocks into which fewer members are divided; set by hand.
 _FEWEST_BLOCKS = 16
@@ -76,8 +82,8 @@ class Plan:
         What is asked for of each.
     extra
         Further columns.
-    columns
-        Columns are kept, not only figures.
+    kept
+        What is kept of each beside figures.
     """
 
     key: str
@@ -89,7 +95,7 @@ class Plan:
     samples: int = field(compare=False)
     options: SimulationOptions = field(compare=False)
     extra: tuple[str, ...] = field(compare=False, default=())
-    columns: bool = field(compare=False, default=True)
+    kept: Kept = field(compare=False, default=Kept())
 
 
 @dataclass(frozen=True)
@@ -119,6 +125,8 @@ class _Runner:
         self.scene = plan.recipe.scene()
         self._numbers = NumericMembers(plan.recipe, plan.member, plan.model) if plan.alone else None
         self._bound = KeptFunctions()
+        request = resolve(plan.model, plan.options)
+        self._keeper = Keeper.of(request, plan.model, plan.kept)
         sizes = {size.name for size in self.scene.sizes}
         self._parameters = sizes | {p.name for p in self.scene.parameters}
 
@@ -127,14 +135,13 @@ class _Runner:
         """The results of members stepped in lanes; None if each is run by itself."""
         if not self.plan.alone:
             return None
-        return batched_results(self.plan.model, self.plan.options, self.plan.extra)
+        return batched_results(self.plan.model, self.plan.options, self.plan.extra, self.plan.kept)
 
     def gathering(self, task: Task) -> BlockBuilder:
         """Return an empty block for the members of a task."""
         plan = self.plan
-        expected = () if self.batched is None else self.batched.names
-        columns = expected if plan.columns else None
-        return BlockBuilder(plan.names, len(task.rows), plan.samples, columns)
+        expected = () if self.batched is None else self._keeper.written(self.batched.names)
+        return BlockBuilder(plan.names, len(task.rows), plan.samples, expected)
 
     def decide(self, task: Task, builder: BlockBuilder, between: Callable[[], None]) -> None:
         """Add the members whose results batched runs decide."""
@@ -157,10 +164,9 @@ class _Runner:
                 yield self._missed(batched, number, rows[number], part.measured)
                 continue
             known = {p.name: parameters[:, i] for i, p in enumerate(self.plan.model.parameters)}
-            at_start = {name: values[part.numbers] for name, values in known.items()}
-            at_start |= {name: column[:, 0] for name, column in part.columns.items()}
-            varied = {name: at_start[name] for name in self.plan.names}
-            yield replace(part, numbers=numbers[part.numbers].tolist(), varied=varied)
+            known |= dict(zip(self.plan.model.state_names, starts.T, strict=True))
+            varied = {name: known[name][part.members] for name in self.plan.names}
+            yield replace(part, members=numbers[part.members].tolist(), varied=varied)
 
     def _values(
         self, texts: Sequence[str]
@@ -198,7 +204,7 @@ class _Runner:
             result = self._simulated(member, model, functions)
         except InputError as refusal:
             words = {"status": REFUSED, "reason": refusal.problems[0].message}
-            return BlockPart([number], {}, self._varied(texts, {}), {}, {}, words)
+            return BlockPart([number], {}, {}, self._varied(texts, {}), {}, {}, words)
         return self._part(number, texts, model, result)
 
     def _part(
@@ -206,16 +212,32 @@ class _Runner:
     ) -> BlockPart:
         values = {p.name: p.value for p in model.parameters}
         values |= {name: float(column[0]) for name, column in result.columns.items()}
-        table = result.table(self.plan.extra)
+        columns = result.table(self.plan.extra)
+        columns.pop("t")
+        scales = {name: _one(value) for name, value in result.scales.items() if result.requested}
         figures = {name: getattr(result, name) for name in MEMBER_FIGURES}
         return BlockPart(
             [number],
-            {name: column[None] for name, column in table.items() if name != "t"},
+            {name: columns[name][None] for name in self._keeper.written(columns)},
+            self._of_motion(columns, scales),
             self._varied(texts, values),
-            {name: _one(value) for name, value in result.scales.items() if result.requested},
+            scales,
             {name: _one(value) for name, value in figures.items()},
             {name: str(getattr(result, name)) for name in MEMBER_WORDS},
         )
+
+    def _of_motion(
+        self, columns: Mapping[str, Array], scales: Mapping[str, Array]
+    ) -> dict[str, Array]:
+        """Return the kept numbers of a motion, whose columns may end before the last sample."""
+        whole = {name: np.full((1, self.plan.samples), np.nan) for name in columns}
+        for name, column in columns.items():
+            whole[name][0, : len(column)] = column
+        numbers = self._keeper.numbers(whole, scales)
+        if self.plan.kept.final:
+            own = self._keeper.own(columns)
+            numbers |= {f"final/{name}": whole[name][:, -1] for name in own}
+        return numbers
 
     def _varied(self, texts: Sequence[str], values: Mapping[str, float | None]) -> dict[str, Array]:
         """Return the numbers that the texts of a member stand for, NaN if that is not known."""
@@ -296,26 +318,59 @@ def _run_single(task: Task) -> BlockPart:
 # All of them.
 
 
-def tasks_of(plan: Plan, rows: Sequence[tuple[str, ...]]) -> list[Task]:
-    """Divide members into blocks, which do not depend on where they are run."""
+@dataclass(frozen=True)
+class Blocks:
+    """The members of a plan in blocks, which do not depend on where they are run.
+
+    Attributes
+    ----------
+    plan
+        Options and model that all members share.
+    members
+        All of them.
+    size
+        Members of each block but the last.
+    """
+
+    plan: Plan
+    members: Members
+    size: int
+
+    def __len__(self) -> int:
+        return -(-len(self.members) // self.size)
+
+    def first(self, number: int) -> int:
+        """Return the number of the first member of a block."""
+        return number * self.size
+
+    def length(self, number: int) -> int:
+        """Count the members of a block."""
+        return min(self.size, len(self.members) - self.first(number))
+
+    def task(self, number: int) -> Task:
+        """Return a block, with the values of its members."""
+        first = self.first(number)
+        return Task(self.plan, number, tuple(self.members.rows(first, first + self.size)))
+
+
+def blocks_of(plan: Plan, members: Members) -> Blocks:
+    """Divide members into blocks."""
     many = plan.alone and bool(plan.model.code.taylor)
-    largest = _LARGEST_BATCHED if many else _LARGEST_BLOCK
-    size = max(1, min(largest, len(rows) // _FEWEST_BLOCKS))
-    return [
-        Task(plan, number, tuple(rows[first : first + size]))
-        for number, first in enumerate(range(0, len(rows), size))
-    ]
+    largest = _LARGEST_BLOCK
+    if many:
+        largest = _LARGEST_BATCHED if plan.kept.columns != () else _LARGEST_OF_NUMBERS
+    return Blocks(plan, members, max(1, min(largest, len(members) // _FEWEST_BLOCKS)))
 
 
 def run_members(
-    tasks: Sequence[Task],
+    blocks: Blocks,
     store: Store,
     *,
     jobs: int | None = 1,
     budget: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> bool:
-    """Run the tasks whose blocks are not in the store; whether all of them are there now.
+    """Run the blocks that are not in the store; whether all of them are there now.
 
     Parameters
     ----------
@@ -327,27 +382,28 @@ def run_members(
         Called with the part of the blocks that are finished.
     """
     started = time.perf_counter()
-    waiting = [task for task in tasks if task.number not in store.finished]
+    waiting = (blocks.task(k) for k in range(len(blocks)) if k not in store.finished)
     try:
-        for _ in _kept(waiting, store, jobs):
+        for _ in _kept(blocks.plan, waiting, store, jobs):
             if progress is not None:
-                progress(len(store.finished) / len(tasks))
+                progress(len(store.finished) / len(blocks))
             if budget is not None and time.perf_counter() - started > budget:
                 break
     except KeyboardInterrupt:
         return False
-    return len(store.finished) == len(tasks)
+    return len(store.finished) == len(blocks)
 
 
 def run_blocks(
-    tasks: Sequence[Task], jobs: int | None
+    plan: Plan, tasks: Iterable[Task], jobs: int | None
 ) -> Generator[MemberBlock | None, None, None]:
-    """Yield the blocks of tasks as they are finished, None for one that an interrupt reached.
+    """Yield the blocks of a plan's tasks as they are finished, None for one that an interrupt
+    reached. Tasks are asked for as they can be begun.
 
     Members that are stepped side by side are run by threads of this process, others by
     :func:`.simulate.parallel.in_any_order`.
     """
-    if tasks and jobs not in (None, 1) and _runner(tasks[0].plan).batched is not None:
+    if jobs not in (None, 1) and _runner(plan).batched is not None:
         # Memory is taken here: what one thread takes and another leaves is not used again.
         both = ((task, _runner(task.plan).gathering(task)) for task in tasks)
         yield from in_threads(_run_in_thread, both, jobs)
@@ -355,9 +411,9 @@ def run_blocks(
         yield from in_any_order(run_block, tasks, jobs)
 
 
-def _kept(tasks: Sequence[Task], store: Store, jobs: int | None) -> Iterator[int]:
+def _kept(plan: Plan, tasks: Iterable[Task], store: Store, jobs: int | None) -> Iterator[int]:
     """Yield the number of each block as soon as it is kept."""
-    with closing(run_blocks(tasks, jobs)) as finished:
+    with closing(run_blocks(plan, tasks, jobs)) as finished:
         for block in finished:
             if block is None:
                 raise KeyboardInterrupt

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import re
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO, TypeAlias
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
 
 import numpy as np
 
@@ -25,11 +27,14 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.blocks import MEMBER_FIGURES, MEMBER_WORDS, MemberBlock
 from lagrange_cli.simulate.ensemble.result import Ensemble
 
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.ensemble.run import Blocks
+
 #: Name, shape, and parts along the first axis, of an array.
 _Entry: TypeAlias = tuple[str, tuple[int, ...], Iterable[Array]]
 
 _NOTE = "ensemble.json"
-_BLOCK = re.compile(r"block-([0-9]{6})\.npz", re.ASCII)
+_BLOCK = re.compile(r"block-([0-9]{9})\.npz", re.ASCII)
 
 
 def parts_of(output: str) -> Path:
@@ -41,12 +46,117 @@ def _refused(message: str, hint: str = "") -> InputError:
     return InputError(Problem(message, hint=hint, rule="resume"))
 
 
+@dataclass(frozen=True)
+class Failure:
+    """A member that is not ``ok``.
+
+    Attributes
+    ----------
+    member
+        Its number.
+    status, reason
+        What became of it, and why.
+    holds_until
+        Time until which it is known, NaN if it could not be begun.
+    """
+
+    member: int
+    status: str
+    reason: str
+    holds_until: float
+
+
+@dataclass(frozen=True)
+class NumberRange:
+    """Range of a number over members.
+
+    Attributes
+    ----------
+    least, largest
+        NaN if it is known of no member.
+    known
+        How many members have it.
+    """
+
+    least: float
+    largest: float
+    known: int
+
+    @classmethod
+    def of(cls, values: Array) -> NumberRange:
+        """Return the range of values that are not NaN."""
+        known = values[~np.isnan(values)]
+        if len(known) == 0:
+            return cls(math.nan, math.nan, 0)
+        return cls(float(known.min()), float(known.max()), len(known))
+
+    def with_other(self, other: NumberRange) -> NumberRange:
+        """Return the range over the members of both."""
+        if not (self.known and other.known):
+            return self if self.known else other
+        least, largest = min(self.least, other.least), max(self.largest, other.largest)
+        return NumberRange(least, largest, self.known + other.known)
+
+
+@dataclass(frozen=True)
+class BlockSummary:
+    """What reports say of a finished block.
+
+    Attributes
+    ----------
+    counts
+        Status → number of members.
+    failures
+        Members that are not ``ok``.
+    estimated
+        Largest estimated error, NaN if there is none.
+    ranges
+        Name of a kept number → range of its values.
+    """
+
+    counts: Mapping[str, int]
+    failures: tuple[Failure, ...]
+    estimated: float
+    ranges: Mapping[str, NumberRange]
+
+    @classmethod
+    def of(cls, block: MemberBlock, first: int) -> BlockSummary:
+        """Sum up a block whose first member has this number."""
+        rows = zip(
+            block.words["status"], block.words["reason"], block.figures["holds_until"], strict=True
+        )
+        failures = (
+            Failure(first + k, status, reason, float(holds))
+            for k, (status, reason, holds) in enumerate(rows)
+            if status != "ok"
+        )
+        counts = Counter(block.words["status"])
+        largest = NumberRange.of(block.figures["estimated"]).largest
+        ranges = {name: NumberRange.of(values) for name, values in block.numbers.items()}
+        return cls(counts, tuple(failures), largest, ranges)
+
+
 @dataclass
 class Store:
-    """Blocks by their numbers; in memory, but for the columns if there is a ``folder``."""
+    """Finished blocks by their numbers: summaries; whole ones in files, or in memory if wanted.
 
-    folder: Path | None
-    finished: dict[int, MemberBlock] = field(default_factory=dict)
+    Attributes
+    ----------
+    size
+        Members of each block but the last.
+    folder
+        Where blocks are kept; None for memory.
+    whole
+        Blocks are kept in memory if there is no folder, not only their summaries.
+    finished
+        Summary of each finished block.
+    """
+
+    size: int
+    folder: Path | None = None
+    whole: bool = False
+    finished: dict[int, BlockSummary] = field(default_factory=dict)
+    _blocks: dict[int, MemberBlock] = field(default_factory=dict)
 
     def keep(self, block: MemberBlock) -> None:
         """Keep a block that is finished.
@@ -58,44 +168,60 @@ class Store:
         """
         if self.folder is not None:
             write_file(self._path(block.number), _serialized(block))
-            block = replace(block, columns={})
-        self.finished[block.number] = block
+        elif self.whole:
+            self._blocks[block.number] = block
+        self._finish(block)
+
+    def _finish(self, block: MemberBlock) -> None:
+        self.finished[block.number] = BlockSummary.of(block, block.number * self.size)
 
     def _path(self, number: int) -> Path:
         assert self.folder is not None
-        return self.folder / f"block-{number:06d}.npz"
+        return self.folder / f"block-{number:09d}.npz"
 
-    def figures(self, name: str) -> Array:
-        """Return a number of every member of finished blocks, in order."""
-        parts = [self.finished[k].figures[name] for k in sorted(self.finished)]
-        return np.concatenate([np.empty(0), *parts])
+    def counts(self) -> dict[str, int]:
+        """Return status → number of members of finished blocks."""
+        total = Counter[str]()
+        for summary in self.finished.values():
+            total.update(summary.counts)
+        return dict(sorted(total.items()))
 
-    def _scales(self, name: str) -> Array:
-        """Return a coordinate's scale in every member of finished blocks, NaN if there is none."""
-        blocks = [self.finished[k] for k in sorted(self.finished)]
-        nothing = (np.full(len(block.words["status"]), np.nan) for block in blocks)
-        pairs = zip(blocks, nothing, strict=True)
-        return np.concatenate([block.scales.get(name, none) for block, none in pairs])
+    def failures(self) -> Iterator[Failure]:
+        """Yield the members of finished blocks that are not ``ok``, in order."""
+        for number in sorted(self.finished):
+            yield from self.finished[number].failures
 
-    def words(self, name: str) -> list[str]:
-        """Return a text of every member of finished blocks, in order."""
-        return [word for k in sorted(self.finished) for word in self.finished[k].words[name]]
+    def estimated(self) -> float | None:
+        """Return the largest estimated error, relative to scales; None if there is none."""
+        known = [s.estimated for s in self.finished.values() if not math.isnan(s.estimated)]
+        return max(known, default=None)
 
-    def members(self, sizes: Sequence[int]) -> list[int]:
-        """Return numbers of the members of finished blocks; ``sizes`` are those of all blocks."""
-        firsts = np.concatenate([[0], np.cumsum(sizes)]).tolist()
-        return [m for k in sorted(self.finished) for m in range(firsts[k], firsts[k + 1])]
+    def ranges(self) -> dict[str, NumberRange]:
+        """Return kept number → its range over the members of finished blocks."""
+        found: dict[str, NumberRange] = {}
+        for summary in self.finished.values():
+            for name, extent in summary.ranges.items():
+                found[name] = extent.with_other(found[name]) if name in found else extent
+        return found
 
-    def load(self, sizes: Sequence[int]) -> None:
-        """Read the finished blocks of an earlier run; what cannot be read is not finished."""
+    def load(self, blocks: int, length: Callable[[int], int]) -> None:
+        """Read the finished blocks of an earlier run; what cannot be read is not finished.
+
+        Parameters
+        ----------
+        blocks
+            How many there are.
+        length
+            Number of a block → members of it.
+        """
         assert self.folder is not None
         for path in sorted(self.folder.iterdir()):
             match = _BLOCK.fullmatch(path.name)
-            number = int(match[1]) if match else len(sizes)
-            if number < len(sizes):
-                block = _deserialized(path, number, sizes[number])
+            number = int(match[1]) if match else blocks
+            if number < blocks:
+                block = _deserialized(path, number, length(number))
                 if block is not None:
-                    self.finished[number] = block
+                    self._finish(block)
 
     def write(self, output: str, t: Array) -> None:
         """Put all blocks together in one NPZ, and remove them.
@@ -121,44 +247,43 @@ class Store:
         return Ensemble(name, {entry: np.concatenate(list(parts)) for entry, _, parts in entries})
 
     def _entries(self, t: Array) -> Iterator[_Entry]:
-        """Yield one array a name: times, columns (members, samples), and figures of members."""
-        numbers = sorted(self.finished)
-        members = sum(len(self.finished[k].words["status"]) for k in numbers)
-        yield "t", t.shape, [t]
-        for name in self._column_names():
-            yield name, (members, len(t)), (self._column(k, name, len(t)) for k in numbers)
-        for name in self.finished[numbers[0]].varied:
-            yield f"given/{name}", (members,), [self.finished[k].varied[name] for k in numbers]
-        for name in dict.fromkeys(n for k in numbers for n in self.finished[k].scales):
-            yield f"scale/{name}", (members,), [self._scales(name)]
-        for name in MEMBER_FIGURES:
-            yield f"member/{name}", (members,), [self.figures(name)]
-        for name in MEMBER_WORDS:
-            yield f"member/{name}", (members,), [np.array(self.words(name))]
+        """Yield one array a name: times, columns (members, samples), and what members have one of.
 
-    def _column_names(self) -> list[str]:
-        names = dict[str, None]()
-        for number in sorted(self.finished):
-            names |= dict.fromkeys(self._names_in(number))
-        return list(names)
+        Each is read from all blocks before the next one.
+        """
+        numbers = sorted(self.finished)
+        members = sum(sum(self.finished[k].counts.values()) for k in numbers)
+        yield "t", t.shape, [t]
+        for name in dict.fromkeys(name for k in numbers for name in self._names_in(k)):
+            shape = (members, len(t)) if name.startswith(_COLUMN) else (members,)
+            yield _written_name(name), shape, self._parts(numbers, name, shape[1:])
 
     def _names_in(self, number: int) -> list[str]:
-        """Return the columns of a finished block."""
+        """Return the names of the arrays of a finished block."""
         if self.folder is None:
-            return list(self.finished[number].columns)
+            return list(_arrays(self._blocks[number]))
         with zipfile.ZipFile(self._path(number)) as archive:
-            inside = [name.removesuffix(".npy") for name in archive.namelist()]
-        return [name.removeprefix("c/") for name in inside if name.startswith("c/")]
+            return [name.removesuffix(".npy") for name in archive.namelist()]
 
-    def _column(self, number: int, name: str, samples: int) -> Array:
-        block = self.finished[number]
-        if name in block.columns:
-            return block.columns[name]
-        if self.folder is not None:
-            with np.load(self._path(number), allow_pickle=False) as arrays:
-                if f"c/{name}" in arrays:
-                    return np.asarray(arrays[f"c/{name}"], dtype=np.float64)
-        return np.full((len(block.words["status"]), samples), np.nan)
+    def _parts(self, numbers: Sequence[int], name: str, rest: tuple[int, ...]) -> Iterator[Array]:
+        """Yield an array of each finished block, NaN in one that has none."""
+        width = max(self._width(number, name) for number in numbers) if name in _TEXTS else 0
+        for number in numbers:
+            part = self._array(number, name)
+            if part is None:
+                part = np.full((sum(self.finished[number].counts.values()), *rest), np.nan)
+            yield part.astype(f"<U{width}") if width else part
+
+    def _width(self, number: int, name: str) -> int:
+        """Return the length of the longest text of a finished block."""
+        part = self._array(number, name)
+        return 1 if part is None else max(1, part.dtype.itemsize // 4)
+
+    def _array(self, number: int, name: str) -> Array | None:
+        if self.folder is None:
+            return _arrays(self._blocks[number]).get(name)
+        with np.load(self._path(number), allow_pickle=False) as arrays:
+            return np.asarray(arrays[name]) if name in arrays else None
 
 
 def _put(
@@ -181,14 +306,41 @@ def _put(
 # Blocks as bytes.
 
 
+#: Kind of a block's arrays → how their names begin in its file.
+_KINDS = {
+    "columns": "c/",
+    "numbers": "n/",
+    "varied": "g/",
+    "scales": "s/",
+    "figures": "f/",
+    "words": "w/",
+}
+
+_COLUMN = _KINDS["columns"]
+
+#: The same → how they begin in the result.
+_WRITTEN = {"c/": "", "n/": "", "g/": "given/", "s/": "scale/", "f/": "member/", "w/": "member/"}
+
+#: Names of arrays of texts.
+_TEXTS = frozenset(f"w/{name}" for name in MEMBER_WORDS)
+
+
+def _written_name(name: str) -> str:
+    """Return the name that an array of blocks has in the result."""
+    return _WRITTEN[name[:2]] + name[2:]
+
+
+def _arrays(block: MemberBlock) -> dict[str, Any]:
+    """Return the arrays of a block by their names in its file, in the order of the result's."""
+    arrays: dict[str, Any] = {}
+    for kind, start in _KINDS.items():
+        arrays |= {f"{start}{name}": np.asarray(a) for name, a in getattr(block, kind).items()}
+    return arrays
+
+
 def _serialized(block: MemberBlock) -> bytes:
-    arrays: dict[str, Any] = {f"c/{name}": values for name, values in block.columns.items()}
-    arrays |= {f"g/{name}": values for name, values in block.varied.items()}
-    arrays |= {f"s/{name}": values for name, values in block.scales.items()}
-    arrays |= {f"f/{name}": values for name, values in block.figures.items()}
-    arrays |= {f"w/{name}": np.array(words) for name, words in block.words.items()}
     file = io.BytesIO()
-    np.savez(file, **arrays)
+    np.savez(file, **_arrays(block))
     return file.getvalue()
 
 
@@ -207,27 +359,26 @@ def _deserialized(path: Path, number: int, size: int) -> MemberBlock | None:
     except _UNREADABLE:
         return None
     parts = {
-        kind: {name[2:]: a for name, a in every.items() if name.startswith(f"{kind}/")}
-        for kind in "gsfw"
+        kind: {name[2:]: a for name, a in every.items() if name.startswith(start)}
+        for kind, start in _KINDS.items()
     }
-    known = set(parts["f"]) == set(MEMBER_FIGURES) and set(parts["w"]) == set(MEMBER_WORDS)
+    figures, words = parts["figures"], parts["words"]
+    known = set(figures) == set(MEMBER_FIGURES) and set(words) == set(MEMBER_WORDS)
     if not known or any(array.shape[:1] != (size,) for array in every.values()):
         return None
-    words = {name: [str(word) for word in array] for name, array in parts["w"].items()}
-    return MemberBlock(number, {}, parts["g"], parts["s"], parts["f"], words)
+    parts["words"] = {name: [str(word) for word in array] for name, array in words.items()}
+    return MemberBlock(number, **parts)
 
 
-def open_store(output: str | None, key: str, sizes: Sequence[int], *, resume: bool) -> Store:
+def open_store(output: str | None, blocks: Blocks, *, resume: bool) -> Store:
     """Open the store of finished blocks, with ``resume`` those of an interrupted run.
 
     Parameters
     ----------
     output
-        The NPZ that the result is to be; None if columns are not kept.
-    key
-        The hash of all that the results depend on.
-    sizes
-        Members of each block.
+        The NPZ that the result is to be; None if nothing but summaries is kept.
+    blocks
+        All that are to be.
 
     Raises
     ------
@@ -235,10 +386,10 @@ def open_store(output: str | None, key: str, sizes: Sequence[int], *, resume: bo
         There are blocks and they are not to be used, or they are of another ensemble.
     """
     if output is None:
-        return Store(None)
+        return Store(blocks.size)
     folder = parts_of(output)
-    store = Store(folder)
-    note = {"key": key, "blocks": list(sizes)}
+    store = Store(blocks.size, folder)
+    note = {"key": blocks.plan.key, "members": len(blocks.members), "size": blocks.size}
     if not _has_begun(folder):
         _begin(folder, note)
         return store
@@ -253,7 +404,7 @@ def open_store(output: str | None, key: str, sizes: Sequence[int], *, resume: bo
             " the program have changed",
             f"rm -r '{folder}' begins anew",
         )
-    store.load(sizes)
+    store.load(len(blocks), blocks.length)
     return store
 
 

@@ -85,22 +85,21 @@ def variants_of(equations: Equations, recipe: Recipe, make: Callable[[], Model])
     equations
         If the choice of their formulation was the program's, the scene's comes first.
     recipe
-        With the inputs that are driven.
+        With the inputs that are driven, and numbers of motions.
     make
-        Makes their model if no input is driven.
+        Makes their model if there are neither.
 
     Raises
     ------
     InputError
-        As :func:`.simulate.model.inputs.with_driven_inputs`.
+        As :meth:`.members.Recipe.prepared`.
     """
     from lagrange_cli.simulate.model.build import model_of
-    from lagrange_cli.simulate.model.inputs import with_driven_inputs
 
     if recipe.formulation == "auto" and equations.simulate.formulation == "multiplier":
         chosen = replace(recipe, formulation="multiplier")
         return Variants(chosen, lambda: chosen.model(MemberValues()))
-    if not recipe.driven:
+    if not (recipe.driven or recipe.reductions):
         return Variants(recipe, make)
-    driven = with_driven_inputs(equations, recipe.driven)
-    return Variants(recipe, lambda: model_of(driven))
+    prepared = recipe.prepared(equations)
+    return Variants(recipe, lambda: model_of(prepared))

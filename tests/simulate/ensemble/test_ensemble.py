@@ -16,7 +16,8 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.ensemble import run as ensemble
-from lagrange_cli.simulate.ensemble.input_file import MOST_MEMBERS, grid, read_members
+from lagrange_cli.simulate.ensemble.enumeration import MOST_MEMBERS
+from lagrange_cli.simulate.ensemble.input_file import grid, read_members
 from lagrange_cli.simulate.ensemble.members import (
     MemberValues,
     NumericMembers,
@@ -30,12 +31,12 @@ from lagrange_cli.simulate.ensemble.run import (
     Task,
     run_block,
     run_members,
-    tasks_of,
 )
 from lagrange_cli.simulate.ensemble.store import open_store, parts_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.simulation import simulate
+from tests.simulate.ensemble.listed_members import blocks_of_rows, tasks_of
 
 #: Plans of one key are one plan.
 KEYS = map(str, itertools.count())
@@ -271,8 +272,9 @@ def test_an_interrupted_block_is_not_finished(monkeypatch):
     stopped = dataclasses.replace(simulate(plan.model), status="stopped")
     monkeypatch.setattr(ensemble, "batched_results", lambda *_: None)
     monkeypatch.setattr(ensemble, "simulate_past_singularities", lambda *_, **__: stopped)
-    store = open_store(None, "key", [1, 1], resume=False)
-    assert not run_members(tasks_of(plan, [("1",), ("2",)]), store)
+    blocks = blocks_of_rows(plan, [("1",), ("2",)])
+    store = open_store(None, blocks, resume=False)
+    assert not run_members(blocks, store)
     assert store.finished == {}
 
 
@@ -282,13 +284,13 @@ def test_an_interrupted_block_is_not_finished(monkeypatch):
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_results_do_not_depend_on_jobs(tmp_path, jobs):
     plan = plan_of(PENDULUM, ["theta"], ["0.1"])
-    rows = [(repr(x),) for x in np.linspace(0.1, 3, 5)]
-    tasks = tasks_of(plan, rows)
+    rows = [(repr(x),) for x in np.linspace(0.1, 3, 5).tolist()]
+    blocks = blocks_of_rows(plan, rows)
     written = []
     for number in (1, jobs):
         output = str(tmp_path / f"{number}.npz")
-        store = open_store(output, "key", [1] * 5, resume=False)
-        assert run_members(tasks, store, jobs=number)
+        store = open_store(output, blocks, resume=False)
+        assert run_members(blocks, store, jobs=number)
         store.write(output, np.linspace(0, 2, 11))
         written.append((tmp_path / f"{number}.npz").read_bytes())
         assert not parts_of(output).exists()
@@ -307,16 +309,16 @@ def test_joblib_serves_the_same_call():
 
 def test_finished_blocks_are_not_run_again(tmp_path):
     plan = plan_of(PENDULUM, ["theta"], ["0.1"])
-    tasks = tasks_of(plan, [("0.1",), ("0.2",), ("0.3",)])
+    blocks = blocks_of_rows(plan, [("0.1",), ("0.2",), ("0.3",)])
     output = str(tmp_path / "out.npz")
-    store = open_store(output, "key", [1, 1, 1], resume=False)
-    assert not run_members(tasks, store, budget=1e-9)
+    store = open_store(output, blocks, resume=False)
+    assert not run_members(blocks, store, budget=1e-9)
     assert sorted(store.finished) == [0]
     # What was cut off is no block.
-    (parts_of(output) / "block-000001.npz").write_bytes(b"PK\x03\x04 half")
-    again = open_store(output, "key", [1, 1, 1], resume=True)
+    (parts_of(output) / "block-000000001.npz").write_bytes(b"PK\x03\x04 half")
+    again = open_store(output, blocks, resume=True)
     assert sorted(again.finished) == [0]
-    assert run_members(tasks, again)
+    assert run_members(blocks, again)
     again.write(output, np.linspace(0, 2, 11))
     with np.load(output) as found:
         assert found["theta"].shape == (3, 11)
@@ -325,18 +327,21 @@ def test_finished_blocks_are_not_run_again(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("key", "sizes", "resume", "said"),
+    ("key", "members", "resume", "said"),
     [
-        ("key", [1, 1], False, "interrupted"),
-        ("other", [1, 1], True, "another ensemble"),
-        ("key", [1, 2], True, "another ensemble"),
+        ("key", 2, False, "interrupted"),
+        ("other", 2, True, "another ensemble"),
+        ("key", 3, True, "another ensemble"),
     ],
 )
-def test_blocks_of_something_else_are_refused(tmp_path, key, sizes, resume, said):
+def test_blocks_of_something_else_are_refused(tmp_path, key, members, resume, said):
+    plan = dataclasses.replace(plan_of(PENDULUM, ["theta"], ["0.1"]), key="key")
+    rows = [(f"0.{k}",) for k in range(1, members + 1)]
     output = str(tmp_path / "out.npz")
-    open_store(output, "key", [1, 1], resume=False)
+    open_store(output, blocks_of_rows(plan, rows[:2]), resume=False)
+    other = blocks_of_rows(dataclasses.replace(plan, key=key), rows)
     with pytest.raises(InputError, match=said):
-        open_store(output, key, sizes, resume=resume)
+        open_store(output, other, resume=resume)
 
 
 def test_blocks_do_not_depend_on_where_they_are_run():
@@ -355,8 +360,8 @@ def test_blocks_do_not_depend_on_where_they_are_run():
 def test_ranges_make_grids_whose_last_varies_fastest():
     found = grid(["a=linspace(0, 1, 3)", "b=[2, pi/2]"])
     assert found.names == ("a", "b")
-    assert [row[0] for row in found.rows] == ["0.0", "0.0", "0.5", "0.5", "1.0", "1.0"]
-    assert [row[1] for row in found.rows] == ["2", "pi/2"] * 3
+    assert [row[0] for row in found.rows()] == ["0.0", "0.0", "0.5", "0.5", "1.0", "1.0"]
+    assert [row[1] for row in found.rows()] == ["2", "pi/2"] * 3
 
 
 @pytest.mark.parametrize(
@@ -370,7 +375,7 @@ def test_ranges_make_grids_whose_last_varies_fastest():
     ],
 )
 def test_values_of_ranges(text, values):
-    (found,) = zip(*grid([f"a={text}"]).rows, strict=True)
+    (found,) = zip(*grid([f"a={text}"]).rows(), strict=True)
     assert [float(x) for x in found] == pytest.approx(values, rel=1e-14)
 
 
@@ -392,7 +397,7 @@ def test_what_is_no_range_is_refused_in_its_place(text):
 
 def test_too_many_members_are_refused_before_they_are_made():
     with pytest.raises(InputError, match=f"{MOST_MEMBERS:,}"):
-        grid([f"{name}=linspace(0,1,1000)" for name in "abcdef"])
+        grid([f"{name}=linspace(0,1,1000)" for name in "abcd"])
     with pytest.raises(InputError, match="twice"):
         grid(["a=[1]", "a=[2]"])
 
@@ -411,7 +416,7 @@ def test_files_of_both_kinds_say_the_same(tmp_path):
         "members.yaml",
     )
     assert csv.names == yaml.names == ("m", "dot(theta)", "theta")
-    assert csv.rows == yaml.rows == (("1", "-.5", "pi/4"), ("2", "1e-3", "0"))
+    assert [*csv.rows()] == [*yaml.rows()] == [("1", "-.5", "pi/4"), ("2", "1e-3", "0")]
     assert csv.mark(1, "theta").line == 4
 
 

@@ -1,0 +1,199 @@
+"""What is kept of members: ends, columns, and numbers of their motion with estimates of errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import ellipj, ellipk
+
+from lagrange_cli import InputError, loads
+from lagrange_cli.simulate.ensemble.reducing import reduced
+
+#: x = A cos t, and a column of its energy.
+OSCILLATOR = """
+name: oscillator
+parameters: {m: 1, k: 1, A: 1}
+particles: {p: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: k*x^2/2}
+initial: {x: 1, dot(x): 0}
+outputs: {push: -k*x}
+simulate: {until: 20, samples: 201, accuracy: 1e-9}
+"""
+
+PENDULUM = """
+name: pendulum
+parameters: {m: 1, l: 1, g: 1}
+plane: xz
+particles: {bob: {mass: m, position: [l*sin(theta), 0, -l*cos(theta)]}}
+coordinates: [theta]
+potentials: {weight: {gravity: g}}
+initial: {theta: 1, dot(theta): 0}
+simulate: {until: 30, samples: 601, accuracy: 1e-9}
+"""
+
+#: The accuracy is an implicit midpoint's, one member at a time: nothing is stepped side by side.
+ALONE = {"method": "Gauss16", "rtol": 1e-12}
+
+
+@pytest.fixture(scope="module")
+def oscillator():
+    return loads(OSCILLATOR).derive()
+
+
+@pytest.mark.parametrize("how", [{}, ALONE], ids=["side by side", "one by one"])
+def test_what_is_kept_is_read_off_all_samples(oscillator, how):
+    members = {"x": [0.5, 1.0, 2.0], "k": [1.0, 4.0]}
+    whole = oscillator.ensemble(members, extra=["energy"], **how)
+    some = oscillator.ensemble(
+        members, extra=["energy"], columns=["push", "energy"], final=True, **how
+    )
+    assert sorted(some.columns) == ["energy", "push"]
+    for name, column in some.columns.items():
+        assert np.array_equal(column, whole.columns[name])
+    assert some.final.keys() == whole.columns.keys()
+    for name, end in some.final.items():
+        assert np.allclose(end, whole.columns[name][:, -1], rtol=1e-14, atol=1e-14)
+    assert np.array_equal(some.given["k"], whole.given["k"])
+
+
+@pytest.mark.parametrize("how", [{}, {"method": "DOP853", "rtol": 1e-12}])
+def test_numbers_of_a_motion_in_closed_form(oscillator, how):
+    amplitudes = np.array([0.5, 1.0, 2.0])
+    found = oscillator.ensemble(
+        {"x": amplitudes.tolist()},
+        columns=[],
+        reduce=["max(x)", "min(push)", "mean(x^2)", "first(x < 0)", "first(x > 3)", "max(energy)"],
+        **how,
+    )
+    assert found.columns == {}
+    quarter = np.pi / 2
+    exact = {
+        "max(x)": amplitudes,
+        "min(push)": -amplitudes,
+        "mean(x^2)": amplitudes**2 * (0.5 + np.sin(40) / 80),
+        "first(x < 0)": [quarter] * 3,
+        "max(energy)": amplitudes**2 / 2,
+    }
+    for name, values in exact.items():
+        off = np.abs(found.reduced[name] - values)
+        assert (off < 1e-7).all(), name
+        if not how:
+            assert (off <= found.reduced_error[name]).all(), name
+            assert (found.reduced_error[name] < 2e-7).all(), name
+        else:
+            assert np.isnan(found.reduced_error[name]).all()
+    assert np.isnan(found.reduced["first(x > 3)"]).all()
+
+
+def test_the_swing_of_a_pendulum_by_elliptic_functions():
+    """Its largest velocity 2 k sqrt(g/l), and a quarter of its period K(k)."""
+    angles = np.array([0.3, 1.5, 3.0])
+    found = (
+        loads(PENDULUM)
+        .derive()
+        .ensemble(
+            {"theta": angles.tolist()},
+            columns=[],
+            reduce=["max(dot(theta))", "first(theta < 0)", "first(sin(theta) < sin(0.1))"],
+        )
+    )
+    k = np.sin(angles / 2)
+    off = np.abs(found.reduced["max(dot(theta))"] - 2 * k)
+    assert (off <= found.reduced_error["max(dot(theta))"]).all()
+    off = np.abs(found.reduced["first(theta < 0)"] - ellipk(k**2))
+    assert (off <= found.reduced_error["first(theta < 0)"]).all()
+    assert (found.reduced_error["first(theta < 0)"] < 1e-6).all()
+    # sin(theta/2) = k cd(t)
+    t = found.reduced["first(sin(theta) < sin(0.1))"]
+    _, cn, dn, _ = ellipj(t[:2], k[:2] ** 2)
+    assert np.allclose(2 * np.arcsin(k[:2] * cn / dn), 0.1, atol=1e-6)
+
+
+def test_functions_of_a_motion(oscillator):
+    found = oscillator.ensemble(
+        {"x": [1.0, 2.0]},
+        columns=[],
+        functions={"reach": lambda motion: np.ptp(motion.columns["x"])},
+    )
+    assert np.allclose(found.reduced["reach"], [2, 4], rtol=1e-3)
+    assert "reach" not in found.reduced_error
+
+
+def test_a_member_that_ends_early_has_no_end_and_no_mean():
+    scene = OSCILLATOR.replace("k*x^2/2", "-k*x^4/4").replace("until: 20", "until: 5")
+    found = (
+        loads(scene)
+        .derive()
+        .ensemble(
+            {"x": [0.01, 1.0]}, columns=[], final=True, reduce=["mean(x)", "max(x)", "first(x > 2)"]
+        )
+    )
+    assert found.status[0] == "ok"
+    assert found.status[1] != "ok"
+    assert np.isfinite(found.final["x"][0])
+    assert np.isnan(
+        [found.final["x"][1], found.reduced["mean(x)"][1], found.reduced["max(x)"][1]]
+    ).all()
+    assert found.reduced["first(x > 2)"][1] > 0
+
+
+def test_names_that_are_none_are_refused(oscillator):
+    for wrong in ({"columns": ["y"]}, {"reduce": ["max(y)"]}, {"reduce": ["sum(x)"]}):
+        with pytest.raises(InputError):
+            oscillator.ensemble({"x": [1.0]}, **wrong)
+
+
+# Numbers of samples alone.
+
+
+@settings(deadline=None)
+@given(
+    st.floats(0.2, 8),
+    st.floats(0, 6.3),
+    st.integers(60, 300),
+    st.floats(-0.99, 0.99),
+)
+def test_errors_of_numbers_are_estimated(frequency, phase, samples, level):
+    """Of a sine that may be sampled too rarely: no number is off by more than is said."""
+    t = np.linspace(0, 12, samples)
+    values = np.sin(frequency * t + phase)[None]
+    allowed = np.full(values.shape, 1e-12)
+
+    def found(kind, values):
+        (number,), (error,) = reduced(kind, t, values, allowed)
+        return number, error
+
+    turns = np.arange(-1, 40)
+    tops = (np.pi / 2 + 2 * np.pi * turns - phase) / frequency
+    largest = 1.0 if ((tops >= 0) & (tops <= 12)).any() else values.max()
+    number, error = found("max", values)
+    assert abs(number - largest) <= error
+    number, error = found("mean", values)
+    exact = (np.cos(phase) - np.cos(12 * frequency + phase)) / (12 * frequency)
+    assert abs(number - exact) <= error + 1e-13
+    rises = (np.arcsin(level) + 2 * np.pi * turns - phase) / frequency
+    # At the start it may hold from then on.
+    rises = rises[(rises > -1e-12) & (rises < 12)]
+    number, error = found("first", values - level)
+    if values[0, 0] > level:
+        assert number == 0
+    elif len(rises) and error < np.inf:
+        assert abs(number - rises.min()) <= error
+    elif error < np.inf:
+        assert np.isnan(number)
+
+
+def test_a_passage_between_two_samples_is_found():
+    t = np.linspace(0, 2 * np.pi, 101)
+    shifted = np.pi / 100
+    values = (np.cos(t - 3 - shifted) - np.cos(0.4 * shifted))[None]
+    assert (values < 0).all()
+    (time,), (error,) = reduced("first", t, values, np.zeros(values.shape))
+    assert abs(time - (3 + shifted - 0.4 * shifted)) <= error < 1e-3
+    touching = (np.cos(t - 3 - shifted) - 1)[None]
+    (time,), (error,) = reduced("first", t, touching, np.full(touching.shape, 1e-9))
+    assert np.isnan(time)
+    assert error == np.inf
