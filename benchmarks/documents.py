@@ -5,9 +5,10 @@
 
 Each scene is derived in few coordinates, with its constraints beside Cartesian names, and with its
 steps both ways; each derivation is written in both forms, and in LaTeX in every style, in two
-columns and in every language. What a program refuses is listed, and what sticks out of a LaTeX line
-or frame by more than 5 pt; the exit code is 1 where there is anything. ``KEEP=FOLDER`` in the
-environment leaves the LaTeX documents and what pdfLaTeX made of them.
+columns and in every language; so is the analysis of each scene. What a program refuses is listed,
+and what sticks out of a LaTeX line or frame by more than 5 pt; the exit code is 1 where there is
+anything. ``KEEP=FOLDER`` in the environment leaves the LaTeX documents and what pdfLaTeX made of
+them.
 
 Formulas of Markdown are rendered by KaTeX in strict mode, which needs node and, in this checkout,
 ``npm install --no-save katex``. Typst is compiled by PyPI's package ``typst``.
@@ -56,6 +57,14 @@ LATEX_OPTIONS: dict[tuple[str, str | None], tuple[dict[str, str], ...]] = {
     ("auto", "lagrange"): _STEPS,
     ("auto", "dalembert"): _STEPS,
 }
+
+#: Options of LaTeX documents of its analysis.
+LATEX_ANALYSES: tuple[dict[str, str], ...] = (
+    {},
+    {"style": "beamer", "language": "fr"},
+    {**_COLUMN, "language": "de"},
+    {"style": "snippet", **_COLUMN},
+)
 
 #: A displayed formula, or one within a line; what a backslash escapes is neither.
 _FORMULA = re.compile(
@@ -110,6 +119,11 @@ def documents(path: Path, to: str) -> Iterator[Document]:
             shown = (v for k, v in options.items() if k != "sections")
             words = " ".join(filter(None, (formulation, by, *shown)))
             yield Document(f"{path.parent.name}/{path.stem} ({words})", text)
+    analysis = load(path).derive().analyze()
+    for options in LATEX_ANALYSES if to == "latex" else ({},):
+        (text,) = analysis.emit(to, **options).values()
+        words = " ".join(("analysis", *options.values()))
+        yield Document(f"{path.parent.name}/{path.stem} ({words})", text)
 
 
 def formulas(markdown: str) -> list[tuple[str, bool]]:

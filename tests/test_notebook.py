@@ -13,6 +13,7 @@ import pytest
 from lagrange_cli import InputError, load, loads
 from lagrange_cli.emit.latex.equations import equations_latex
 from lagrange_cli.notation.html import html_formula, html_table, html_text
+from lagrange_cli.studies.lyapunov import Lyapunov
 from tests.emit.emit_scenes import chain_pendulum
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -200,3 +201,51 @@ def test_long_equations_are_broken(katex):
     assert all(line.startswith("&") for line in lines)
     assert max(map(len, lines)) < 300
     assert katex([formula]) == []
+
+
+def test_an_analysis_shows_its_page(derivation, katex):
+    analysis = derivation.analyze()
+    page = analysis._repr_markdown_()
+    assert page == analysis.emit("markdown")["double_pendulum.md"]
+    assert "## Modes" in page
+    assert repr(analysis) == analysis.text()
+    documents = importlib.import_module("documents")
+    assert documents.refused_by_katex(documents.formulas(page)) == []
+
+
+def test_paths_show_actions_and_starts():
+    ball = load(ROOT / "systems" / "lecture" / "thrown_ball.yaml").derive()
+    paths = ball.path({"x": 0, "z": 0, "t": 0}, {"x": 4, "z": 0, "t": 1}, starts=2)
+    shown = Tables(paths._repr_html_())
+    assert shown.captions[0].startswith("thrown_ball: paths of stationary action, error ")
+    assert shown.rows[0] == ["action", "kind", "index", "dot(x)", "dot(z)"]
+    ((action, kind, index, *rates),) = shown.rows[1:]
+    assert float(action) == pytest.approx(paths.solutions[0].action)
+    assert (kind, index) == ("minimum", "0")
+    assert [float(x) for x in rates] == pytest.approx([4, 4.905])
+
+
+def test_fits_show_values_with_their_errors(tmp_path):
+    pendulum = load(ROOT / "systems" / "pendulums" / "pendulum.yaml").derive()
+    times = np.linspace(0, 2, 21)
+    motion = pendulum.simulate(until=2.0, samples=21)
+    path = tmp_path / "measured.csv"
+    lines = [
+        f"{float(t)!r},{float(x)!r}" for t, x in zip(times, motion.columns["theta"], strict=True)
+    ]
+    path.write_text("t,theta\n" + "\n".join(lines) + "\n")
+    fit = pendulum.fit(path, ["l"])
+    shown = Tables(fit._repr_html_())
+    assert shown.captions == ["pendulum: ok"]
+    value, error, start = shown.cell("l")
+    assert float(value) == pytest.approx(fit.values[0].value)
+    assert (float(error), float(start)) == (pytest.approx(fit.values[0].error, rel=0.1), 1.0)
+    hostile = replace(fit, name=HOSTILE, reason=HOSTILE)
+    assert Tables(hostile._repr_html_()).captions == [f"{HOSTILE}: ok: {HOSTILE}"]
+
+
+def test_exponents_are_a_table():
+    exponents = Lyapunov("it", (0.5, -0.5), (0.1, 0.2), 1.0, 10.0, np.ones(1), np.ones(1))
+    shown = Tables(exponents._repr_html_())
+    assert shown.captions == ["it: averaged from t = 1 to 10"]
+    assert shown.rows == [["exponent", "spread"], ["0.5", "0.1"], ["-0.5", "0.2"]]

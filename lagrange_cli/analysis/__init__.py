@@ -9,6 +9,7 @@ __all__ = [
     "analyze",
     "hamiltonian",
     "momenta",
+    "phrases",
     "routhian",
     "small_oscillations",
     "symmetries",

@@ -19,6 +19,7 @@ from lagrange_cli.analysis.closed_forms import ClosedForms, closed_forms
 from lagrange_cli.analysis.exact_matrices import exact_matrices
 from lagrange_cli.analysis.linearize import in_doubles, linear_system, state_space
 from lagrange_cli.analysis.modes import modes
+from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.repeats import distance, without_repeats
 from lagrange_cli.analysis.rest_system import RestSystem, rest_system
 from lagrange_cli.analysis.search import search
@@ -187,7 +188,7 @@ def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]
 
 def _stability(resting: _Resting, point: Equilibrium) -> Stability:
     if point.position is None or resting.sought.missing:
-        return Stability("undecided", "parameters have no values")
+        return Stability("undecided", Phrase("parameters have no values"))
     try:
         system = resting.system_at(point)
         return stability(system, point, linear_system(system, point))
@@ -217,7 +218,7 @@ def _modes(system: RestSystem, linear: Linearization, chosen: bool) -> tuple[Mod
     """Find the modes, at an equilibrium that was chosen or is not known to be unstable."""
     told = linear.at.stability
     if not chosen and told is not None and told.verdict == "unstable":
-        message = "no equilibrium that was found is stable"
+        message = Phrase("no equilibrium that was found is stable")
         hint = "--at NAME=VALUE chooses one"
         raise InputError(Problem(message, hint=hint, rule="analysis-unstable"))
     with mpmath.workdps(50):

@@ -10,6 +10,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.repeats import distance
 from lagrange_cli.analysis.search import polished
 from lagrange_cli.analysis.values import Equilibria, Equilibrium, Mpf
@@ -126,8 +127,13 @@ _GOOD = ("stable", "asymptotically")
 
 def _none(system: RestSystem, equilibria: Equilibria) -> str:
     if equilibria.complete:
-        return f"there is no {system.sought}"
-    return f"no {system.sought} was found from {equilibria.starts} starts"
+        if system.free_to_give:
+            return Phrase("there is no steady motion")
+        return Phrase("there is no equilibrium")
+    count = str(equilibria.starts)
+    if system.free_to_give:
+        return Phrase("no steady motion was found from {count} starts", count=count)
+    return Phrase("no equilibrium was found from {count} starts", count=count)
 
 
 def _at(system: RestSystem, equilibria: Equilibria, configuration: Configuration) -> Equilibrium:

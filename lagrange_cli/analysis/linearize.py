@@ -19,6 +19,7 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
+from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf, StateSpace
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
@@ -93,7 +94,7 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
             sizes = functions.force_sizes_at(position, multipliers)[:, :n]
             mass = functions.masses_at(position)
         except DomainError:
-            message = "the equations of motion have no derivatives at this equilibrium"
+            message = Phrase("the equations of motion have no derivatives at this equilibrium")
             raise InputError(Problem(message, rule="analysis-singular")) from None
         rates = _columns(table, n, 2 * n)
         _require_homogeneous(_columns(table, 0, n))
@@ -189,7 +190,9 @@ def _null_space(rows: Sequence[Sequence[Mpf]], n: int) -> tuple[tuple[int, ...],
 def _require_homogeneous(by_positions: Sequence[Sequence[Mpf]]) -> None:
     """Refuse closures between velocities that ask for velocities beside an equilibrium."""
     if any(x for row in by_positions for x in row):
-        message = "a constraint between velocities asks for velocities beside this equilibrium"
+        message = Phrase(
+            "a constraint between velocities asks for velocities beside this equilibrium"
+        )
         raise InputError(Problem(message, rule="analysis-rates"))
 
 
@@ -208,7 +211,9 @@ def _require_regular(system: RestSystem, mass: mpmath.matrix, independent: Seque
         return
     names = ", ".join(f"'{coordinates[j].name}'" for j in idle or independent)
     mark = coordinates[(idle or independent)[0]].mark
-    message = f"coordinates are singular there: no inertia goes with a rate of {names}"
+    message = Phrase(
+        "coordinates are singular there: no inertia goes with a rate of {names}", names=names
+    )
     hint = "other coordinates, as Cartesian ones, cover it"
     raise InputError(Problem(message, mark, hint, "analysis-singular"))
 

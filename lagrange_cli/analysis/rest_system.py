@@ -15,6 +15,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.rest_functions import RestFunctions
 from lagrange_cli.analysis.values import Mpf
 from lagrange_cli.errors import InputError, Problem
@@ -104,7 +105,8 @@ class RestSystem:
             hint = " ".join(
                 f"--at {name}=1" if name in given else f"-p {name}=1" for name in self.missing
             )
-            raise InputError(Problem(f"no value for {names}", hint=hint, rule="no-value"))
+            told = Phrase("no value for {names}", names=names)
+            raise InputError(Problem(told, hint=hint, rule="no-value"))
 
     def allows(self, position: Sequence[Mpf]) -> bool:
         """Say whether coordinates that the scene declares positive are positive."""
@@ -234,15 +236,21 @@ def _require_small(equations: Equations) -> None:
     size = len(equations.coordinates) + len(equations.closures)
     if equations.contacts:
         names = ", ".join(f"'{c.name}'" for c in equations.contacts)
-        message = f"equilibria are not sought where one-sided constraints ({names}) may push"
+        message = Phrase(
+            "equilibria are not sought where one-sided constraints ({names}) may push", names=names
+        )
         raise InputError(
             Problem(message, equations.contacts[0].closure.mark, rule="analysis-contacts")
         )
     if size > MOST_UNKNOWNS:
-        message = f"{size} coordinates and multipliers are more than the {MOST_UNKNOWNS} analyzed"
+        message = Phrase(
+            "{count} coordinates and multipliers are more than the {most} analyzed",
+            count=str(size),
+            most=str(MOST_UNKNOWNS),
+        )
         raise InputError(Problem(message, rule="analysis-size"))
     if not equations.coordinates:
-        raise InputError(Problem("nothing can move", rule="analysis-size"))
+        raise InputError(Problem(Phrase("nothing can move"), rule="analysis-size"))
 
 
 def _require_autonomous(equations: Equations, at_rest: tuple[sp.Expr, ...]) -> None:
@@ -252,9 +260,9 @@ def _require_autonomous(equations: Equations, at_rest: tuple[sp.Expr, ...]) -> N
         others += [*entries(closure.gradient).values(), closure.expression]
     everything = [*at_rest, *equations.forcing, *others]
     if any(any(map(is_unknown, e.atoms(sp.Function))) for e in everything):
-        raise InputError(Problem("a function is not given", rule="unknown-function"))
+        raise InputError(Problem(Phrase("a function is not given"), rule="unknown-function"))
     timed = [e for e in everything if equations.t in e.free_symbols]
     if not all(does_not_depend(e, equations.t) for e in timed):
-        message = "nothing stays at rest: the equations depend on t"
+        message = Phrase("nothing stays at rest: the equations depend on {time}", time=("t",))
         hint = "only inputs can be held, with --at NAME=VALUE"
         raise InputError(Problem(message, hint=hint, rule="analysis-time"))

@@ -13,6 +13,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 import sympy as sp
 
+from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.sampled_values import Array, SampledValues
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Equations
@@ -53,9 +54,14 @@ class Displacement:
         return f"{_STEMS[self.kind]}_{_AXES[self.axis]}"
 
     @property
-    def described(self) -> str:
+    def described(self) -> Phrase:
         """The displacement in words."""
-        return f"{self.kind} {'around' if self.kind == 'rotation' else 'along'} {_AXES[self.axis]}"
+        axis = (_AXES[self.axis],)
+        if self.kind == "rotation":
+            return Phrase("rotation around {axis}", axis=axis)
+        if self.kind == "translation":
+            return Phrase("translation along {axis}", axis=axis)
+        return Phrase("boost along {axis}", axis=axis)
 
 
 def displacement(equations: Equations, field: Sequence[sp.Expr]) -> Displacement | None:

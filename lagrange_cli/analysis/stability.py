@@ -21,6 +21,7 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.energy_test import EnergyTest, reduced_energy
 from lagrange_cli.analysis.linearize import DIGITS, LinearSystem, in_doubles
+from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Equilibrium, Mpf, Stability
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
@@ -38,13 +39,22 @@ _FINE, _COARSE = 1e-10, 1e-6
 #: Relative distance of different poles.
 _APART = 1e-6
 
+_DEFINITE = Phrase("{matrix} is positive definite", matrix=("K",))
+_FREE = Phrase("no force acts")
+_RISING = Phrase("{matrix} is degenerate, and terms of higher order rise", matrix=("K",))
+_NO_MINIMUM = Phrase(
+    "{matrix} is degenerate, and along its null direction the energy has no minimum",
+    matrix=("K",),
+)
+_NOT_POSITIVE = Phrase("no pole has a positive real part")
+
 _KINKED = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.Heaviside)
 
 
 def stability(system: RestSystem, at: Equilibrium, linear: LinearSystem) -> Stability:
     """Find what is proven of an equilibrium's stability."""
     if _is_kinked(system, at):
-        return Stability("undecided", "the forces are not smooth there")
+        return Stability("undecided", Phrase("the forces are not smooth there"))
     return _Question(system, at, linear).answer()
 
 
@@ -80,7 +90,7 @@ class _Question:
             told = self.by_poles()
             if told.verdict == "unstable":
                 return told
-            return Stability("undecided", "it is one of a continuum of equilibria")
+            return Stability("undecided", Phrase("it is one of a continuum of equilibria"))
         if self.energy_is_bound and self.linear.is_holonomic and self.has_inertia:
             return self.by_energy()
         return self.by_poles()
@@ -154,25 +164,30 @@ class _Question:
     def by_energy(self) -> Stability:
         positive, flat, negative = self.signs()
         if not negative and not flat:
-            return self.at_minimum("K is positive definite" if self.bound else "no force acts")
+            return self.at_minimum(_DEFINITE if self.bound else _FREE)
         if negative:
             return self.by_poles()
         if len(flat) == 1 and positive == len(self.bound) - 1:
             return self.by_higher_terms()
-        return Stability("undecided", f"K has {len(flat)} null directions")
+        return Stability(
+            "undecided",
+            Phrase("{matrix} has {count} null directions", matrix=("K",), count=str(len(flat))),
+        )
 
-    def at_minimum(self, found: str) -> Stability:
+    def at_minimum(self, found: Phrase) -> Stability:
         """The energy has a strict minimum in all coordinates but those that drift."""
         if self.drifting:
             if not self.drift_is_cyclic:
-                return Stability("undecided", f"{found}, but free coordinates are not cyclic")
-            names = ", ".join(self.at.free)
-            return Stability("stable but for drift", f"{found}; {names} may drift")
+                reason = Phrase("{reason}, but free coordinates are not cyclic", reason=found)
+                return Stability("undecided", reason)
+            reason = Phrase("{reason}; {names} may drift", reason=found, names=self.at.free)
+            return Stability("stable but for drift", reason)
         if self.has_velocity_forces:
             poles, tolerance = self.poles()
             if max(p.real for p in poles) < -tolerance:
-                return Stability("asymptotically stable", f"{found}, and all motions are damped")
-        return Stability("stable", f"{found}: the energy has a minimum")
+                reason = Phrase("{reason}, and all motions are damped", reason=found)
+                return Stability("asymptotically stable", reason)
+        return Stability("stable", Phrase("{reason}: the energy has a minimum", reason=found))
 
     def signs(self) -> tuple[int, list[int], int]:
         """Count the positive directions of K, list null ones, count the negative ones."""
@@ -200,11 +215,10 @@ class _Question:
         if self.at.uncertainty < 1e-15 and not self.system.equations.closures and not self.drifting:
             test = reduced_energy(self.system, self.at, self.linear)
         if test is EnergyTest.MINIMUM:
-            return self.at_minimum("K is degenerate, and terms of higher order rise")
+            return self.at_minimum(_RISING)
         if test is EnergyTest.NONE and not self.has_velocity_forces and self.is_conservative:
-            reason = "K is degenerate, and along its null direction the energy has no minimum"
-            return Stability("unstable", reason)
-        return Stability("undecided", "K is degenerate")
+            return Stability("unstable", _NO_MINIMUM)
+        return Stability("undecided", Phrase("{matrix} is degenerate", matrix=("K",)))
 
     # Poles.
 
@@ -212,25 +226,23 @@ class _Question:
         poles, tolerance = self.poles()
         largest = max((p.real for p in poles), default=0.0)
         if largest > tolerance:
-            return Stability("unstable", f"a pole has the real part {largest:.3g}")
+            told = Phrase("a pole has the real part {value}", value=f"{largest:.3g}")
+            return Stability("unstable", told)
         if largest < -tolerance:
             if self.drifting:
-                names = ", ".join(self.at.free)
-                return Stability(
-                    "stable but for drift", f"all motions are damped; {names} may drift"
-                )
-            return Stability("asymptotically stable", "all poles have negative real parts")
+                told = Phrase("all motions are damped; {names} may drift", names=self.at.free)
+                return Stability("stable but for drift", told)
+            told = Phrase("all poles have negative real parts")
+            return Stability("asymptotically stable", told)
         if not self.linear.is_holonomic:
-            return Stability("undecided", "no pole has a positive real part")
+            return Stability("undecided", _NOT_POSITIVE)
         size = max((abs(p) for p in poles), default=0.0)
         apart = min(
             (abs(p - q) for k, p in enumerate(poles) for q in poles[:k]), default=float("inf")
         )
         if size and apart > _APART * size and not self.drifting:
-            return Stability(
-                "stable in the linear approximation", "no pole has a positive real part"
-            )
-        return Stability("undecided", "poles on the imaginary axis coincide")
+            return Stability("stable in the linear approximation", _NOT_POSITIVE)
+        return Stability("undecided", Phrase("poles on the imaginary axis coincide"))
 
     def poles(self) -> tuple[list[complex], float]:
         """Find the poles of what does not drift, and the real part that counts."""

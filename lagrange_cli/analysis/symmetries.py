@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
+from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.rigid_displacements import Displacement, displacement
 from lagrange_cli.analysis.sampled_values import Array, SampledValues
 from lagrange_cli.mechanics.algebra.collect import collected_terms
@@ -80,10 +81,12 @@ class Symmetry:
     gauge: sp.Expr
     expression: sp.Expr
 
-    @property
-    def kind(self) -> str:
-        """What it is in words; empty for displacements that have no name."""
-        return "" if self.displacement is None else self.displacement.described
+    def described(self, coordinates: Sequence[str]) -> Phrase:
+        """Say how the particles move, or else which of the coordinates of these names do."""
+        if self.displacement is not None:
+            return self.displacement.described
+        moved = tuple(n for n, x in zip(coordinates, self.field, strict=True) if x != 0)
+        return Phrase("displacement of {names}", names=moved)
 
 
 @dataclass(frozen=True)

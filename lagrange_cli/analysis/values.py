@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -267,6 +268,57 @@ class SteadyForm:
 
 
 @dataclass(frozen=True)
+class Exponents:
+    """Lyapunov exponents of a motion, averaged over a time.
+
+    Attributes
+    ----------
+    values, spreads
+        From the largest, and the standard error of each, in the inverse unit of time.
+    start, until
+        The time.
+    """
+
+    values: tuple[float, ...]
+    spreads: tuple[float, ...]
+    start: float
+    until: float
+
+
+@dataclass(frozen=True)
+class AlongMotion:
+    """A linear system along a motion, without its matrices.
+
+    Attributes
+    ----------
+    count, start, until
+        Number of times, and the first and the last.
+    states, inputs, outputs
+        Names.
+    is_constrained
+        True if there is a matrix E, whose null space holds the changes that constraints allow.
+    requested, estimated
+        Largest error of a matrix: what was asked for, and what is estimated.
+    reason
+        Why the promise is not kept; empty where it is.
+    report
+        Everything as values that JSON can hold.
+    """
+
+    count: int
+    start: float
+    until: float
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    is_constrained: bool
+    requested: float
+    estimated: float
+    reason: str
+    report: Mapping[str, Any] = field(repr=False)
+
+
+@dataclass(frozen=True)
 class LeftOut:
     """A part of an analysis that was left out, and the reason."""
 
@@ -293,6 +345,10 @@ class Analysis:
         What was asked for and is not here.
     steady
         The reduced system, if steady motions were asked for; None if equilibria are of rest.
+    exponents
+        Lyapunov exponents of the motion; None if they were not asked for.
+    along
+        The linear system along the motion; None if it was not asked for.
     """
 
     equations: Equations
@@ -302,6 +358,8 @@ class Analysis:
     modes: tuple[Mode, ...] | None = None
     left_out: tuple[LeftOut, ...] = field(default=())
     steady: SteadyForm | None = None
+    exponents: Exponents | None = None
+    along: AlongMotion | None = None
 
     @property
     def resting(self) -> Equations:

@@ -11,7 +11,7 @@ from lagrange_cli.api.moving import Moving
 from lagrange_cli.api.values import GivenValues, texts
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.values import Analysis
+    from lagrange_cli.api.analyzed import Analyzed
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.studies.fit.fit import Fit
     from lagrange_cli.studies.linear_motion import LinearMotion
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class Studied(Moving):
     """Analyses of the equations, and studies of many motions."""
 
-    def analyze(self, *parts: str, at: GivenValues | None = None, steady: bool = False) -> Analysis:
+    def analyze(self, *parts: str, at: GivenValues | None = None, steady: bool = False) -> Analyzed:
         """Find symmetries, equilibria and their stability, the linear system and its modes.
 
         Parameters
@@ -58,8 +58,9 @@ class Studied(Moving):
         ['3*M*dot(theta)**2/(M + m)']
         """
         from lagrange_cli.analysis.analyze import analyze
+        from lagrange_cli.api.analyzed import Analyzed
 
-        return analyze(self.equations, parts, texts(at), steady=steady)
+        return Analyzed.of(analyze(self.equations, parts, texts(at), steady=steady))
 
     def tradeoff(
         self,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,20 +12,17 @@ from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
-from lagrange_cli.cli.reports.analyze import (
-    analysis_json,
-    analysis_text,
-    npz_of,
-    with_linear_motion,
-    with_lyapunov,
-)
+from lagrange_cli.cli.reports.analyze import ENDINGS, FORMATS, analysis_json, npz_of
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, page_encoding, print_text
+from lagrange_cli.cli.terminal.output import Command, deliver, page_encoding
+from lagrange_cli.emit.base import completed
+from lagrange_cli.emit.document_options import ANALYZED
 from lagrange_cli.files import write_file
 from lagrange_cli.notation.page import USUAL_WIDTH, Page
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation
+    from lagrange_cli.api.analyzed import Analyzed
 
 
 @click.command(
@@ -84,9 +82,18 @@ if TYPE_CHECKING:
     "  [default: off]",
 )
 @options.at
+@click.option(
+    "--format",
+    "format_",
+    type=click.Choice(list(FORMATS)),
+    default="text",
+    show_default=True,
+    help="What to write.",
+)
+@options.of_formats(ANALYZED)
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]")
 @options.parameters
-@options.json_flag("Report as JSON.")
+@options.json_flag("The same as --format json.")
 @options.analysis_path
 @options.common
 @click.pass_context
@@ -104,10 +111,12 @@ def analyze(
     samples: int | None,
     steady: bool,
     at: dict[str, str],
+    format_: str,
     ascii_only: bool,
     parameters: dict[str, str],
     as_json: bool,
     output: str | None,
+    **chosen: str | bool | None,
 ) -> None:
     """Analyze the equations of motion of SCENE, a YAML file or - for standard input."""
     session: Session = ctx.obj
@@ -120,40 +129,51 @@ def analyze(
         "modes": modes,
     }
     parts = [part for part, wanted in asked.items() if wanted]
-    as_arrays = output is not None and Path(output).suffix.lower() == ".npz"
+    ending = "" if output is None else Path(output).suffix.lower()
+    as_report, as_arrays = ending in (".json", ".npz"), ending == ".npz"
     if as_arrays and parts and not linearization and along is None:
         raise click.UsageError("an .npz file holds the linear system; add --linearization")
     motions = lyapunov is not None or along is not None
     _require_used(along, accuracy, samples, at, alone=motions and not parts and not steady)
-    encoding = page_encoding()
+    format_ = "json" if as_json else format_
+    written_with = {name: value for name, value in chosen.items() if value is not None}
+    completed(format_, ANALYZED[format_], written_with)
+    if output is not None and ending not in (".json", ".npz", ENDINGS[format_]):
+        message = f"'{output}' does not end in .json, .npz or {ENDINGS[format_]}"
+        raise click.BadParameter(f"{message}, as --format {format_} asks", param_hint="'-o'")
+    # Files are in UTF-8; terminals may show less.
+    encoding = page_encoding() if output is None or as_report else "utf-8"
     request = SceneRequest(source, parameters)
 
     def work() -> Answer:
         derivation = derivation_of_scene(session, request)
         asked = parts if parts or steady or not motions else None
-        answer = _answer(derivation, asked, at, steady, ascii_only, encoding)
+        analysis = _analyzed(derivation, asked, at, steady=steady)
         if lyapunov is not None:
             with session.progress("following neighbouring motions") as move:
                 found = derivation.lyapunov(until=lyapunov, progress=move)
-            answer = with_lyapunov(answer, found)
+            analysis = replace(analysis, exponents=found.summary)
         if along is not None:
             wanted = 1e-6 if accuracy is None else accuracy
             beside = derivation.linearize(until=along, accuracy=wanted, samples=samples)
-            answer = with_linear_motion(answer, beside)
+            analysis = replace(analysis, along=beside.summary)
+        written = FORMATS[format_](analysis, written_with, ascii_only, encoding)
+        shown = written.to_json() if isinstance(written, Page) else written
+        answer = {"report": analysis.report(), "shown": shown}
         recorded = any(u.recording is not None for u in derivation.equations.inputs)
         return answer_of(derivation, answer, lasting=not (motions and recorded))
 
     motion = lyapunov, along, accuracy, samples
-    shown = ascii_only, encoding
-    question = parts, motion, steady, list(at.items()), shown, list(parameters.items())
+    asked_of = parts, motion, steady, list(at.items()), list(parameters.items())
+    question = (*asked_of, format_, sorted(written_with.items()), ascii_only, encoding)
     value = remembered(session, "analyze", source, question, work)
     report = value["report"]
-    if output is not None:
+    if as_report:
+        assert output is not None
         write_file(output, npz_of(_with_matrices(report)) if as_arrays else analysis_json(report))
-    if as_json:
-        print_text(analysis_json(report), "json")
-    else:
-        print_text(Page.from_json(value["page"]), width=USUAL_WIDTH)
+    shown = value["shown"]
+    content = shown if isinstance(shown, str) else Page.from_json(shown)
+    deliver(content, format_, None if as_report else output, width=USUAL_WIDTH)
     if along is not None and report["along"]["status"] != "ok":
         ctx.exit(1)
 
@@ -177,22 +197,16 @@ def _require_used(
         raise click.UsageError("--at is for parts at an equilibrium; a motion begins at 'initial'")
 
 
-def _answer(
-    derivation: Derivation,
-    parts: list[str] | None,
-    at: dict[str, str],
-    steady: bool,
-    ascii_only: bool,
-    encoding: str,
-) -> dict[str, Any]:
-    """Report and page of an analysis; of the equations alone if no parts are wanted."""
+def _analyzed(
+    derivation: Derivation, parts: list[str] | None, at: dict[str, str], *, steady: bool
+) -> Analyzed:
+    """Return an analysis; of the equations alone if no parts are wanted."""
     from lagrange_cli.analysis.values import Analysis
-    from lagrange_cli.emit.analysis.report import analysis_report
+    from lagrange_cli.api.analyzed import Analyzed
 
-    empty = Analysis(derivation.equations)
-    analysis = empty if parts is None else derivation.analyze(*parts, at=at, steady=steady)
-    text = analysis_text(analysis, ascii=ascii_only, encoding=encoding)
-    return {"report": analysis_report(analysis), "page": text.to_json()}
+    if parts is None:
+        return Analyzed.of(Analysis(derivation.equations))
+    return derivation.analyze(*parts, at=at, steady=steady)
 
 
 def _with_matrices(report: dict[str, Any]) -> dict[str, Any]:

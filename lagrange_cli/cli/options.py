@@ -340,11 +340,12 @@ report_path = file(
     "-o --output", "Write the report, as .json.  [default: none]", callback=writable_as(".json")
 )
 
-#: ``-o FILE.json`` or ``FILE.npz``.
+#: ``-o FILE.json``, ``FILE.npz`` or, in place of what is printed, a file of the format.
 analysis_path = file(
     "-o --output",
-    "Write the report, as .json, or the matrices, as .npz.  [default: none]",
-    callback=writable_as(".json", ".npz"),
+    "Write the report, as .json, or the matrices, as .npz; or, in place of printing it, what"
+    " --format says, as .txt, .tex, .md or .typ.  [default: none]",
+    callback=writable_as(".json", ".npz", ".txt", ".tex", ".md", ".typ"),
 )
 
 #: ``--traceback``.

@@ -122,6 +122,20 @@ TEXT_OPTIONS = (
 )
 
 
+#: Names of the options that documents of a derivation have alone.
+_OF_DERIVATIONS = ("form", "sections", "written_out")
+
+#: Format of ``analyze --format`` → its options. The parts of an analysis are options of the
+#: command, and a family's elements are always written out.
+ANALYZED: dict[str, tuple[Option, ...]] = {
+    "text": (_LANGUAGE,),
+    "latex": tuple(o for o in LATEX_OPTIONS if o.name not in _OF_DERIVATIONS),
+    "markdown": (_LANGUAGE,),
+    "typst": (_LANGUAGE,),
+    "json": (),
+}
+
+
 def sections_of(options: Mapping[str, OptionValue], *, forces: bool) -> tuple[str, ...]:
     """The parts of a document that its option ``sections`` asks for.
 

@@ -238,12 +238,6 @@ FRENCH = {
     "Conserved": "Conservés",
     "Conserved quantities": "Grandeurs conservées",
     "among cyclic momenta and energy": "parmi les impulsions cycliques et l'énergie",
-    "Among cyclic momenta and energy: {listed}:": (
-        "Parmi les impulsions cycliques et l'énergie\u00a0: {listed}\u00a0:"
-    ),
-    "None among cyclic momenta and energy.": (
-        "Aucune parmi les impulsions cycliques et l'énergie."
-    ),
     "{name} is cyclic": "{name} est cyclique",
     "{lagrangian} does not depend on {time}": "{lagrangian} ne dépend pas de {time}",
     "{lagrangian} does not depend on {time} (between impacts)": (

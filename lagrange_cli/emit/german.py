@@ -238,10 +238,6 @@ GERMAN = {
     "Conserved": "Erhalten",
     "Conserved quantities": "Erhaltene Größen",
     "among cyclic momenta and energy": "unter zyklischen Impulsen und Energie",
-    "Among cyclic momenta and energy: {listed}:": (
-        "Unter zyklischen Impulsen und Energie: {listed}:"
-    ),
-    "None among cyclic momenta and energy.": "Keine unter zyklischen Impulsen und Energie.",
     "{name} is cyclic": "{name} ist zyklisch",
     "{lagrangian} does not depend on {time}": "{lagrangian} hängt nicht von {time} ab",
     "{lagrangian} does not depend on {time} (between impacts)": (

@@ -9,8 +9,11 @@ from importlib import import_module
 
 from lagrange_cli.errors import InternalError, Problem
 
-#: Language → module and name of its table.
-_TABLES = {"de": ("german", "GERMAN"), "fr": ("french", "FRENCH")}
+#: Language → modules and names of its tables.
+_TABLES = {
+    "de": (("german", "GERMAN"), ("german_of_analyses", "GERMAN_OF_ANALYSES")),
+    "fr": (("french", "FRENCH"), ("french_of_analyses", "FRENCH_OF_ANALYSES")),
+}
 
 #: The languages that derivations are told in.
 LANGUAGES = ("en", *_TABLES)
@@ -72,9 +75,11 @@ def language(code: str) -> Language:
     """The language of that code, one of :data:`LANGUAGES`."""
     if code == "en":
         return ENGLISH
-    module, table = _TABLES[code]
-    phrases = getattr(import_module(f"lagrange_cli.emit.{module}"), table)
-    return Language(code, phrases)
+    tables = (
+        getattr(import_module(f"lagrange_cli.emit.{module}"), name)
+        for module, name in _TABLES[code]
+    )
+    return Language(code, {k: phrase for table in tables for k, phrase in table.items()})
 
 
 #: The language of the program, whose phrases stand in the code.

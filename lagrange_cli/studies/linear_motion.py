@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from sympy import sign
 
+from lagrange_cli.analysis.values import AlongMotion
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.simulate.system.linearization import LinearFunctions
 
@@ -90,6 +91,23 @@ class LinearMotion:
         """Everything by name, as an ``.npz`` file holds it."""
         named = {key: np.array(getattr(self, key), dtype=str) for key in sorted(NAMES)}
         return {"t": self.t, "y": self.y, "u": self.u, **self.matrices, **named}
+
+    @property
+    def summary(self) -> AlongMotion:
+        """The same as a part of an analysis."""
+        return AlongMotion(
+            len(self.t),
+            float(self.t[0]),
+            float(self.t[-1]),
+            self.states,
+            self.inputs,
+            self.outputs,
+            "E" in self.matrices,
+            self.requested,
+            self.estimated,
+            self.reason,
+            self.report,
+        )
 
     @property
     def report(self) -> dict[str, Any]:

@@ -17,7 +17,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.analysis.values import Exponents
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.charts.simulation import simulate_with_sensitivities
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import RunContext
@@ -68,6 +70,19 @@ class Lyapunov:
     until: float
     times: Array
     averages: Array
+
+    @property
+    def summary(self) -> Exponents:
+        """The exponents as a part of an analysis."""
+        return Exponents(self.exponents, self.spreads, self.start, self.until)
+
+    def _repr_html_(self) -> str:
+        """Return a table of the exponents, which notebooks show."""
+        pairs = zip(self.exponents, self.spreads, strict=True)
+        rows = [[f"{x:.5g}", f"{spread:.2g}"] for x, spread in pairs]
+        name = f"<b>{html_text(self.name)}</b>"
+        caption = f"{name}: averaged from t = {self.start:.6g} to {self.until:.6g}"
+        return html_table(caption, ("exponent", "spread"), rows, len(rows))
 
     def __repr__(self) -> str:
         """Return a line."""

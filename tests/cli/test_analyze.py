@@ -55,7 +55,7 @@ def test_symmetries_and_what_they_conserve():
 def test_lyapunov_exponents_alone_or_beside_other_parts():
     scene = str(SYSTEMS / "pendulums" / "damped_driven_pendulum.yaml")
     shown = succeed("analyze", scene, "--lyapunov", "20")
-    assert "Lyapunov exponents   averaged from t = 2 to 20" in shown
+    assert "Lyapunov exponents   averaged from t = 2 to 20, together" in shown
     assert "Equilibria" not in shown
     report = json.loads(succeed("analyze", scene, "--lyapunov", "20", "--symmetries", "--json"))
     assert sum(report["lyapunov"]["exponents"]) == pytest.approx(-3 * np.pi / 2)
@@ -110,6 +110,35 @@ def test_files(tmp_path):
         assert arrays["stiffness"].tolist() == [[4.0]]
 
 
+@pytest.mark.parametrize(
+    ("format_", "ending", "beginning"),
+    [
+        ("latex", ".tex", "% spring: analysis, written by lagrange"),
+        ("markdown", ".md", "# spring"),
+        ("typst", ".typ", "// spring: analysis, written by lagrange"),
+        ("text", ".txt", "spring"),
+    ],
+)
+def test_documents(tmp_path, format_, ending, beginning):
+    words = "analyze", "-", "--format", format_
+    shown = succeed(*words, input=SPRING)
+    assert shown.startswith(beginning)
+    path = tmp_path / f"a{ending}"
+    assert succeed(*words, "-o", str(path), input=SPRING) == ""
+    assert path.read_text(encoding="utf-8") == shown
+    german = succeed(*words, "--language", "de", input=SPRING)
+    assert "Gleichgewichte" in german
+    assert "Equilibria" not in german
+
+
+def test_a_report_stands_beside_a_document(tmp_path):
+    words = "analyze", "-", "--format", "latex", "--style", "snippet"
+    shown = succeed(*words, "-o", str(tmp_path / "a.npz"), input=SPRING)
+    assert shown.startswith("% spring: analysis (needs amsmath)\n\\paragraph{Equilibria}")
+    with np.load(tmp_path / "a.npz") as arrays:
+        assert arrays["stiffness"].tolist() == [[4.0]]
+
+
 def test_at_chooses_the_equilibrium():
     report = json.loads(succeed("analyze", HOOP, "--at", "theta=pi", "--json"))
     assert report["linearization"]["at"]["theta"] == pytest.approx(np.pi)
@@ -121,7 +150,11 @@ def test_at_chooses_the_equilibrium():
     [
         (["--at", "theta=1.5"], "--at theta:1:1: this is no equilibrium"),
         (["--at", "thta=0"], "did you mean 'theta'?"),
-        (["-o", "a.csv"], "does not end in .json or .npz"),
+        (["-o", "a.csv"], "does not end in .json or .npz or .txt"),
+        (["-o", "a.tex"], "does not end in .json, .npz or .txt, as --format text asks"),
+        (["--format", "markdown", "--style", "beamer"], "'markdown' has no option 'style'"),
+        (["--format", "latex", "--width", "narrow"], "cannot be 'narrow'"),
+        (["--language", "de", "--json"], "format 'json' has no option 'language'"),
         (["--modes", "-o", "a.npz"], "add --linearization"),
     ],
 )

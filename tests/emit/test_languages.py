@@ -11,8 +11,12 @@ from pathlib import Path
 
 import pytest
 
+import lagrange_cli.analysis
 import lagrange_cli.emit
 from lagrange_cli import load
+from lagrange_cli.analysis.analyze import analyze
+from lagrange_cli.analysis.values import Exponents
+from lagrange_cli.api.analyzed import Analyzed
 from lagrange_cli.emit.language import LANGUAGES, language
 from lagrange_cli.emit.registry import DERIVED, EMITTERS
 from lagrange_cli.emit.text import derivation_text
@@ -32,7 +36,7 @@ def phrases(path: Path) -> Iterator[str]:
                 texts.setdefault(name, set()).add(value)
     for node in ast.walk(tree):
         if isinstance(node, ast.Call):
-            for argument in said(node):
+            for argument in [*said(node), *kept(node)]:
                 if isinstance(argument, ast.Constant):
                     yield argument.value
                 elif isinstance(argument, ast.Name):
@@ -59,11 +63,16 @@ def said(call: ast.Call) -> list[ast.expr]:
     return call.args[1:3] if is_saying and name in ("counted", "first") else []
 
 
+def kept(call: ast.Call) -> list[ast.expr]:
+    """The patterns of phrases that an analysis keeps, which formats say later."""
+    return call.args[:1] if getattr(call.func, "id", "") == "Phrase" else []
+
+
 @cache
 def spoken() -> frozenset[str]:
-    """All phrases of the room of formats; JSON and steps of JSON say expressions, not phrases."""
-    room = Path(lagrange_cli.emit.__file__).parent
-    modules = [p for p in room.rglob("*.py") if not p.name.startswith("json_")]
+    """All phrases of the rooms of formats and of analyses; steps of JSON say expressions."""
+    rooms = [Path(room.__file__).parent for room in (lagrange_cli.emit, lagrange_cli.analysis)]
+    modules = [p for r in rooms for p in r.rglob("*.py") if not p.name.startswith("json_")]
     return frozenset(phrase for path in modules for phrase in phrases(path))
 
 
@@ -159,6 +168,32 @@ def test_no_english_word_is_left(code, scene, steps):
     for text in texts:
         body = _MARKUP.sub(" ", text.split(r"\begin{document}")[-1])
         assert not words(body) & foreign(code) - names(equations)
+
+
+#: Scenes whose analyses differ in what they hold.
+ANALYZED_SCENES = (
+    "pendulums/furuta_pendulum",
+    "oscillators/damped_oscillator",
+    "beads/bead_on_rotating_hoop",
+    "contact/bouncing_ball",
+    "celestial/two_bodies",
+)
+
+
+@pytest.mark.parametrize("code", OTHERS)
+@pytest.mark.parametrize("scene", ANALYZED_SCENES)
+def test_no_english_word_is_left_in_an_analysis(code, scene):
+    equations = silent(scene, None)
+    exponents = Exponents((1.0, -1.0), (0.1, 0.1), 1.0, 10.0)
+    analysis = Analyzed.of(replace(analyze(equations), exponents=exponents))
+    texts = [analysis.text(language=code)]
+    for to in ("latex", "markdown", "typst"):
+        texts += analysis.emit(to, language=code).values()
+    for text in texts:
+        body = _MARKUP.sub(" ", text.split(r"\begin{document}")[-1])
+        # boost_x is the name of a quantity.
+        assert not words(body) & foreign(code) - names(equations) - {"boost"}
+    assert analysis.text(ascii=True, language=code).isascii()
 
 
 #: What is no word of a language: formulas, comments, commands.

@@ -3,4 +3,4 @@
 An :class:`~lagrange_cli.analysis.values.Analysis` goes in; a page or JSON values come out.
 """
 
-__all__ = ["report", "text"]
+__all__ = ["documents", "report", "text"]

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         Equilibria,
         Equilibrium,
         Existence,
+        Exponents,
         Linearization,
         Mode,
         SteadyForm,
@@ -68,6 +69,21 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
         "linearization": None if linear is None else _linearization(linear, names, say),
         "modes": None if modes is None else [_mode(mode, say) for mode in modes],
         "left_out": [{"part": left.part, "reason": left.reason} for left in analysis.left_out],
+        **_exponents(analysis.exponents),
+        **({} if analysis.along is None else {"along": dict(analysis.along.report)}),
+    }
+
+
+def _exponents(found: Exponents | None) -> dict[str, Any]:
+    if found is None:
+        return {}
+    return {
+        "lyapunov": {
+            "exponents": list(found.values),
+            "spreads": list(found.spreads),
+            "from": found.start,
+            "until": found.until,
+        }
     }
 
 
@@ -76,7 +92,7 @@ def _symmetry(symmetry: Symmetry, names: Sequence[str], say: _Say) -> dict[str, 
     return {
         "name": symmetry.name,
         "expression": say(symmetry.expression),
-        "symmetry": symmetry.kind or f"displacement of {', '.join(field)}",
+        "symmetry": symmetry.described(names),
         "field": field,
     }
 

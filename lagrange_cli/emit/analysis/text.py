@@ -6,12 +6,25 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.analysis.motion_rows import along_rows, exponent_rows
+from lagrange_cli.emit.analysis.wording import (
+    Teller,
+    count_line,
+    damping_line,
+    part_word,
+    reason_of,
+    searched,
+    turning_values,
+    verdict_word,
+)
 from lagrange_cli.emit.constraint_wording import (
+    conserved_reason,
     energy_is_sum,
     energy_letter,
     quantity_labels,
 )
 from lagrange_cli.emit.forms.writer import with_momenta
+from lagrange_cli.emit.language import ENGLISH, Language, language
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.notation.build import display, display_sum
 from lagrange_cli.notation.layout import Piece, columns, joined
@@ -37,24 +50,28 @@ if TYPE_CHECKING:
     )
     from lagrange_cli.mechanics.findings import Conserved
 
-#: What conserved quantities are looked for among.
-_SEARCHED = "among cyclic momenta and energy"
-_SEARCHED_FURTHER = "among energy and what symmetries {} in the coordinates give"
-
 #: Equilibria and modes that are listed, and columns of a matrix that is written out.
 _MOST_LISTED, _MOST_COLUMNS = 16, 8
 
 
-def analysis_page(analysis: Analysis, *, ascii: bool = False) -> Page:
+def analysis_page(analysis: Analysis, *, ascii: bool = False, code: str = "en") -> Page:
     """Write an analysis: equilibria, linear system, modes, what is conserved, what is left out.
 
-    ``ascii``: seven-bit text with formulas in the scene language; else Unicode.
+    Parameters
+    ----------
+    analysis
+        What was found.
+    ascii
+        Seven-bit text with formulas in the scene language; else Unicode.
+    code
+        The language of the words.
     """
     printer = ScenePrinter() if ascii else UnicodePrinter()
+    say = language(code).in_ascii() if ascii else language(code)
     letters = vocabulary(analysis.equations)
     if analysis.steady is not None:
         letters = with_momenta(letters, analysis.steady.momenta)
-    writer = _Writer(analysis, letters, printer)
+    writer = _Writer(analysis, letters, printer, say)
     return page(writer.sections(), ascii=ascii)
 
 
@@ -70,11 +87,14 @@ class _Writer:
         Display names of the symbols of the equations.
     printer
         Prints display trees on one line.
+    say
+        The language of the words between formulas.
     """
 
     analysis: Analysis
     words: Vocabulary
     printer: OneLinePrinter
+    say: Language = ENGLISH
 
     def sections(self) -> Iterator[Iterable[Row | Block]]:
         analysis = self.analysis
@@ -87,7 +107,14 @@ class _Writer:
         if analysis.modes is not None:
             yield self.modes(analysis.modes)
         yield self.conserved()
+        yield exponent_rows(self.analysis.exponents, self.say)
+        yield along_rows(self.analysis.along, self.say)
         yield self.left_out()
+
+    def told(self, phrase: str) -> str:
+        """Say a phrase of the analysis."""
+        symbol = self.printer.symbol
+        return Teller(self.say, symbol, str, escape_controls)(phrase)
 
     def heading(self) -> Row:
         name, title = self.analysis.equations.name, self.analysis.equations.title
@@ -98,35 +125,52 @@ class _Writer:
     # Equilibria.
 
     def equilibria(self, equilibria: Equilibria) -> list[Row | Block]:
-        steady = self.analysis.steady
-        name = "Equilibria" if steady is None else "Steady motions"
-        head = Row(name, "   ", words(_count(equilibria)), "heading")
+        steady, counted = self.analysis.steady, words(count_line(equilibria, self.say))
+        name = self.say("Equilibria") if steady is None else self.say("Steady motions")
+        head = Row(name, "   ", counted, "heading")
         points = equilibria.points[:_MOST_LISTED]
-        verdicts = ["" if p.stability is None else p.stability.verdict for p in points]
+        verdicts = [
+            "" if p.stability is None else verdict_word(p.stability.verdict, self.say)
+            for p in points
+        ]
         width = max(map(len, verdicts), default=0)
         rows = [
-            Row(f"  {verdict}", " " * (width - len(verdict) + 3), self.point(p), "name", 2, _why(p))
+            Row(
+                f"  {verdict}",
+                " " * (width - len(verdict) + 3),
+                self.point(p),
+                "name",
+                2,
+                self.told(reason_of(p)),
+            )
             for p, verdict in zip(points, verdicts, strict=True)
         ]
         lines: list[Row | Block] = [head, Block(tuple(rows), "asides")]
         hidden = len(equilibria.points) - len(points)
         if hidden:
-            lines.append(Row("", "  ", words(f"and {hidden} more, in --json")))
+            lines.append(self.hidden(hidden))
         for absent in equilibria.absent:
             if absent.conditions:
                 coordinates = self.analysis.resting.coordinates
                 pairs = zip(coordinates, absent.exact, strict=True)
                 place = self.values(absent.exact, None, [c.name for c, e in pairs if e == c.q])
-                lines.append(Row("  absent", "   ", (*place, *self.where(absent.conditions))))
+                told = (*place, *self.where(absent.conditions))
+                lines.append(Row(f"  {self.say('absent')}", "   ", told))
         if steady is not None:
             given = ", ".join(
                 f"{self.symbol(s)}" + ("" if x is None else f" = {x:.6g}") for s, x in steady.given
             )
-            lines.append(Row("", "  ", words(f"with {given}")))
+            lines.append(Row("", "  ", words(self.say("with {values}", values=given))))
         if equilibria.held:
             held = ", ".join(f"{self.printer.symbol(n)} = {x:g}" for n, x in equilibria.held)
-            lines.append(Row("", "  ", words(f"with inputs held at {held}")))
+            lines.append(
+                Row("", "  ", words(self.say("with inputs held at {values}", values=held)))
+            )
         return lines
+
+    def hidden(self, count: int) -> Row:
+        """Say that more is in JSON."""
+        return Row("", "  ", words(self.say("and {count} more, in --json", count=count)))
 
     def point(self, point: Equilibrium) -> tuple[Piece, ...]:
         place = self.values(point.exact, point.position, point.free)
@@ -141,15 +185,10 @@ class _Writer:
         steady = self.analysis.steady
         if steady is None or turning is None:
             return
-        for k, (momentum, (given, _)) in enumerate(zip(steady.momenta, steady.given, strict=True)):
-            is_rate = given == momentum.symbol
-            shown = momentum.coordinate.v if is_rate else momentum.symbol
-            exact = turning.exact_rates if is_rate else turning.exact_momenta
-            numbers = turning.rates if is_rate else turning.momenta
-            value = self.value(self.symbol(shown), None if exact is None else exact[k])
-            told = numbers is not None and (exact is None or not exact[k].is_Rational)
-            if numbers is not None and told:
-                value += solid(f" = {float(numbers[k]):.6g}")
+        for shown, exact, number in turning_values(steady, turning):
+            value = self.value(self.symbol(shown), exact)
+            if number is not None and (exact is None or not exact.is_Rational):
+                value += solid(f" = {number:.6g}")
             yield from solid(",")
             yield from _spaced(value, first=False)
 
@@ -165,7 +204,7 @@ class _Writer:
         for k, c in enumerate(coordinates):
             name = self.printer.symbol(c.name)
             if c.name in free:
-                value = solid(f"{name} any")
+                value = solid(self.say("{name} any", name=name))
             else:
                 value = self.value(name, None if exact is None else exact[k])
                 number = None if position is None else f"{float(str(position[k])):.6g}"
@@ -185,7 +224,7 @@ class _Writer:
         signs = {"<=": "≤" if self.is_unicode else "<=", "=": "="}
         pieces: list[Piece] = []
         for k, condition in enumerate(conditions):
-            pieces += words(" where" if k == 0 else " and")
+            pieces += words(f" {self.say('where') if k == 0 else self.say('and')}")
             pieces += _spaced(self.pieces(condition.smaller), first=False)
             pieces += solid(f" {signs[condition.relation]} ")
             pieces += self.pieces(condition.larger)
@@ -198,7 +237,12 @@ class _Writer:
         unknowns = ", ".join(map(self.printer.symbol, linear.coordinates))
         form = "M q″ + C q′ + K q = 0" if self.is_unicode else "M*q'' + C*q' + K*q = 0"
         lines: list[Row | Block] = [
-            Row("Linearization", "   ", words(f"{form}, q of {unknowns} from"), "heading"),
+            Row(
+                self.say("Linearization"),
+                "   ",
+                words(self.say("{law}, q of {names} from", law=form, names=unknowns)),
+                "heading",
+            ),
             Row("", "  ", at),
         ]
         exact = linear.exact
@@ -209,16 +253,16 @@ class _Writer:
         ]
         for name, numbers, closed in named:
             lines += self.matrix(name, numbers, closed)
-        if linear.damping.any():
-            lines.append(Row("", "  ", words(_damping_line(linear))))
-        return lines
+        damping = damping_line(linear, "C", self.say)
+        return [*lines, Row("", "  ", words(damping))] if damping else lines
 
     def state_space(self, linear: Linearization) -> list[Row | Block]:
         space = linear.state_space
         names = [", ".join(map(self.printed, x)) for x in (space.states, space.inputs)]
         form = "x′ = A x + B u" if self.is_unicode else "x' = A*x + B*u"
-        states = f"{form}, x of {names[0]}" + (f", u of {names[1]}" if names[1] else "")
-        lines: list[Row | Block] = [Row("State space", "   ", words(states), "heading")]
+        states = self.of(form, x=names[0], u=names[1])
+        heading = self.say("State space")
+        lines: list[Row | Block] = [Row(heading, "   ", words(states), "heading")]
         exact = linear.exact
         lines += self.matrix("A", space.a, None if exact is None else exact.a)
         if space.inputs:
@@ -226,10 +270,16 @@ class _Writer:
         if self.analysis.equations.outputs:
             outputs = ", ".join(map(self.printed, space.outputs))
             form = "y = C x + D u" if self.is_unicode else "y = C*x + D*u"
-            lines.append(Row("Outputs", "   ", words(f"{form}, y of {outputs}"), "heading"))
+            told = words(self.of(form, y=outputs))
+            lines.append(Row(self.say("Outputs"), "   ", told, "heading"))
             lines += self.matrix("C", space.c, None)
             lines += self.matrix("D", space.d, None) if space.inputs else []
         return lines
+
+    def of(self, law: str, **names: str) -> str:
+        """``law, x of θ, θ̇, u of F``."""
+        listed = [self.say("{letter} of {names}", letter=k, names=x) for k, x in names.items() if x]
+        return ", ".join([law, *listed])
 
     @property
     def is_unicode(self) -> bool:
@@ -257,7 +307,8 @@ class _Writer:
                         yield formula(label, " = ", self.pieces(entry), aside=told)
         elif numbers.shape[1] > _MOST_COLUMNS:
             rows, width = numbers.shape
-            yield Row(f"  {name}", f" {rows} by {width}, in --json", role="name")
+            told = self.say("{rows} by {columns}, in --json", rows=rows, columns=width)
+            yield Row(f"  {name}", f" {told}", role="name")
         else:
             yield from _number_rows(name, numbers)
 
@@ -265,68 +316,75 @@ class _Writer:
 
     def modes(self, modes: Sequence[Mode]) -> list[Row | Block]:
         damped = any(mode.pole is not None for mode in modes)
-        kind = "poles and angular frequencies" if damped else "angular frequencies"
-        lines: list[Row | Block] = [Row("Modes", "   ", words(kind), "heading")]
+        kind = self.say("angular frequencies")
+        if damped:
+            kind = self.say("poles and angular frequencies")
+        lines: list[Row | Block] = [Row(self.say("Modes"), "   ", words(kind), "heading")]
         for mode in modes[:_MOST_LISTED]:
             lines += self.mode(mode)
         hidden = len(modes) - _MOST_LISTED
-        return (
-            [*lines, Row("", "  ", words(f"and {hidden} more, in --json"))] if hidden > 0 else lines
-        )
+        return [*lines, self.hidden(hidden)] if hidden > 0 else lines
 
     def mode(self, mode: Mode) -> Iterator[Row]:
         label = f"  {mode.frequency:.9g}"
         shape = words(self.shape(mode))
         if mode.pole is not None:
-            yield Row(label, f"   pole {_complex(mode.pole)}   ", shape, "name")
+            yield Row(
+                label, f"   {self.say('pole {value}', value=_complex(mode.pole))}   ", shape, "name"
+            )
         elif mode.exact_square is None:
             yield Row(label, "   ", shape, "name")
         else:
             square = self.pieces(mode.exact_square)
-            yield formula(label, "   squared ", square)
+            yield formula(label, f"   {self.say('squared')} ", square)
             yield Row("", " " * (columns(label) + 3), self.exact_shape(mode) or shape)
 
     def shape(self, mode: Mode) -> str:
         amplitudes = [_complex(complex(a)) for a in mode.shape[:_MOST_COLUMNS]]
         more = ", …" if self.is_unicode else ", ..."
-        return f"shape {', '.join(amplitudes)}{more if len(mode.shape) > _MOST_COLUMNS else ''}"
+        told = ", ".join(amplitudes) + (more if len(mode.shape) > _MOST_COLUMNS else "")
+        return self.say("shape {values}", values=told)
 
     def exact_shape(self, mode: Mode) -> tuple[Piece, ...]:
         pieces: list[Piece] = []
         for k, amplitude in enumerate(mode.exact_shape or ()):
-            comma = solid(",") if k else solid("shape")
+            comma = solid(",") if k else solid(self.say("shape"))
             pieces += [*comma, *_spaced(self.pieces(amplitude), first=False)]
         return tuple(pieces)
 
     # Conserved quantities, and what is missing.
 
     def conserved(self) -> list[Row | Block]:
-        found, searched = self.analysis.symmetries, _SEARCHED
+        found = self.analysis.symmetries
+        heading, told = self.say("Conserved"), searched(found, self.say)
         rows = [self.conserved_row(c) for c in self.analysis.equations.conserved]
         if found is not None:
-            searched = _SEARCHED_FURTHER.format("linear" if found.complete else "constant")
             rows += [self.symmetry_row(symmetry) for symmetry in found.found]
         if not rows:
-            return [Row("Conserved", "   ", words(f"none {searched}"), "heading")]
+            return [Row(heading, "   ", words(f"{self.say('none')} {told}"), "heading")]
         lines: list[Row | Block] = [
-            Row("Conserved", " ", words(searched), "heading"),
+            Row(heading, " ", words(told), "heading"),
             Block(tuple(rows), "asides"),
         ]
         if found is not None and found.unproven:
-            number = f"{found.unproven} more that numbers suggest could not be proven"
+            number = self.say(
+                "{count} more that numbers suggest could not be proven", count=found.unproven
+            )
             lines.append(Row("", "  ", words(number)))
         return lines
 
     def symmetry_row(self, symmetry: Symmetry) -> Row:
         shown = self.pieces(symmetry.expression)
-        moved = zip(self.analysis.equations.coordinates, symmetry.field, strict=True)
-        names = [self.printer.symbol(c.name) for c, x in moved if x != 0]
-        aside = symmetry.kind or f"displacement of {', '.join(names)}"
+        names = [c.name for c in self.analysis.equations.coordinates]
+        aside = self.told(symmetry.described(names))
         return formula(f"  {self.printer.symbol(symmetry.name)}", " = ", shown, aside=aside)
 
     def conserved_row(self, quantity: Conserved) -> Row:
         labels, equations = quantity_labels(self.analysis.equations), self.analysis.equations
-        reason = escape_controls(quantity.reason)
+        subject = labels["L"]
+        if quantity.coordinate is not None:
+            subject = self.printer.symbol(quantity.coordinate)
+        reason = conserved_reason(equations, quantity, escape_controls(subject), "t", self.say)
         if quantity.kind != "momentum" and energy_is_sum(equations, quantity):
             return Row(
                 f"  {labels['E']}", f" = {labels['T']} + {labels['V']}", (), "name", 0, reason
@@ -342,41 +400,17 @@ class _Writer:
     def left_out(self) -> list[Row | Block]:
         reasons: dict[str, list[str]] = {}
         for left in self.analysis.left_out:
-            reasons.setdefault(left.reason, []).append(left.part)
+            reasons.setdefault(self.told(left.reason), []).append(part_word(left.part, self.say))
         if not reasons:
             return []
         rows = [
-            Row(f"  {', '.join(parts)}", ": ", words(escape_controls(reason)), "name")
+            Row(f"  {', '.join(parts)}", ": ", words(reason), "name")
             for reason, parts in reasons.items()
         ]
-        return [Row("Left out", role="heading"), *rows]
+        return [Row(self.say("Left out"), role="heading"), *rows]
 
     def pieces(self, expression: Expr) -> list[Piece]:
         return self.printer.pieces(display(expression, self.words))
-
-
-def _count(equilibria: Equilibria) -> str:
-    """Say how many there are, or how many were found."""
-    number = len(equilibria.points)
-    if equilibria.complete:
-        return "none: the forces cannot balance" if not number else "these are all"
-    if equilibria.starts:
-        return f"{number} found, by a search from {equilibria.starts} starts; there may be others"
-    return f"{number} found; there may be others"
-
-
-def _why(point: Equilibrium) -> str:
-    told = "" if point.stability is None else point.stability.reason
-    return told if point.isolated else "one of a continuum"
-
-
-def _damping_line(linear: Linearization) -> str:
-    parts = [linear.dissipative.any(), linear.gyroscopic.any()]
-    return {
-        (True, False): "C is symmetric: damping",
-        (False, True): "C is antisymmetric: gyroscopic",
-        (True, True): "C has a symmetric part, damping, and an antisymmetric one, gyroscopic",
-    }[bool(parts[0]), bool(parts[1])]
 
 
 def _spaced(pieces: Sequence[Piece], *, first: bool) -> list[Piece]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.constraint_wording import (
@@ -19,16 +21,49 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.findings import Conserved
 
 
-def conserved(writer: DocumentWriter) -> Section | None:
-    """Conserved quantities, each with its reason."""
+@dataclass(frozen=True)
+class Further:
+    """A conserved quantity beside cyclic momenta and energy.
+
+    Attributes
+    ----------
+    symbol
+        Its letter.
+    reason
+        Why it is conserved, a phrase in the letters of the format.
+    row
+        What it is.
+    """
+
+    symbol: str
+    reason: str
+    row: Formula
+
+
+def conserved(
+    writer: DocumentWriter, further: Sequence[Further] = (), searched: str = ""
+) -> Section | None:
+    """Conserved quantities, each with its reason.
+
+    Parameters
+    ----------
+    writer
+        Equations, letters and language.
+    further
+        Those beside cyclic momenta and energy.
+    searched
+        What they were looked for among, if that is more than cyclic momenta and energy.
+    """
     equations, say, letters = writer.equations, writer.say, writer.letters
     if not equations.coordinates:
         return None
     heading = say("Conserved quantities")
     names = ", ".join(letters.inline(_named(writer, name)) for name in undecided(equations))
     doubts = writer.told(say("Of {names} this is not decided.", names=names) if names else "")
-    if not equations.conserved:
-        return section(heading, Words(say("None among cyclic momenta and energy.")), doubts)
+    searched = searched or say("among cyclic momenta and energy")
+    if not equations.conserved and not further:
+        none = say("{text}.", text=f"{say('none')} {searched}")
+        return section(heading, Words(none[:1].upper() + none[1:]), doubts)
     told, rows = [], []
     for one in writer.with_families("momenta", len(equations.conserved)):
         quantity = equations.conserved[one.covers[0] if isinstance(one, FamilyRow) else one]
@@ -46,9 +81,14 @@ def conserved(writer: DocumentWriter) -> Section | None:
                 symbol=letters.inline(symbol),
             )
         )
+    for other in further:
+        rows.append(other.row)
+        symbol = letters.inline(other.symbol)
+        told.append(say("{reason}, so {symbol} is conserved", reason=other.reason, symbol=symbol))
+    listed = say("{name}: {value}", name=searched, value="; ".join(told))
     return section(
         heading,
-        Words(say("Among cyclic momenta and energy: {listed}:", listed="; ".join(told))),
+        Words(say("{text}:", text=listed[:1].upper() + listed[1:])),
         formulas(rows, result=True),
         doubts,
     )

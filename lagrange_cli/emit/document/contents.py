@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit.document.certificate import certificate
 from lagrange_cli.emit.document.conservation import balance, conserved
@@ -20,6 +20,33 @@ from lagrange_cli.emit.forms.contents import FORMS, form_sections
 from lagrange_cli.emit.steps.board import conclusions, working
 from lagrange_cli.emit.steps.sections import Picture, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+_STEPS = "steps to the equations of motion"
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a document holds.
+
+    Attributes
+    ----------
+    about
+        The subject, for a comment at the beginning of a file.
+    sections
+        Writes the sections for lines of so many columns of half an em.
+    """
+
+    about: str
+    sections: Callable[[DocumentWriter, float], list[Section]]
+
+
+def derivation_content(equations: Equations, parts: Collection[str], form: str) -> Content:
+    """The content of a document of a derivation; see :func:`contents`."""
+    about = "equations of motion" if equations.steps is None else _STEPS
+    return Content(about, lambda writer, _columns: contents(writer, parts, form))
 
 
 def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[Section]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.notation.symbols import multiplier_symbol
+from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:
@@ -16,7 +17,13 @@ if TYPE_CHECKING:
 
 
 class DocumentLetters(Letters):
-    """Letters of a format that documents are written in."""
+    """Letters of a format that documents are written in.
+
+    ``at_most_sign`` and ``imaginary`` are ≤ and the imaginary unit.
+    """
+
+    at_most_sign: str
+    imaginary: str
 
     def __init__(self, equations: Equations) -> None:
         #: LaTeX of the names that the scene says how to print.
@@ -41,6 +48,18 @@ class DocumentLetters(Letters):
     @abstractmethod
     def value(self, number: float, literal: str | None = None) -> str:
         """A value, as the scene wrote it if that is known."""
+
+    @abstractmethod
+    def bold(self, letter: str, order: int = 0) -> str:
+        """A vector or matrix, with its dots."""
+
+    @abstractmethod
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        """A matrix of formulas."""
+
+    @abstractmethod
+    def room(self, node: DisplayNode) -> float:
+        """Columns of half an em that an expression takes."""
 
     @abstractmethod
     def at_least(self, of: str) -> str:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.document.contents import contents
 from lagrange_cli.emit.steps.sections import Block, Section, Title
 from lagrange_cli.notation.latex_escape import latex_text
 
@@ -58,11 +57,11 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
             *setter.blocks(part),
             r"\end{frame}",
         ]
-        for section in contents(options.writer(equations), options.parts, options.form)
+        for section in options.sections(equations)
         for subtitle, part in _ideas(section)
     ]
     opening = [
-        f"% {latex_text(equations.name)}: equations of motion, written by lagrange",
+        f"% {latex_text(equations.name)}: {options.about}, written by lagrange",
         _PREAMBLE
         + ("\\usepackage{tikz}\n" if "sketch" in options.parts else "")
         + options.definitions(equations, chain(*frames))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.document.contents import contents
 from lagrange_cli.emit.latex.options import LatexOptions
 from lagrange_cli.emit.width import length
 from lagrange_cli.notation.latex_escape import latex_text
@@ -35,12 +34,12 @@ def latex_document(equations: Equations, options: LatexOptions | None = None) ->
     """A document that pdfLaTeX compiles by itself: system, freedom, L, motion, conservation."""
     options = options or LatexOptions()
     setter = options.setter(equations)
-    sections = contents(options.writer(equations), options.parts, options.form)
+    sections = options.sections(equations)
     body = [setter.section(section) for section in sections]
     spread = [] if equations.steps is None else [r"\setlength{\jot}{1ex}"]
     title = latex_text(equations.title or equations.name)
     opening = [
-        f"% {latex_text(equations.name)}: equations of motion, written by lagrange",
+        f"% {latex_text(equations.name)}: {options.about}, written by lagrange",
         _preamble(options) + options.definitions(equations, chain(*body)) + r"\begin{document}",
         rf"\begin{{center}}\LARGE {title}\end{{center}}",
     ]

@@ -19,6 +19,7 @@ from lagrange_cli.notation.layout import joined, prefixed
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.emit.document.contents import Content
     from lagrange_cli.mechanics.equations import Equations
 
 _STYLES = {"document": latex_document, "beamer": latex_frames, "snippet": latex_snippet}
@@ -42,7 +43,14 @@ def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict
     InputError
         Constraint forces are asked for and were not derived, or the system cannot be drawn.
     """
-    chosen = LatexOptions.of(equations, options)
+    return emit_sections(equations, options)
+
+
+def emit_sections(
+    equations: Equations, options: Mapping[str, OptionValue], content: Content | None = None
+) -> dict[str, str]:
+    """Return ``NAME.tex`` of a content; that of the derivation if there is none."""
+    chosen = LatexOptions.of(equations, options, content)
     return {f"{equations.name}.tex": _STYLES[chosen.style](equations, chosen)}
 
 

@@ -11,6 +11,7 @@ from lagrange_cli.emit.latex import words as latex_words
 from lagrange_cli.emit.latex.macros import MacroPrinter, Macros
 from lagrange_cli.notation.latex import LatexPrinter, latex_number
 from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.notation.layout import width
 from lagrange_cli.notation.tree import DisplayNode
 
 if TYPE_CHECKING:
@@ -24,6 +25,8 @@ class LatexLetters(DocumentLetters):
     dot_product = r" \cdot "
     virtual_work = r"\delta W"
     comma = r",\quad "
+    at_most_sign = r"\le"
+    imaginary = r"\mathrm{i}"
 
     def __init__(self, equations: Equations, macros: Macros | None = None) -> None:
         super().__init__(equations)
@@ -38,6 +41,20 @@ class LatexLetters(DocumentLetters):
         bold = rf"\mathbf{{{letter}}}"
         dots = ["", r"\dot", r"\ddot"][order]
         return f"{dots}{{{bold}}}_i" if order else f"{bold}_i"
+
+    def bold(self, letter: str, order: int = 0) -> str:
+        known = rf"\boldsymbol{{\{letter}}}" if len(letter) > 1 else rf"\mathbf{{{letter}}}"
+        dots = ["", r"\dot", r"\ddot"][order]
+        return f"{dots}{{{known}}}" if order else known
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        lines = [" & ".join(row) for row in rows]
+        tall = any(r"\frac" in line for line in lines)
+        body = (r" \\[0.5em] " if tall else r" \\ ").join(lines)
+        return rf"\begin{{pmatrix}} {body} \end{{pmatrix}}"
+
+    def room(self, node: DisplayNode) -> float:
+        return width(self._printer.pieces(node))
 
     def partial(self, of: str, by: str) -> str:
         return rf"\frac{{\partial {of}}}{{\partial {by}}}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from sympy import preorder_traversal
 
-from lagrange_cli.emit.document.contents import contents
+from lagrange_cli.emit.document.contents import Content, derivation_content
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.document_options import sections_of
 from lagrange_cli.emit.language import language
@@ -73,14 +73,23 @@ def emit_markdown(equations: Equations, options: Mapping[str, OptionValue]) -> d
     InternalError
         An expression has no exact form in print.
     """
+    parts = sections_of(options, forces=equations.constraint_forces is not None)
+    return emit_sections(
+        equations, options, derivation_content(equations, parts, str(options["form"]))
+    )
+
+
+def emit_sections(
+    equations: Equations, options: Mapping[str, OptionValue], content: Content
+) -> dict[str, str]:
+    """Return ``NAME.md`` of a content."""
     letters = MarkdownLetters(equations)
     say, written_out = language(str(options["language"])), bool(options["written_out"])
     writer = DocumentWriter(equations, letters, say, written_out=written_out)
     paragraphs = [f"# {letters.words(equations.title or equations.name)}"]
     if equations.description:
         paragraphs.append(letters.words(equations.description))
-    parts = sections_of(options, forces=equations.constraint_forces is not None)
-    for section in contents(writer, parts, str(options["form"])):
+    for section in content.sections(writer, Typesetter().columns):
         paragraphs += _section(section)
     return {f"{equations.name}.md": "\n\n".join(paragraphs) + "\n"}
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.document.contents import Content, derivation_content
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, sections_of
 from lagrange_cli.emit.language import ENGLISH, Language, language
@@ -18,6 +19,7 @@ from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.emit.steps.sections import Section
     from lagrange_cli.mechanics.equations import Equations
 
 #: Points of a line of a page in A4 with margins of 25 mm, of one of its two columns with margins of
@@ -51,6 +53,8 @@ class LatexOptions:
         True if every element of indexed families is shown.
     macros
         Macros of the symbols, None if letters stand for themselves.
+    content
+        What the document holds in place of the derivation; None for that.
     """
 
     style: str = "document"
@@ -61,9 +65,15 @@ class LatexOptions:
     say: Language = ENGLISH
     written_out: bool = False
     macros: Macros | None = None
+    content: Content | None = None
 
     @classmethod
-    def of(cls, equations: Equations, options: Mapping[str, OptionValue]) -> LatexOptions:
+    def of(
+        cls,
+        equations: Equations,
+        options: Mapping[str, OptionValue],
+        content: Content | None = None,
+    ) -> LatexOptions:
         """Read complete options."""
         style = str(options["style"])
         parts = sections_of(options, forces=equations.constraint_forces is not None)
@@ -74,23 +84,41 @@ class LatexOptions:
         form, width = str(options["form"]), str(options["width"])
         written_out = bool(options["written_out"])
         macros = Macros(latex_overrides(equations)) if options["macros"] else None
-        return cls(style, form, parts, width, numbered, say, written_out, macros)
+        return cls(style, form, parts, width, numbered, say, written_out, macros, content)
 
     def writer(self, equations: Equations) -> DocumentWriter:
         """What writes the content of the document."""
         letters = LatexLetters(equations, self.macros)
         return DocumentWriter(equations, letters, self.say, written_out=self.written_out)
 
+    def sections(self, equations: Equations) -> list[Section]:
+        """The sections of the document."""
+        content = self.content or derivation_content(equations, self.parts, self.form)
+        return content.sections(self.writer(equations), self._columns)
+
+    @property
+    def about(self) -> str:
+        """The subject of the document, for a comment."""
+        return "equations of motion" if self.content is None else self.content.about
+
+    @property
+    def _points(self) -> float:
+        """Points of a line."""
+        page = _FRAME if self.style == "beamer" else _PAGE
+        points = length(self.width)
+        return {"page": page, "column": _COLUMN}[self.width] if points is None else points
+
+    @property
+    def _columns(self) -> float:
+        """Columns of half an em of a line."""
+        points = self._points
+        return points / COLUMN_POINTS[11 if self.style != "beamer" and points > _COLUMN else 10]
+
     def setter(self, equations: Equations) -> Typesetter:
         """What writes displays for this width."""
-        points = length(self.width)
-        if points is None:
-            page = _FRAME if self.style == "beamer" else _PAGE
-            points = {"page": page, "column": _COLUMN}[self.width]
-        columns = points / COLUMN_POINTS[11 if self.style != "beamer" and points > _COLUMN else 10]
-        picture = tikz_picture(equations, points) if "sketch" in self.parts else ""
+        picture = tikz_picture(equations, self._points) if "sketch" in self.parts else ""
         rows = 6 if self.style == "beamer" else 24
-        return Typesetter(columns, self.numbered, equations.name, picture, rows, self.macros)
+        return Typesetter(self._columns, self.numbered, equations.name, picture, rows, self.macros)
 
     def definitions(self, equations: Equations, body: Iterable[str]) -> str:
         """Definitions of the macros that stand in a body, each line with its end."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.document.contents import contents
+from lagrange_cli.emit.document.contents import derivation_content
 from lagrange_cli.emit.document.motion import (
     accelerations,
     closure_rows,
@@ -25,9 +25,9 @@ def latex_snippet(equations: Equations, options: LatexOptions) -> str:
     writer, setter = options.writer(equations), options.setter(equations)
     title = latex_text(equations.title or equations.name)
     needs = "amsmath and tikz" if "sketch" in options.parts else "amsmath"
-    what = "equations of motion" if equations.steps is None else "steps to the equations of motion"
+    content = options.content or derivation_content(equations, options.parts, options.form)
     is_alone = options.parts == ("equations",) and options.form not in FORMS
-    if equations.steps is None and is_alone:
+    if equations.steps is None and is_alone and options.content is None:
         rows = accelerations(writer) if options.form == "explicit" else lagrange_equations(writer)
         rows += [*closure_rows(writer), *contact_rows(writer)]
         rows += writer.abbreviations()
@@ -37,8 +37,8 @@ def latex_snippet(equations: Equations, options: LatexOptions) -> str:
         # Headings within the text fit into any section.
         body = [
             line
-            for section in contents(writer, options.parts, options.form)
+            for section in options.sections(equations)
             for line in (rf"\paragraph{{{section.heading}}}", *setter.blocks(section), "")
         ]
-    heading = f"% {title}: {what} (needs {needs})\n"
+    heading = f"% {title}: {content.about} (needs {needs})\n"
     return heading + options.definitions(equations, body) + "\n".join(body).rstrip() + "\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.document.contents import contents
+from lagrange_cli.emit.document.contents import Content, derivation_content
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.document_options import sections_of
 from lagrange_cli.emit.language import language
@@ -42,19 +42,28 @@ def emit_typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict
     InternalError
         An expression has no exact form in print.
     """
+    parts = sections_of(options, forces=equations.constraint_forces is not None)
+    return emit_sections(
+        equations, options, derivation_content(equations, parts, str(options["form"]))
+    )
+
+
+def emit_sections(
+    equations: Equations, options: Mapping[str, OptionValue], content: Content
+) -> dict[str, str]:
+    """Return ``NAME.typ`` of a content."""
     setter, say = Typesetter(stem=equations.name), language(str(options["language"]))
     written_out = bool(options["written_out"])
     writer = DocumentWriter(equations, TypstLetters(equations), say, written_out=written_out)
-    parts = sections_of(options, forces=equations.constraint_forces is not None)
-    sections = contents(writer, parts, str(options["form"]))
-    blocks = [_opening(equations, say.code), *map(setter.section, sections)]
+    sections = content.sections(writer, setter.columns)
+    blocks = [_opening(equations, say.code, content.about), *map(setter.section, sections)]
     return {f"{equations.name}.typ": "\n\n".join("\n".join(block) for block in blocks) + "\n"}
 
 
-def _opening(equations: Equations, language: str) -> list[str]:
+def _opening(equations: Equations, language: str, about: str) -> list[str]:
     title = typst_text(equations.title or equations.name)
     lines = [
-        f"// {equations.name}: equations of motion, written by lagrange",
+        f"// {equations.name}: {about}, written by lagrange",
         f'{_PREAMBLE}#set text(lang: "{language}")\n',
         f"#align(center, text(size: 17pt)[{title}])",
     ]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.document.letters import DocumentLetters
 from lagrange_cli.emit.document.scene_text import SceneTextSpelling
 from lagrange_cli.emit.family_wording import typst_ranges
+from lagrange_cli.notation.layout import width
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.notation.typst import TypstPrinter, balanced, typst_number
 from lagrange_cli.notation.typst_symbols import (
@@ -34,6 +35,8 @@ class TypstLetters(DocumentLetters):
     dot_product = " dot.op "
     virtual_work = "delta W"
     comma = ", quad "
+    at_most_sign = "<="
+    imaginary = "upright(i)"
 
     def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
         return typst_name(name, order, latex or self.override(name))
@@ -42,6 +45,18 @@ class TypstLetters(DocumentLetters):
         bold = f"upright(bold({letter}))"
         dots = ["", "dot", "dot.double"][order]
         return f"{dots}({bold})_i" if order else f"{bold}_i"
+
+    def bold(self, letter: str, order: int = 0) -> str:
+        dots = ["", "dot", "dot.double"][order]
+        known = f"upright(bold({letter}))"
+        return f"{dots}({known})" if order else known
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        cells = "; ".join(", ".join(row) for row in rows)
+        return f"mat({cells})"
+
+    def room(self, node: DisplayNode) -> float:
+        return width(_PRINTER.pieces(node))
 
     def partial(self, of: str, by: str) -> str:
         return f"frac(partial {of}, partial {by})"

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.studies.fit.measurements import Measurements, require_names, require_times
 
 if TYPE_CHECKING:
@@ -148,6 +149,21 @@ class Fit:
         """Return a line."""
         listed = ", ".join(f"{v.name} = {v.value:.6g}" for v in self.values)
         return f"<Fit of {self.name}: {listed}; {self.status}>"
+
+    def _repr_html_(self) -> str:
+        """Return a table of the values, which notebooks show."""
+        rows = [
+            [
+                html_text(v.name),
+                f"{v.value:.9g}",
+                "" if v.error is None else f"{v.error:.2g}",
+                f"{v.start:.6g}",
+            ]
+            for v in self.values
+        ]
+        told = f": {html_text(self.reason)}" if self.reason else ""
+        caption = f"<b>{html_text(self.name)}</b>: {self.status.replace('_', ' ')}{told}"
+        return html_table(caption, ("name", "value", "error", "start"), rows, len(rows))
 
 
 def fit_motion(

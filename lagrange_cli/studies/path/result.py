@@ -12,6 +12,7 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
+from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.formats import as_csv
 
@@ -117,6 +118,22 @@ class Paths:
         return (
             f"<Paths of {self.name}: {len(self.solutions)} ({kinds}), error {self.estimated:.1g}>"
         )
+
+    def _repr_html_(self) -> str:
+        """Return a table of the paths, which notebooks show."""
+        rates = [f"dot({name})" for name in self.coordinates]
+        rows = [
+            [
+                f"{path.action:.9g}",
+                path.conjugacy.kind,
+                "" if path.conjugacy.index is None else f"{path.conjugacy.index}",
+                *(f"{x:.9g}" for x in path.velocity.tolist()),
+            ]
+            for path in self.solutions
+        ]
+        name = f"<b>{html_text(self.name)}</b>"
+        caption = f"{name}: paths of stationary action, error {self.estimated:.1g}"
+        return html_table(caption, ("action", "kind", "index", *rates), rows, len(rows))
 
     def summary(self) -> dict[str, Any]:
         """Return the JSON object that ``lagrange path --json`` writes."""

@@ -1,0 +1,60 @@
+"""Analyses as values that show themselves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.analysis.values import Analysis
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.base import OptionValue
+
+
+@dataclass(frozen=True, repr=False)
+class Analyzed(Analysis):
+    """An analysis that formats write, and that notebooks typeset."""
+
+    @classmethod
+    def of(cls, analysis: Analysis) -> Analyzed:
+        """The same analysis with the ways to write it."""
+        return cls(**{field.name: getattr(analysis, field.name) for field in fields(analysis)})
+
+    def report(self) -> dict[str, Any]:
+        """Return what ``lagrange analyze --format json`` writes."""
+        from lagrange_cli.emit.analysis.report import analysis_report
+
+        return analysis_report(self)
+
+    def text(self, *, ascii: bool = False, width: int = 80, language: str = "en") -> str:
+        """Return what ``lagrange analyze`` prints in a window of ``width`` columns."""
+        from lagrange_cli.emit.analysis.text import analysis_page
+
+        return analysis_page(self, ascii=ascii, code=language).text(width)
+
+    def emit(self, to: str, **options: OptionValue) -> dict[str, str]:
+        """Return file name → text in ``latex``, ``markdown`` or ``typst``.
+
+        ``options``: those of ``lagrange analyze --format``.
+
+        Raises
+        ------
+        InputError
+            There is no such format or option.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> list(derivation.analyze("modes").emit("latex", style="snippet"))
+        ['pendulum.tex']
+        """
+        from lagrange_cli.emit.analysis.documents import analysis_document
+
+        return analysis_document(self, to, options)
+
+    def _repr_markdown_(self) -> str:
+        return self.emit("markdown").popitem()[1]
+
+    def __repr__(self) -> str:
+        """Return what the terminal shows."""
+        return self.text()

@@ -1,0 +1,164 @@
+"""The words of analyses in French: English phrase → French one, with the same parts."""
+
+from __future__ import annotations
+
+FRENCH_OF_ANALYSES = {
+    "Equilibria": "Équilibres",
+    "these are all": "il n'y en a pas d'autres",
+    "none: the forces cannot balance": "aucun\u00a0: les forces ne peuvent se compenser",
+    "{count} found, by a search from {starts} starts; there may be others": (
+        "{count} par une recherche à partir de {starts} départs\u00a0; il peut y en avoir d'autres"
+    ),
+    "{count} found; there may be others": "{count} trouvés\u00a0; il peut y en avoir d'autres",
+    "stable": "stable",
+    "asymptotically stable": "asymptotiquement stable",
+    "stable but for drift": "stable à la dérive près",
+    "stable in the linear approximation": "stable à l'approximation linéaire",
+    "unstable": "instable",
+    "undecided": "indécis",
+    "absent": "absent",
+    "any": "quelconque",
+    "{name} any": "{name} quelconque",
+    "where": "si",
+    "and": "et",
+    "where {conditions}": "si {conditions}",
+    "{place} where {conditions}": "{place} si {conditions}",
+    "{verdict} ({reason})": "{verdict} ({reason})",
+    "with inputs held at {values}": "avec les entrées maintenues à {values}",
+    "Inputs are held at {values}.": "Les entrées sont maintenues à {values}.",
+    "For other values of the parameters there are as well:": (
+        "Pour d'autres valeurs des paramètres il y a aussi\u00a0:"
+    ),
+    "And {count} more, in JSON.": "Et {count} de plus, en JSON.",
+    "and {count} more, in --json": "et {count} de plus, dans --json",
+    "parameters have no values": "des paramètres n'ont pas de valeur",
+    "one of a continuum": "un parmi une infinité",
+    "it is one of a continuum of equilibria": "il est un parmi une infinité d'équilibres",
+    "the forces are not smooth there": "les forces n'y sont pas régulières",
+    "no force acts": "aucune force n'agit",
+    "{matrix} is positive definite": "{matrix} est définie positive",
+    "{matrix} is degenerate": "{matrix} est dégénérée",
+    "{matrix} has {count} null directions": "{matrix} a {count} directions nulles",
+    "{matrix} is degenerate, and terms of higher order rise": (
+        "{matrix} est dégénérée, et les termes d'ordre supérieur croissent"
+    ),
+    "{matrix} is degenerate, and along its null direction the energy has no minimum": (
+        "{matrix} est dégénérée, et l'énergie n'a pas de minimum le long de sa direction nulle"
+    ),
+    "{reason}: the energy has a minimum": "{reason}\u00a0: l'énergie a un minimum",
+    "{reason}, and all motions are damped": "{reason}, et tous les mouvements sont amortis",
+    "{reason}, but free coordinates are not cyclic": (
+        "{reason}, mais des coordonnées libres ne sont pas cycliques"
+    ),
+    "{reason}; {names} may drift": "{reason}\u00a0; {names} peut dériver",
+    "all motions are damped; {names} may drift": (
+        "tous les mouvements sont amortis\u00a0; {names} peut dériver"
+    ),
+    "a pole has the real part {value}": "un pôle a la partie réelle {value}",
+    "all poles have negative real parts": "tous les pôles ont des parties réelles négatives",
+    "no pole has a positive real part": "aucun pôle n'a une partie réelle positive",
+    "poles on the imaginary axis coincide": "des pôles sur l'axe imaginaire coïncident",
+    "Linearization": "Linéarisation",
+    "obey": "obéissent à",
+    "{law}, q of {names} from": "{law}, q de {names} à partir de",
+    "{letter} of {names}": "{letter} de {names}",
+    "{matrix} is symmetric: damping": "{matrix} est symétrique\u00a0: amortissement",
+    "{matrix} is antisymmetric: gyroscopic": "{matrix} est antisymétrique\u00a0: gyroscopique",
+    "{matrix} has a symmetric part, damping, and an antisymmetric one, gyroscopic": (
+        "{matrix} a une partie symétrique, amortissement, et une antisymétrique, gyroscopique"
+    ),
+    "State space": "Espace d'état",
+    "Of first order, with the differences from rest of": (
+        "Au premier ordre, avec les écarts au repos de"
+    ),
+    "the same is": "c'est",
+    "{matrix} has {rows} rows and {columns} columns; JSON holds it.": (
+        "{matrix} a {rows} lignes et {columns} colonnes\u00a0; elle est en JSON."
+    ),
+    "{rows} by {columns}, in --json": "{rows} sur {columns}, dans --json",
+    "Modes": "Modes propres",
+    "Angular frequencies": "Pulsations",
+    "angular frequencies": "pulsations",
+    "Poles": "Pôles",
+    "poles and angular frequencies": "pôles et pulsations",
+    "pole {value}": "pôle {value}",
+    "squared": "au carré",
+    "shape": "forme",
+    "shape {values}": "forme {values}",
+    "Each column of {matrix} is the shape of a mode, its largest amplitude 1:": (
+        "Chaque colonne de {matrix} est la forme d'un mode, sa plus grande amplitude 1\u00a0:"
+    ),
+    "among energy and what symmetries linear in the coordinates give": (
+        "parmi l'énergie et ce que donnent les symétries linéaires en les coordonnées"
+    ),
+    "among energy and what symmetries constant in the coordinates give": (
+        "parmi l'énergie et ce que donnent les symétries constantes en les coordonnées"
+    ),
+    "{count} more that numbers suggest could not be proven": (
+        "{count} de plus, que des nombres suggèrent, n'ont pu être prouvées"
+    ),
+    "displacement of {names}": "déplacement de {names}",
+    "rotation around {axis}": "rotation autour de {axis}",
+    "translation along {axis}": "translation le long de {axis}",
+    "boost along {axis}": "transformation de Galilée le long de {axis}",
+    "Lyapunov exponents": "Exposants de Liapounov",
+    "exponent": "exposant",
+    "spread": "dispersion",
+    "averaged from {start} to {until}, together {total}": (
+        "moyennés de {start} à {until}, en somme {total}"
+    ),
+    "Left out": "Omis",
+    "symmetries": "symétries",
+    "equilibria": "équilibres",
+    "linearization": "linéarisation",
+    "modes": "modes propres",
+    "there is no equilibrium": "il n'y a pas d'équilibre",
+    "no equilibrium was found from {count} starts": (
+        "aucun équilibre ne fut trouvé à partir de {count} départs"
+    ),
+    "no equilibrium that was found is stable": "aucun équilibre trouvé n'est stable",
+    "nothing can move": "rien ne peut bouger",
+    "a function is not given": "une fonction n'est pas donnée",
+    "nothing stays at rest: the equations depend on {time}": (
+        "rien ne reste au repos\u00a0: les équations dépendent de {time}"
+    ),
+    "no value for {names}": "aucune valeur pour {names}",
+    "equilibria are not sought where one-sided constraints ({names}) may push": (
+        "on ne cherche pas d'équilibres où des liaisons unilatérales ({names}) peuvent pousser"
+    ),
+    "{count} coordinates and multipliers are more than the {most} analyzed": (
+        "{count} coordonnées et multiplicateurs sont plus que les {most} analysés"
+    ),
+    "coordinates are singular there: no inertia goes with a rate of {names}": (
+        "des coordonnées y sont singulières\u00a0: à une vitesse de {names} ne répond aucune"
+        " inertie"
+    ),
+    "the equations of motion have no derivatives at this equilibrium": (
+        "les équations du mouvement n'ont pas de dérivées en cet équilibre"
+    ),
+    "a constraint between velocities asks for velocities beside this equilibrium": (
+        "une liaison entre vitesses demande des vitesses près de cet équilibre"
+    ),
+    "states": "états",
+    "inputs": "entrées",
+    "outputs": "sorties",
+    "Along the motion": "Le long du mouvement",
+    "{count} times from {start} to {until}": "{count} instants de {start} à {until}",
+    "E(t) dy = 0 are the changes that constraints allow": (
+        "E(t) dy = 0 sont les changements que les liaisons permettent"
+    ),
+    "estimated error {estimated}, requested {requested}": (
+        "erreur estimée {estimated}, demandée {requested}"
+    ),
+    "The matrices are in the JSON, and in FILE.npz with -o FILE.npz.": (
+        "Les matrices sont dans le JSON, et dans FILE.npz avec -o FILE.npz."
+    ),
+    "there is no steady motion": "il n'y a pas de mouvement stationnaire",
+    "no steady motion was found from {count} starts": (
+        "aucun mouvement stationnaire ne fut trouvé à partir de {count} départs"
+    ),
+    "Steady motions": "Mouvements stationnaires",
+    "with {values}": "avec {values}",
+    "With {values}:": "Avec {values}\u00a0:",
+    "Small displacements {vector} of {names} from": "De petits écarts {vector} de {names} à",
+}

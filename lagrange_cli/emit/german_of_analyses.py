@@ -1,0 +1,165 @@
+"""The words of analyses in German: English phrase → German one, with the same parts."""
+
+from __future__ import annotations
+
+GERMAN_OF_ANALYSES = {
+    "Equilibria": "Gleichgewichte",
+    "these are all": "das sind alle",
+    "none: the forces cannot balance": "keine: Die Kräfte können sich nicht aufheben",
+    "{count} found, by a search from {starts} starts; there may be others": (
+        "{count} gefunden, durch eine Suche von {starts} Anfängen aus; es kann weitere geben"
+    ),
+    "{count} found; there may be others": "{count} gefunden; es kann weitere geben",
+    "stable": "stabil",
+    "asymptotically stable": "asymptotisch stabil",
+    "stable but for drift": "stabil bis auf Drift",
+    "stable in the linear approximation": "stabil in linearer Näherung",
+    "unstable": "instabil",
+    "undecided": "unentschieden",
+    "absent": "fehlt",
+    "any": "beliebig",
+    "{name} any": "{name} beliebig",
+    "where": "falls",
+    "and": "und",
+    "where {conditions}": "falls {conditions}",
+    "{place} where {conditions}": "{place} falls {conditions}",
+    "{verdict} ({reason})": "{verdict} ({reason})",
+    "with inputs held at {values}": "bei festgehaltenen Eingängen {values}",
+    "Inputs are held at {values}.": "Festgehalten sind die Eingänge {values}.",
+    "For other values of the parameters there are as well:": (
+        "Bei anderen Werten der Parameter gibt es außerdem:"
+    ),
+    "And {count} more, in JSON.": "Und {count} weitere, in JSON.",
+    "and {count} more, in --json": "und {count} weitere, in --json",
+    "parameters have no values": "Parameter haben keine Werte",
+    "one of a continuum": "eines von unendlich vielen",
+    "it is one of a continuum of equilibria": "es ist eines von unendlich vielen Gleichgewichten",
+    "the forces are not smooth there": "die Kräfte sind dort nicht glatt",
+    "no force acts": "keine Kraft wirkt",
+    "{matrix} is positive definite": "{matrix} ist positiv definit",
+    "{matrix} is degenerate": "{matrix} ist entartet",
+    "{matrix} has {count} null directions": "{matrix} hat {count} Nullrichtungen",
+    "{matrix} is degenerate, and terms of higher order rise": (
+        "{matrix} ist entartet, und Terme höherer Ordnung steigen"
+    ),
+    "{matrix} is degenerate, and along its null direction the energy has no minimum": (
+        "{matrix} ist entartet, und längs ihrer Nullrichtung hat die Energie kein Minimum"
+    ),
+    "{reason}: the energy has a minimum": "{reason}: Die Energie hat ein Minimum",
+    "{reason}, and all motions are damped": "{reason}, und alle Bewegungen sind gedämpft",
+    "{reason}, but free coordinates are not cyclic": (
+        "{reason}, aber freie Koordinaten sind nicht zyklisch"
+    ),
+    "{reason}; {names} may drift": "{reason}; {names} kann driften",
+    "all motions are damped; {names} may drift": (
+        "alle Bewegungen sind gedämpft; {names} kann driften"
+    ),
+    "a pole has the real part {value}": "ein Pol hat den Realteil {value}",
+    "all poles have negative real parts": "alle Pole haben negative Realteile",
+    "no pole has a positive real part": "kein Pol hat einen positiven Realteil",
+    "poles on the imaginary axis coincide": "Pole auf der imaginären Achse fallen zusammen",
+    "Linearization": "Linearisierung",
+    "obey": "gehorchen",
+    "{law}, q of {names} from": "{law}, q von {names} ab",
+    "{letter} of {names}": "{letter} von {names}",
+    "{matrix} is symmetric: damping": "{matrix} ist symmetrisch: Dämpfung",
+    "{matrix} is antisymmetric: gyroscopic": "{matrix} ist antisymmetrisch: gyroskopisch",
+    "{matrix} has a symmetric part, damping, and an antisymmetric one, gyroscopic": (
+        "{matrix} hat einen symmetrischen Teil, Dämpfung, und einen antisymmetrischen, gyroskopisch"
+    ),
+    "State space": "Zustandsraum",
+    "Of first order, with the differences from rest of": (
+        "Erster Ordnung, mit den Abweichungen von der Ruhe von"
+    ),
+    "the same is": "ist dasselbe",
+    "{matrix} has {rows} rows and {columns} columns; JSON holds it.": (
+        "{matrix} hat {rows} Zeilen und {columns} Spalten; sie steht in JSON."
+    ),
+    "{rows} by {columns}, in --json": "{rows} mal {columns}, in --json",
+    "Modes": "Eigenschwingungen",
+    "Angular frequencies": "Kreisfrequenzen",
+    "angular frequencies": "Kreisfrequenzen",
+    "Poles": "Pole",
+    "poles and angular frequencies": "Pole und Kreisfrequenzen",
+    "pole {value}": "Pol {value}",
+    "squared": "quadriert",
+    "shape": "Form",
+    "shape {values}": "Form {values}",
+    "Each column of {matrix} is the shape of a mode, its largest amplitude 1:": (
+        "Jede Spalte von {matrix} ist die Form einer Eigenschwingung, ihre größte Amplitude 1:"
+    ),
+    "among energy and what symmetries linear in the coordinates give": (
+        "unter der Energie und dem, was in den Koordinaten lineare Symmetrien geben"
+    ),
+    "among energy and what symmetries constant in the coordinates give": (
+        "unter der Energie und dem, was in den Koordinaten konstante Symmetrien geben"
+    ),
+    "{count} more that numbers suggest could not be proven": (
+        "{count} weitere, die Zahlen nahelegen, waren nicht zu beweisen"
+    ),
+    "displacement of {names}": "Verschiebung von {names}",
+    "rotation around {axis}": "Drehung um {axis}",
+    "translation along {axis}": "Verschiebung längs {axis}",
+    "boost along {axis}": "Galilei-Transformation längs {axis}",
+    "Lyapunov exponents": "Ljapunow-Exponenten",
+    "exponent": "Exponent",
+    "spread": "Streuung",
+    "averaged from {start} to {until}, together {total}": (
+        "gemittelt von {start} bis {until}, zusammen {total}"
+    ),
+    "Left out": "Ausgelassen",
+    "symmetries": "Symmetrien",
+    "equilibria": "Gleichgewichte",
+    "linearization": "Linearisierung",
+    "modes": "Eigenschwingungen",
+    "there is no equilibrium": "es gibt kein Gleichgewicht",
+    "no equilibrium was found from {count} starts": (
+        "von {count} Anfängen aus fand sich kein Gleichgewicht"
+    ),
+    "no equilibrium that was found is stable": "kein Gleichgewicht, das sich fand, ist stabil",
+    "nothing can move": "nichts kann sich bewegen",
+    "a function is not given": "eine Funktion ist nicht gegeben",
+    "nothing stays at rest: the equations depend on {time}": (
+        "nichts bleibt in Ruhe: Die Gleichungen hängen von {time} ab"
+    ),
+    "no value for {names}": "kein Wert für {names}",
+    "equilibria are not sought where one-sided constraints ({names}) may push": (
+        "wo einseitige Zwangsbedingungen ({names}) drücken können, werden keine Gleichgewichte"
+        " gesucht"
+    ),
+    "{count} coordinates and multipliers are more than the {most} analyzed": (
+        "{count} Koordinaten und Multiplikatoren sind mehr als die {most}, die untersucht werden"
+    ),
+    "coordinates are singular there: no inertia goes with a rate of {names}": (
+        "Koordinaten sind dort singulär: Zu einer Geschwindigkeit von {names} gehört keine Trägheit"
+    ),
+    "the equations of motion have no derivatives at this equilibrium": (
+        "die Bewegungsgleichungen haben bei diesem Gleichgewicht keine Ableitungen"
+    ),
+    "a constraint between velocities asks for velocities beside this equilibrium": (
+        "eine Zwangsbedingung zwischen Geschwindigkeiten verlangt neben diesem Gleichgewicht"
+        " Geschwindigkeiten"
+    ),
+    "states": "Zustände",
+    "inputs": "Eingänge",
+    "outputs": "Ausgänge",
+    "Along the motion": "Längs der Bewegung",
+    "{count} times from {start} to {until}": "{count} Zeiten von {start} bis {until}",
+    "E(t) dy = 0 are the changes that constraints allow": (
+        "E(t) dy = 0 sind die Änderungen, die Zwangsbedingungen zulassen"
+    ),
+    "estimated error {estimated}, requested {requested}": (
+        "geschätzter Fehler {estimated}, verlangt {requested}"
+    ),
+    "The matrices are in the JSON, and in FILE.npz with -o FILE.npz.": (
+        "Die Matrizen stehen im JSON, und in FILE.npz mit -o FILE.npz."
+    ),
+    "there is no steady motion": "es gibt keine stationäre Bewegung",
+    "no steady motion was found from {count} starts": (
+        "von {count} Anfängen aus fand sich keine stationäre Bewegung"
+    ),
+    "Steady motions": "Stationäre Bewegungen",
+    "with {values}": "mit {values}",
+    "With {values}:": "Mit {values}:",
+    "Small displacements {vector} of {names} from": "Kleine Abweichungen {vector} von {names} aus",
+}
