@@ -107,7 +107,7 @@ def lagrange(starts: Sequence[Release], jobs: int, how: dict[str, Any]) -> Way:
 
     def run() -> Array:
         states = np.empty((len(starts), SAMPLES, len(STATE)))
-        for block in run_blocks(shared, tasks, jobs):
+        for block in run_blocks(shared, tasks, jobs, lambda block: block):
             first = blocks.first(block.number)
             members = slice(first, first + blocks.length(block.number))
             for i, name in enumerate(STATE):

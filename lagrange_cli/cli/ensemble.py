@@ -306,8 +306,8 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
         jobs = choice.jobs or shared.cores()
         budget = asked.options.budget
         complete = run_members(blocks, store, jobs=jobs, budget=budget, progress=move)
-    if complete and asked.output is not None:
-        store.write(asked.output, times)
+    if complete:
+        store.complete(times)
     seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
     report = SimulatedMembers(plan, members, store, asked.output, seconds)
     print_report(report, FORMATS, as_json=asked.as_json)

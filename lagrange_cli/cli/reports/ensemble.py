@@ -14,7 +14,8 @@ from lagrange_cli.notation.page import Page, Row, page, words
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.enumeration import Members
     from lagrange_cli.simulate.ensemble.run import Plan
-    from lagrange_cli.simulate.ensemble.store import NumberRange, Store
+    from lagrange_cli.simulate.ensemble.store import Store
+    from lagrange_cli.simulate.ensemble.summaries import NumberRange
 
 #: Failures that the text lists.
 _MOST_SHOWN = 12

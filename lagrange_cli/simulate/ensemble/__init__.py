@@ -14,5 +14,6 @@ __all__ = [
     "run",
     "sampling",
     "store",
+    "summaries",
     "variants",
 ]

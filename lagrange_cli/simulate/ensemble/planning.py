@@ -21,7 +21,7 @@ from lagrange_cli.simulate.ensemble.members import (
 )
 from lagrange_cli.simulate.ensemble.result import Ensemble
 from lagrange_cli.simulate.ensemble.run import Plan, blocks_of, run_members
-from lagrange_cli.simulate.ensemble.store import Store
+from lagrange_cli.simulate.ensemble.store import MemoryStore
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import resolve
@@ -128,7 +128,7 @@ def simulate_members(
         raise InputError(Problem(message, Mark("members", 1, 1), hint, "ensemble"))
     plan, times = plan_members(models, members, options, extra=extra, kept=kept)
     blocks = blocks_of(plan, members)
-    store = Store(blocks.size, whole=True)
+    store = MemoryStore(blocks.size)
     if not run_members(blocks, store, jobs=jobs, progress=progress):
         raise KeyboardInterrupt
     return store.ensemble(plan.model.name, times)

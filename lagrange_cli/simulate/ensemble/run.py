@@ -12,8 +12,8 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from concurrent.futures import CancelledError
 from contextlib import closing
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
+from functools import cached_property, lru_cache, partial
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from lagrange_cli.simulate.ensemble.blocks import (
 from lagrange_cli.simulate.ensemble.enumeration import Members
 from lagrange_cli.simulate.ensemble.kept import Keeper, Kept
 from lagrange_cli.simulate.ensemble.members import MemberValues, NumericMembers, Recipe
+from lagrange_cli.simulate.ensemble.summaries import KeptBlock
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
@@ -43,6 +44,8 @@ from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.store import Store
+
+_Result = TypeVar("_Result")
 
 #: The status of a member that cannot be begun.
 REFUSED = "refused"
@@ -287,8 +290,10 @@ def run_block(task: Task) -> MemberBlock | None:
     return builder.block(task.number)
 
 
-def _run_in_thread(both: tuple[Task, BlockBuilder], aside: Aside) -> MemberBlock | None:
-    """Run the members of a task, those by themselves in other processes."""
+def _run_in_thread(
+    keep: Callable[[MemberBlock], _Result], both: tuple[Task, BlockBuilder], aside: Aside
+) -> _Result | None:
+    """Run and keep the members of a task, those by themselves in other processes."""
     task, builder = both
 
     def between() -> None:
@@ -301,7 +306,7 @@ def _run_in_thread(both: tuple[Task, BlockBuilder], aside: Aside) -> MemberBlock
             builder.take(part)
     except (KeyboardInterrupt, CancelledError):
         return None
-    return builder.block(task.number)
+    return keep(builder.block(task.number))
 
 
 def _singles(task: Task, builder: BlockBuilder) -> list[Task]:
@@ -384,7 +389,8 @@ def run_members(
     started = time.perf_counter()
     waiting = (blocks.task(k) for k in range(len(blocks)) if k not in store.finished)
     try:
-        for _ in _kept(blocks.plan, waiting, store, jobs):
+        for kept in _kept(blocks.plan, waiting, store, jobs):
+            store.finish(kept)
             if progress is not None:
                 progress(len(store.finished) / len(blocks))
             if budget is not None and time.perf_counter() - started > budget:
@@ -395,10 +401,10 @@ def run_members(
 
 
 def run_blocks(
-    plan: Plan, tasks: Iterable[Task], jobs: int | None
-) -> Generator[MemberBlock | None, None, None]:
-    """Yield the blocks of a plan's tasks as they are finished, None for one that an interrupt
-    reached. Tasks are asked for as they can be begun.
+    plan: Plan, tasks: Iterable[Task], jobs: int | None, keep: Callable[[MemberBlock], _Result]
+) -> Generator[_Result | None, None, None]:
+    """Yield what ``keep`` makes of the blocks of a plan's tasks, as they are finished, where they
+    are run; None for one that an interrupt reached. Tasks are asked for as they can be begun.
 
     Members that are stepped side by side are run by threads of this process, others by
     :func:`.simulate.parallel.in_any_order`.
@@ -406,16 +412,20 @@ def run_blocks(
     if jobs not in (None, 1) and _runner(plan).batched is not None:
         # Memory is taken here: what one thread takes and another leaves is not used again.
         both = ((task, _runner(task.plan).gathering(task)) for task in tasks)
-        yield from in_threads(_run_in_thread, both, jobs)
+        yield from in_threads(partial(_run_in_thread, keep), both, jobs)
     else:
-        yield from in_any_order(run_block, tasks, jobs)
+        yield from in_any_order(partial(_run_and_keep, keep), tasks, jobs)
 
 
-def _kept(plan: Plan, tasks: Iterable[Task], store: Store, jobs: int | None) -> Iterator[int]:
-    """Yield the number of each block as soon as it is kept."""
-    with closing(run_blocks(plan, tasks, jobs)) as finished:
-        for block in finished:
-            if block is None:
+def _run_and_keep(keep: Callable[[MemberBlock], _Result], task: Task) -> _Result | None:
+    block = run_block(task)
+    return None if block is None else keep(block)
+
+
+def _kept(plan: Plan, tasks: Iterable[Task], store: Store, jobs: int | None) -> Iterator[KeptBlock]:
+    """Yield what is known of each block as soon as it is kept."""
+    with closing(run_blocks(plan, tasks, jobs, store.writer)) as finished:
+        for kept in finished:
+            if kept is None:
                 raise KeyboardInterrupt
-            store.keep(block)
-            yield block.number
+            yield kept

@@ -1,18 +1,16 @@
 """Finished blocks of an ensemble: kept one by one, and put together at the end.
 
 While members are run whose result is a file, a folder ``FILE.parts`` beside it has a file for
-each finished block, written whole or not at all, and ``ensemble.json``, which says what they are
-blocks of. Otherwise they are kept in memory.
+each finished block, and ``ensemble.json``, which says what they are blocks of. Otherwise they are
+kept in memory. Blocks are written by whoever runs them; what is told of them comes back.
 """
 
 from __future__ import annotations
 
-import io
 import json
 import math
-import re
 import zipfile
-import zlib
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,8 +22,23 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, discard, is_temporary, whole_file, write_file
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.blocks import MEMBER_FIGURES, MEMBER_WORDS, MemberBlock
+from lagrange_cli.simulate.ensemble.block_files import (
+    COLUMN,
+    TEXTS,
+    BlockFiles,
+    arrays_of,
+    written_name,
+)
+from lagrange_cli.simulate.ensemble.blocks import MemberBlock
 from lagrange_cli.simulate.ensemble.result import Ensemble
+from lagrange_cli.simulate.ensemble.summaries import (
+    BlockSummary,
+    Failure,
+    InMemory,
+    KeptBlock,
+    NumberRange,
+    Summarized,
+)
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.run import Blocks
@@ -33,8 +46,10 @@ if TYPE_CHECKING:
 #: Name, shape, and parts along the first axis, of an array.
 _Entry: TypeAlias = tuple[str, tuple[int, ...], Iterable[Array]]
 
+#: Keeps a block where it is run, in this process or another one; what is told of it comes back.
+BlockWriter: TypeAlias = Callable[[MemberBlock], KeptBlock]
+
 _NOTE = "ensemble.json"
-_BLOCK = re.compile(r"block-([0-9]{9})\.npz", re.ASCII)
 
 
 def parts_of(output: str) -> Path:
@@ -46,138 +61,44 @@ def _refused(message: str, hint: str = "") -> InputError:
     return InputError(Problem(message, hint=hint, rule="resume"))
 
 
-@dataclass(frozen=True)
-class Failure:
-    """A member that is not ``ok``.
-
-    Attributes
-    ----------
-    member
-        Its number.
-    status, reason
-        What became of it, and why.
-    holds_until
-        Time until which it is known, NaN if it could not be begun.
-    """
-
-    member: int
-    status: str
-    reason: str
-    holds_until: float
-
-
-@dataclass(frozen=True)
-class NumberRange:
-    """Range of a number over members.
-
-    Attributes
-    ----------
-    least, largest
-        NaN if it is known of no member.
-    known
-        How many members have it.
-    """
-
-    least: float
-    largest: float
-    known: int
-
-    @classmethod
-    def of(cls, values: Array) -> NumberRange:
-        """Return the range of values that are not NaN."""
-        known = values[~np.isnan(values)]
-        if len(known) == 0:
-            return cls(math.nan, math.nan, 0)
-        return cls(float(known.min()), float(known.max()), len(known))
-
-    def with_other(self, other: NumberRange) -> NumberRange:
-        """Return the range over the members of both."""
-        if not (self.known and other.known):
-            return self if self.known else other
-        least, largest = min(self.least, other.least), max(self.largest, other.largest)
-        return NumberRange(least, largest, self.known + other.known)
-
-
-@dataclass(frozen=True)
-class BlockSummary:
-    """What reports say of a finished block.
-
-    Attributes
-    ----------
-    counts
-        Status → number of members.
-    failures
-        Members that are not ``ok``.
-    estimated
-        Largest estimated error, NaN if there is none.
-    ranges
-        Name of a kept number → range of its values.
-    """
-
-    counts: Mapping[str, int]
-    failures: tuple[Failure, ...]
-    estimated: float
-    ranges: Mapping[str, NumberRange]
-
-    @classmethod
-    def of(cls, block: MemberBlock, first: int) -> BlockSummary:
-        """Sum up a block whose first member has this number."""
-        rows = zip(
-            block.words["status"], block.words["reason"], block.figures["holds_until"], strict=True
-        )
-        failures = (
-            Failure(first + k, status, reason, float(holds))
-            for k, (status, reason, holds) in enumerate(rows)
-            if status != "ok"
-        )
-        counts = Counter(block.words["status"])
-        largest = NumberRange.of(block.figures["estimated"]).largest
-        ranges = {name: NumberRange.of(values) for name, values in block.numbers.items()}
-        return cls(counts, tuple(failures), largest, ranges)
-
-
 @dataclass
-class Store:
-    """Finished blocks by their numbers: summaries; whole ones in files, or in memory if wanted.
+class Store(ABC):
+    """Finished blocks by their numbers.
 
     Attributes
     ----------
     size
         Members of each block but the last.
-    folder
-        Where blocks are kept; None for memory.
-    whole
-        Blocks are kept in memory if there is no folder, not only their summaries.
     finished
         Summary of each finished block.
     """
 
     size: int
-    folder: Path | None = None
-    whole: bool = False
     finished: dict[int, BlockSummary] = field(default_factory=dict)
-    _blocks: dict[int, MemberBlock] = field(default_factory=dict)
 
-    def keep(self, block: MemberBlock) -> None:
-        """Keep a block that is finished.
+    @property
+    @abstractmethod
+    def writer(self) -> BlockWriter:
+        """What keeps a block; it can be sent to other processes."""
+
+    def finish(self, kept: KeptBlock) -> None:
+        """Count a block as finished, which the writer has kept."""
+        self.finished[kept.number] = kept.summary
+
+    @abstractmethod
+    def complete(self, t: Array) -> None:
+        """Put all blocks together in the result, once they are finished.
+
+        Parameters
+        ----------
+        t
+            Times of the samples.
 
         Raises
         ------
         InputError
-            It cannot be written.
+            The result cannot be written.
         """
-        if self.folder is not None:
-            write_file(self._path(block.number), _serialized(block))
-        elif self.whole:
-            self._blocks[block.number] = block
-        self._finish(block)
-
-    def _finish(self, block: MemberBlock) -> None:
-        self.finished[block.number] = BlockSummary.of(block, block.number * self.size)
-
-    def _path(self, number: int) -> Path:
-        assert self.folder is not None
-        return self.folder / f"block-{number:09d}.npz"
 
     def counts(self) -> dict[str, int]:
         """Return status → number of members of finished blocks."""
@@ -204,86 +125,129 @@ class Store:
                 found[name] = extent.with_other(found[name]) if name in found else extent
         return found
 
-    def load(self, blocks: int, length: Callable[[int], int]) -> None:
-        """Read the finished blocks of an earlier run; what cannot be read is not finished.
 
-        Parameters
-        ----------
-        blocks
-            How many there are.
-        length
-            Number of a block → members of it.
-        """
-        assert self.folder is not None
-        for path in sorted(self.folder.iterdir()):
-            match = _BLOCK.fullmatch(path.name)
-            number = int(match[1]) if match else blocks
-            if number < blocks:
-                block = _deserialized(path, number, length(number))
-                if block is not None:
-                    self._finish(block)
+class SummaryStore(Store):
+    """Summaries alone."""
 
-    def write(self, output: str, t: Array) -> None:
-        """Put all blocks together in one NPZ, and remove them.
+    @property
+    def writer(self) -> BlockWriter:
+        return Summarized(self.size)
 
-        Raises
-        ------
-        InputError
-            It cannot be written.
-        """
-        assert self.folder is not None
-        with whole_file(output) as stream:
-            self._write(stream, t)
-        discard(self.folder)
+    def complete(self, t: Array) -> None:
+        """Nothing is written."""
 
-    def _write(self, stream: BinaryIO, t: Array) -> None:
-        with zipfile.ZipFile(stream, "w") as archive:
-            for name, shape, parts in self._entries(t):
-                _put(archive, name, shape, parts)
+
+@dataclass
+class MemoryStore(Store):
+    """Blocks in memory."""
+
+    _blocks: dict[int, MemberBlock] = field(default_factory=dict)
+
+    @property
+    def writer(self) -> BlockWriter:
+        return InMemory(self.size)
+
+    def finish(self, kept: KeptBlock) -> None:
+        super().finish(kept)
+        assert kept.block is not None
+        self._blocks[kept.number] = kept.block
+
+    def complete(self, t: Array) -> None:
+        """Nothing is written: :meth:`ensemble` has the result."""
 
     def ensemble(self, name: str, t: Array) -> Ensemble:
-        """Put all blocks together in memory."""
-        entries = self._entries(t)
-        return Ensemble(name, {entry: np.concatenate(list(parts)) for entry, _, parts in entries})
+        """Put all blocks together."""
+        arrays = {number: arrays_of(block) for number, block in self._blocks.items()}
+        whole = _Whole(
+            self, lambda number: list(arrays[number]), lambda number, name: arrays[number].get(name)
+        )
+        return Ensemble(name, {n: np.concatenate(list(p)) for n, _, p in whole.entries(t)})
 
-    def _entries(self, t: Array) -> Iterator[_Entry]:
+
+@dataclass
+class NpzStore(Store):
+    """Blocks in files of a folder, which become one NPZ.
+
+    Attributes
+    ----------
+    output
+        The NPZ.
+    """
+
+    output: str = ""
+
+    @property
+    def writer(self) -> BlockWriter:
+        return self._files
+
+    @property
+    def _files(self) -> BlockFiles:
+        return BlockFiles(parts_of(self.output), self.size)
+
+    def load(self, blocks: int, length: Callable[[int], int]) -> None:
+        """Read the finished blocks of an earlier run, as :meth:`.block_files.BlockFiles.finished`;
+        what cannot be read is not finished."""
+        for kept in self._files.finished(blocks, length):
+            self.finish(kept)
+
+    def complete(self, t: Array) -> None:
+        with whole_file(self.output) as stream:
+            self._write(stream, t)
+        discard(parts_of(self.output))
+
+    def _write(self, stream: BinaryIO, t: Array) -> None:
+        whole = _Whole(self, self._files.names, self._files.array)
+        with zipfile.ZipFile(stream, "w") as archive:
+            for name, shape, parts in whole.entries(t):
+                _put(archive, name, shape, parts)
+
+
+@dataclass(frozen=True)
+class _Whole:
+    """Arrays over the members of all finished blocks.
+
+    Attributes
+    ----------
+    store
+        Which these are.
+    names
+        Number of a block → names of its arrays.
+    array
+        Number of a block and name → array, None if it has none.
+    """
+
+    store: Store
+    names: Callable[[int], list[str]]
+    array: Callable[[int, str], Array | None]
+
+    def entries(self, t: Array) -> Iterator[_Entry]:
         """Yield one array a name: times, columns (members, samples), and what members have one of.
 
         Each is read from all blocks before the next one.
         """
-        numbers = sorted(self.finished)
-        members = sum(sum(self.finished[k].counts.values()) for k in numbers)
+        numbers = sorted(self.store.finished)
+        members = sum(map(self._members, numbers))
         yield "t", t.shape, [t]
-        for name in dict.fromkeys(name for k in numbers for name in self._names_in(k)):
-            shape = (members, len(t)) if name.startswith(_COLUMN) else (members,)
-            yield _written_name(name), shape, self._parts(numbers, name, shape[1:])
+        for name in dict.fromkeys(name for k in numbers for name in self.names(k)):
+            shape = (members, len(t)) if name.startswith(COLUMN) else (members,)
+            yield written_name(name), shape, self._parts(numbers, name, shape[1:])
 
-    def _names_in(self, number: int) -> list[str]:
-        """Return the names of the arrays of a finished block."""
-        if self.folder is None:
-            return list(_arrays(self._blocks[number]))
-        with zipfile.ZipFile(self._path(number)) as archive:
-            return [name.removesuffix(".npy") for name in archive.namelist()]
+    def _members(self, number: int) -> int:
+        return sum(self.store.finished[number].counts.values())
 
     def _parts(self, numbers: Sequence[int], name: str, rest: tuple[int, ...]) -> Iterator[Array]:
         """Yield an array of each finished block, NaN in one that has none."""
-        width = max(self._width(number, name) for number in numbers) if name in _TEXTS else 0
+        width = max(self._width(number, name) for number in numbers) if name in TEXTS else 0
         for number in numbers:
-            part = self._array(number, name)
+            part = self.array(number, name)
             if part is None:
-                part = np.full((sum(self.finished[number].counts.values()), *rest), np.nan)
+                part = np.full((self._members(number), *rest), np.nan)
             yield part.astype(f"<U{width}") if width else part
 
     def _width(self, number: int, name: str) -> int:
         """Return the length of the longest text of a finished block."""
-        part = self._array(number, name)
+        part = self.array(number, name)
         return 1 if part is None else max(1, part.dtype.itemsize // 4)
-
-    def _array(self, number: int, name: str) -> Array | None:
-        if self.folder is None:
-            return _arrays(self._blocks[number]).get(name)
-        with np.load(self._path(number), allow_pickle=False) as arrays:
-            return np.asarray(arrays[name]) if name in arrays else None
 
 
 def _put(
@@ -303,73 +267,6 @@ def _put(
             file.write(np.ascontiguousarray(part).tobytes())
 
 
-# Blocks as bytes.
-
-
-#: Kind of a block's arrays → how their names begin in its file.
-_KINDS = {
-    "columns": "c/",
-    "numbers": "n/",
-    "varied": "g/",
-    "scales": "s/",
-    "figures": "f/",
-    "words": "w/",
-}
-
-_COLUMN = _KINDS["columns"]
-
-#: The same → how they begin in the result.
-_WRITTEN = {"c/": "", "n/": "", "g/": "given/", "s/": "scale/", "f/": "member/", "w/": "member/"}
-
-#: Names of arrays of texts.
-_TEXTS = frozenset(f"w/{name}" for name in MEMBER_WORDS)
-
-
-def _written_name(name: str) -> str:
-    """Return the name that an array of blocks has in the result."""
-    return _WRITTEN[name[:2]] + name[2:]
-
-
-def _arrays(block: MemberBlock) -> dict[str, Any]:
-    """Return the arrays of a block by their names in its file, in the order of the result's."""
-    arrays: dict[str, Any] = {}
-    for kind, start in _KINDS.items():
-        arrays |= {f"{start}{name}": np.asarray(a) for name, a in getattr(block, kind).items()}
-    return arrays
-
-
-def _serialized(block: MemberBlock) -> bytes:
-    file = io.BytesIO()
-    np.savez(file, **_arrays(block))
-    return file.getvalue()
-
-
-#: Exceptions that a file which is no archive of arrays leads to.
-_UNREADABLE = (
-    *(OSError, ValueError, KeyError, EOFError, RuntimeError, MemoryError),
-    *(zipfile.BadZipFile, zlib.error),
-)
-
-
-def _deserialized(path: Path, number: int, size: int) -> MemberBlock | None:
-    """Read a block without its columns; None if the file is none, or has other members."""
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            every = {name: arrays[name] for name in arrays.files}
-    except _UNREADABLE:
-        return None
-    parts = {
-        kind: {name[2:]: a for name, a in every.items() if name.startswith(start)}
-        for kind, start in _KINDS.items()
-    }
-    figures, words = parts["figures"], parts["words"]
-    known = set(figures) == set(MEMBER_FIGURES) and set(words) == set(MEMBER_WORDS)
-    if not known or any(array.shape[:1] != (size,) for array in every.values()):
-        return None
-    parts["words"] = {name: [str(word) for word in array] for name, array in words.items()}
-    return MemberBlock(number, **parts)
-
-
 def open_store(output: str | None, blocks: Blocks, *, resume: bool) -> Store:
     """Open the store of finished blocks, with ``resume`` those of an interrupted run.
 
@@ -386,9 +283,9 @@ def open_store(output: str | None, blocks: Blocks, *, resume: bool) -> Store:
         There are blocks and they are not to be used, or they are of another ensemble.
     """
     if output is None:
-        return Store(blocks.size)
+        return SummaryStore(blocks.size)
     folder = parts_of(output)
-    store = Store(blocks.size, folder)
+    store = NpzStore(blocks.size, output=output)
     note = {"key": blocks.plan.key, "members": len(blocks.members), "size": blocks.size}
     if not _has_begun(folder):
         _begin(folder, note)

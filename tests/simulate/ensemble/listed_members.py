@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lagrange_cli.errors import Mark
+from lagrange_cli.simulate.ensemble.blocks import MemberBlock
 from lagrange_cli.simulate.ensemble.enumeration import listed
 from lagrange_cli.simulate.ensemble.run import Blocks, Plan, Task, blocks_of
 
@@ -20,3 +21,8 @@ def tasks_of(plan: Plan, rows: Sequence[Sequence[str]]) -> list[Task]:
     """Return all of them as tasks."""
     blocks = blocks_of_rows(plan, rows)
     return [blocks.task(number) for number in range(len(blocks))]
+
+
+def unchanged(block: MemberBlock) -> MemberBlock:
+    """Keep a block as it is."""
+    return block

@@ -291,7 +291,7 @@ def test_results_do_not_depend_on_jobs(tmp_path, jobs):
         output = str(tmp_path / f"{number}.npz")
         store = open_store(output, blocks, resume=False)
         assert run_members(blocks, store, jobs=number)
-        store.write(output, np.linspace(0, 2, 11))
+        store.complete(np.linspace(0, 2, 11))
         written.append((tmp_path / f"{number}.npz").read_bytes())
         assert not parts_of(output).exists()
     assert written[0] == written[1]
@@ -319,7 +319,7 @@ def test_finished_blocks_are_not_run_again(tmp_path):
     again = open_store(output, blocks, resume=True)
     assert sorted(again.finished) == [0]
     assert run_members(blocks, again)
-    again.write(output, np.linspace(0, 2, 11))
+    again.complete(np.linspace(0, 2, 11))
     with np.load(output) as found:
         assert found["theta"].shape == (3, 11)
         assert found["theta"][:, 0].tolist() == [0.1, 0.2, 0.3]

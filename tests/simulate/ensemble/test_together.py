@@ -23,7 +23,7 @@ from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from tests.simulate.compiling import skip_without_compiler
-from tests.simulate.ensemble.listed_members import tasks_of
+from tests.simulate.ensemble.listed_members import tasks_of, unchanged
 
 #: Plans of one key are one plan.
 KEYS = map(str, itertools.count())
@@ -183,7 +183,9 @@ def test_members_do_not_depend_on_their_neighbours():
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_blocks_are_the_same_with_any_number_of_jobs(jobs):
     plan, rows = plan_of("valley"), [*rows_of("valley", 40), ("nan*0", "0.1"), ("1", "-0.1")]
-    found = sorted(run_blocks(plan, tasks_of(plan, rows), jobs), key=lambda block: block.number)
+    found = sorted(
+        run_blocks(plan, tasks_of(plan, rows), jobs, unchanged), key=lambda block: block.number
+    )
     assert [s for b in found for s in b.words["status"]] == ["ok"] * 40 + ["refused", "ok"]
     x = np.concatenate([b.columns["x"] for b in found if "x" in b.columns])
     before = JOBS.setdefault("x", x.tobytes())
