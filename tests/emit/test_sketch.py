@@ -517,3 +517,77 @@ def test_every_shipped_scene_with_particles_is_drawn(name):
     masses = [dot for dot in sketch.dots if dot.kind == "mass"]
     assert [dot.name for dot in masses] == [p.name for p in equations.particles]
     assert max(np.abs([*sketch.low, *sketch.high])) < 15
+
+
+# Wheels.
+
+ROLLING = """
+parameters: {{m: 2, R: {{value: 0.5, positive: true}}, I: 0.25, al: 0.4, g: 9.81}}
+particles: {{c: {{mass: m, position: {position}}}}}
+coordinates: [s, psi]
+kinetic: {{spin: I/2*dot(psi)^2}}
+potentials: {{weight: {{gravity: g}}}}
+constraints: {{{name}: {equation}}}
+initial: {{s: 0.6, psi: {psi}}}
+"""
+ON_SLOPE = "[s*cos(al) + R*sin(al), 0, -s*sin(al) + R*cos(al)]"
+ALONG_SLOPE = "[s*cos(al), 0, -s*sin(al)]"
+
+
+def rolling(position=ON_SLOPE, name="touch", equation="dot(s) = R*dot(psi)", psi="0.9"):
+    text = ROLLING.format(position=position, name=name, equation=equation, psi=psi)
+    return sketch_of(loads(text).derive().equations)
+
+
+@pytest.mark.parametrize(("position", "name"), [(ON_SLOPE, "touch"), (ALONG_SLOPE, "rolling")])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_wheel_has_its_radius_and_its_angle(position, name, sign):
+    """The spoke is turned by psi from the ground, so that the rim rests where it touches."""
+    equation = "dot(s) = R*dot(psi)" if sign > 0 else "dot(s) = -R*dot(psi)"
+    sketch = rolling(position, name, equation)
+    rim, spoke = strokes(sketch, "wheel")
+    centre = place_of(sketch, "c")
+    radii = np.linalg.norm(np.array(rim.points) - centre, axis=1)
+    assert rim.closed
+    assert np.ptp(radii) < 0.002
+    assert np.linalg.norm(np.array(spoke.points[0]) - centre) < 1e-9
+    # Down the slope is right and down: a wheel that rolls there turns clockwise.
+    down = np.array([-math.sin(0.4), -math.cos(0.4)])
+    turn = -sign * 0.9
+    turned = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]]) @ down
+    assert np.abs(np.array(spoke.points[1]) - centre - radii[0] * turned).max() < 0.003
+    line, *ticks = strokes(sketch, "ground")
+    along = np.array([math.cos(0.4), -math.sin(0.4)])
+    ends = np.array(line.points) - centre
+    assert np.abs(ends @ down - radii[0]).max() < 0.003
+    assert np.abs(ends @ along).min() > radii[0]
+    assert all((np.array(t.points[1]) - centre) @ down > radii[0] for t in ticks)
+    assert {"R", "ψ"} <= set(captions(sketch))
+
+
+def test_a_load_on_the_rope_of_a_drum_is_no_wheel():
+    assert not strokes(rolling(ALONG_SLOPE, "rope"), "wheel")
+    assert not strokes(rolling("[0, 0, -s]", "rolling"), "wheel")
+    assert not strokes(rolling(ALONG_SLOPE, "rolling", "dot(s) = 2*psi*dot(psi)"), "wheel")
+    assert not strokes(sketch_of(derived("coupled_gears")), "wheel")
+
+
+def test_what_a_cylinder_rolls_on_is_drawn():
+    sketch = sketch_of(derived("rolling_cylinder"))
+    (ground,) = strokes(sketch, "curve")
+    rim, _ = strokes(sketch, "wheel")
+    (rod,) = strokes(sketch, "rod")
+    outer = np.linalg.norm(np.array(ground.points) - np.array(rod.points[0]), axis=1)
+    inner = np.linalg.norm(np.array(rim.points) - place_of(sketch, "axis"), axis=1)
+    assert ground.closed
+    assert np.abs(outer / inner.mean() - 5).max() < 0.02
+
+
+def test_a_disk_on_a_plane_is_seen_in_space():
+    """It stands upright, and its spoke points to the plane at first."""
+    sketch = sketch_of(derived("rolling_disk"))
+    assert {s.name for s in strokes(sketch, "axis")} == {"x", "y", "z"}
+    rim, spoke = strokes(sketch, "wheel")
+    assert spoke.points[1] in rim.points
+    assert spoke.points[1][0] == spoke.points[0][0]
+    assert spoke.points[1][1] < spoke.points[0][1]

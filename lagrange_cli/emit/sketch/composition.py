@@ -26,6 +26,7 @@ from lagrange_cli.emit.sketch.sketch import (
     StrokeKind,
 )
 from lagrange_cli.emit.sketch.view import View, view_of
+from lagrange_cli.emit.sketch.wheels import Wheel, find_wheels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,8 +41,12 @@ _EXTENT = 5.5
 _MOST_LABELS, _MOST_COILS, _MOST_SUPPORTS = 8, 40, 4
 #: Smallest angle that has an arc.
 _LEAST_ANGLE = 0.05
+#: Smallest radius of a wheel whose angle has an arc, in centimetres.
+_LEAST_WHEEL = 0.7
 _AXIS, _ARROW = 0.75, 0.95
 _MOST_VALUES = 8
+#: Angles of a rim.
+_ROUND = np.linspace(0, 2 * np.pi, 73)
 
 
 def sketch_of(equations: Equations) -> Sketch:
@@ -54,12 +59,14 @@ def sketch_of(equations: Equations) -> Sketch:
     """
     known = findings(configurations(equations))
     down = gravity(known.configurations)
-    view = view_of(known.configurations, down)
+    wheels = find_wheels(known.configurations, down)
+    rims = [wheel.rim(known.places[0, wheel.particle], _ROUND) for wheel in wheels]
+    view = view_of(known.configurations, down, *rims)
     frame = frame_of(known)
     curves = guides(known, view, frame)
     on_curves = {guide.particle for guide in curves if guide.outside is None}
     known.links[:] = [_demoted(link, on_curves) for link in known.links]
-    return _Drawing(known, view, frame, curves, down).sketch()
+    return _Drawing(known, view, frame, curves, down, wheels).sketch()
 
 
 def _demoted(link: Link, on_curves: set[int]) -> Link:
@@ -75,7 +82,7 @@ class _Drawing:
 
     Attributes
     ----------
-    known, view, frame, curves, down
+    known, view, frame, curves, down, wheels
         What is drawn, and how it is seen; the direction of gravity, None without it.
     strokes, dots, labels
         What has been drawn.
@@ -88,6 +95,7 @@ class _Drawing:
     frame: Frame
     curves: list[Guide]
     down: Array | None
+    wheels: list[Wheel]
     strokes: list[Stroke] = field(default_factory=list)
     dots: list[Dot] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)
@@ -96,6 +104,9 @@ class _Drawing:
 
     def __post_init__(self) -> None:
         shown = [self.known.places[0], *(guide.curve.points for guide in self.curves)]
+        for wheel in self.wheels:
+            shown.append(wheel.rim(self.known.places[0, wheel.particle], _ROUND))
+            shown += [] if wheel.ground is None else [wheel.ground]
         if not np.ptp(self.known.places[0], axis=0).max() > 0:
             shown.append(np.stack([self.frame.low, self.frame.high]))
         flat = self.view.project(np.concatenate(shown))
@@ -106,6 +117,7 @@ class _Drawing:
     def sketch(self) -> Sketch:
         """Draw everything, labels last."""
         self._draw_curves()
+        self._draw_wheels()
         self._draw_links()
         self._draw_angles()
         self._draw_bodies()
@@ -171,6 +183,39 @@ class _Drawing:
         k = int(np.linalg.norm(line[:-1] - start, axis=1).argmin())
         along, outside = line[k + 1] - line[k], self.view.project(guide.outside)
         return shapes.hatching(line, left=float(shapes.across(along) @ outside) > 0)
+
+    def _draw_wheels(self) -> None:
+        """Draw each wheel with a spoke, its angle from the place that touches the ground."""
+        for wheel in self.wheels:
+            centre = self.known.places[0, wheel.particle]
+            self.stroke("wheel", self.at(wheel.rim(centre, _ROUND)), wheel.name, closed=True)
+            if wheel.ground is not None:
+                self._draw_ground(wheel)
+            spoke = self.at(np.stack([centre, *wheel.rim(centre, np.array([wheel.angle]))]))
+            self.stroke("wheel", spoke, wheel.name)
+            size = captions.symbol_caption(self.known.configurations.equations, wheel.size)
+            self.label(size, spoke.mean(axis=0), 0.0)
+            turn = float(np.fmod(wheel.angle, 2 * np.pi))
+            if abs(turn) >= _LEAST_ANGLE and wheel.radius * self.scale >= _LEAST_WHEEL:
+                start = self.at(wheel.rim(centre, np.zeros(1)))
+                self.stroke("reference", np.stack([spoke[0], *start]))
+                turns = np.linspace(0, turn, max(8, int(abs(turn) / 0.08)))
+                arc = spoke[0] + 0.45 * (self.at(wheel.rim(centre, turns)) - spoke[0])
+                self.stroke("angle", arc, wheel.name)
+                middle = arc[len(arc) // 2]
+                self.label(captions.named(wheel.name), middle, 0.0, _unit(middle - spoke[0]))
+
+    def _draw_ground(self, wheel: Wheel) -> None:
+        assert wheel.ground is not None
+        line = self.at(wheel.ground)
+        if len(line) > 2:
+            closed = float(np.linalg.norm(line[-1] - line[0])) < 1e-6
+            self.stroke("curve", _thinned(line), wheel.name, closed)
+            return
+        self.stroke("ground", line, wheel.name)
+        above = float(shapes.across(line[1] - line[0]) @ self.view.project(wheel.normal)) > 0
+        for tick in shapes.hatching(line, left=not above):
+            self.stroke("ground", tick, wheel.name)
 
     def _draw_links(self) -> None:
         pairs = [frozenset(link.ends) for link in self.known.links]

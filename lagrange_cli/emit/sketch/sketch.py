@@ -17,6 +17,7 @@ StrokeKind: TypeAlias = Literal[
     "curve",
     "hatch",
     "ground",
+    "wheel",
     "angle",
     "reference",
     "axis",

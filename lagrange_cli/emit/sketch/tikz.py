@@ -22,6 +22,7 @@ _STYLES: dict[StrokeKind, str] = {
     "curve": "line width=0.6pt, gray",
     "hatch": "very thin",
     "ground": "line width=0.5pt",
+    "wheel": "line width=0.7pt",
     "angle": "thin, ->",
     "reference": "thin, densely dotted",
     "axis": "thin, ->",

@@ -43,9 +43,12 @@ class View:
         return projected
 
 
-def view_of(configurations: Configurations, down: Array | None) -> View:
-    """Choose the plane in which all bodies are and stay, or else an oblique view; down is down."""
-    places = configurations.places.reshape(-1, 3)
+def view_of(configurations: Configurations, down: Array | None, *lines: Array) -> View:
+    """Choose the plane in which all bodies are and stay, or else an oblique view; down is down.
+
+    ``lines`` are in the picture too, each of shape (P, 3).
+    """
+    places = np.concatenate([configurations.places.reshape(-1, 3), *lines])
     spread = np.ptp(places, axis=0)
     moving = [axis for axis in range(3) if spread[axis] > 1e-9 * configurations.size]
     vertical = _axis_of(down)

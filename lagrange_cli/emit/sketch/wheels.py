@@ -1,0 +1,232 @@
+"""Wheels, disks and spheres that roll: bodies whose turning moves a particle.
+
+An angle that no position depends on, and whose rate times a constant length is the speed of a
+particle in all motions that the constraints allow, is that of a wheel about the particle if the
+scene says where it touches the ground: the particle is at that length from a curve or surface that
+the length is no part of, or gravity presses it on a slope and a constraint says that it rolls. A
+load on the rope of a drum moves like a wheel, and is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+import sympy
+
+from lagrange_cli.emit.sketch.configurations import Function
+from lagrange_cli.emit.sketch.findings import MOST_SOUGHT, SAME
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from sympy import Expr, Symbol
+
+    from lagrange_cli.emit.sketch.configurations import Configurations
+
+    Array: TypeAlias = NDArray[np.float64]
+
+#: Names of constraints that say of a body that it rolls begin with this.
+_ROLLS = "roll"
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A wheel at the start.
+
+    Attributes
+    ----------
+    particle
+        Number of the particle at its centre.
+    name
+        Name of its angle.
+    angle
+        The angle at the start, in radians, counted from the place that touches the ground.
+    radius, size
+        Its radius, and the parameter that it is equal to.
+    normal, towards
+        Unit vectors: from the ground to the centre, and where the centre goes as the angle grows.
+    ground
+        The line of places that it can touch, shape (P, 3); None where that is no line.
+    """
+
+    particle: int
+    name: str
+    angle: float
+    radius: float
+    size: Symbol
+    normal: Array
+    towards: Array
+    ground: Array | None
+
+    def rim(self, centre: Array, turns: Array) -> Array:
+        """Return places of the rim, by angles from the place that touches the ground."""
+        across = np.cos(turns)[:, None] * self.normal + np.sin(turns)[:, None] * self.towards
+        places: Array = centre - self.radius * across
+        return places
+
+
+def find_wheels(configurations: Configurations, down: Array | None) -> list[Wheel]:
+    """Find the wheels of a scene; ``down`` is the acceleration of gravity, None without it."""
+    equations = configurations.equations
+    if max(configurations.particles, len(equations.coordinates)) > MOST_SOUGHT:
+        return []
+    if any(c.rate != 0 and c.kind == "position" for c in equations.closures):
+        return []
+    found: list[Wheel] = []
+    for name, angle in _angles(configurations):
+        wheel = next(_about_particles(configurations, down, name, angle), None)
+        if wheel is not None and all(wheel.particle != other.particle for other in found):
+            found.append(wheel)
+    return found
+
+
+def _angles(configurations: Configurations) -> Iterator[tuple[str, Expr]]:
+    """Coordinates that no position depends on, and what the scene calls by a name of its own.
+
+    Not those that a constraint relates to each other, as of gears: what they roll on may turn.
+    """
+    moving = frozenset[int]().union(*configurations.depends)
+    coordinates = configurations.equations.coordinates
+    turning = [set(c.coordinate_numbers) - moving for c in configurations.equations.closures]
+    geared = set().union(*(numbers for numbers in turning if len(numbers) > 1))
+    for k, c in enumerate(coordinates):
+        if k not in moving | geared:
+            yield c.name, c.q
+    symbols = {c.q for c in coordinates} | set(configurations.values)
+    for name, expression in configurations.equations.abbreviations:
+        if expression.free_symbols <= symbols:
+            yield name, expression
+
+
+def _about_particles(
+    configurations: Configurations, down: Array | None, name: str, angle: Expr
+) -> Iterator[Wheel]:
+    for particle in range(configurations.particles):
+        try:
+            motion = _Motion(configurations, particle, angle)
+            for size in configurations.values:
+                wheel = _wheel(motion, down, name, size)
+                if wheel is not None:
+                    yield wheel
+        except DomainError:
+            continue
+
+
+class _Motion:
+    """The velocity of a particle beside the rate of an angle, in all that constraints allow."""
+
+    def __init__(self, configurations: Configurations, particle: int, angle: Expr) -> None:
+        equations = configurations.equations
+        self.configurations, self.particle = configurations, particle
+        self.position = equations.particles[particle].position
+        q = [c.q for c in equations.coordinates]
+        rows = [[sympy.sympify(entry) for entry in c.gradient] for c in equations.closures]
+        rows += [[derivative(e, s) for s in q] for e in (*self.position, angle)]
+        self._shape = (len(rows), len(q))
+        self.inputs = [*q, equations.t, *configurations.values]
+        self._slopes = Function([*(e for row in rows for e in row), angle], self.inputs)
+
+    def numbers(self, state: int, values: dict[Symbol, float] | None = None) -> list[float]:
+        known = {**self.configurations.values, **(values or {})}
+        return [*self.configurations.q[state], self.configurations.times[state], *known.values()]
+
+    def rates(
+        self, state: int, values: dict[Symbol, float] | None = None
+    ) -> tuple[Array, Array, float]:
+        """Velocities, shape (3, k), and rates of the angle in independent motions; the angle."""
+        *slopes, angle = self._slopes(self.numbers(state, values))
+        rows = np.array(slopes).reshape(self._shape)
+        kept, moving = rows[:-4], rows[-4:]
+        allowed = moving
+        if len(kept):
+            _, sizes, directions = np.linalg.svd(kept)
+            allowed = moving @ directions[int((sizes > SAME * sizes[0]).sum()) :].T
+        return allowed[:3], allowed[3], float(angle)
+
+    def slope(self, size: Symbol) -> Array:
+        """Return ∂r/∂size in all configurations, shape (K, 3)."""
+        function = Function([derivative(e, size) for e in self.position], self.inputs)
+        states = range(len(self.configurations.q))
+        return np.array([function(self.numbers(k)) for k in states])
+
+
+def _wheel(motion: _Motion, down: Array | None, name: str, size: Symbol) -> Wheel | None:
+    """Tell whether a particle moves as the centre of a wheel of this radius."""
+    configurations = motion.configurations
+    value = configurations.values[size]
+    other = {s: v * (1.17 + 0.05 * k) for k, (s, v) in enumerate(configurations.values.items())}
+    cases = [(motion.rates(k), value) for k in range(len(configurations.q))]
+    cases.append((motion.rates(0, other), other[size]))
+    if not all(value > 0 and _rolls(rates, radius) for rates, radius in cases):
+        return None
+    velocities, turning, angle = cases[0][0]
+    fastest = int(np.abs(turning).argmax())
+    towards = velocities[:, fastest] / (value * turning[fastest])
+    slopes = motion.slope(size)
+    normal = slopes[0] if _is_normal(slopes, [rates[0] for rates, _ in cases]) else None
+    if normal is None and down is not None and _says_that_it_rolls(configurations):
+        normal = None if slopes.any() else _pressed(towards, down)
+    if normal is None:
+        return None
+    ground = _ground(motion, size)
+    ground = _slope(motion, value, normal, towards) if ground is None else ground
+    return Wheel(motion.particle, name, angle, value, size, normal, towards, ground)
+
+
+def _rolls(rates: tuple[Array, Array, float], radius: float) -> bool:
+    """Tell whether the speed is the radius times the rate of the angle, whatever moves."""
+    velocities, turning, _ = rates
+    off = velocities.T @ velocities - radius**2 * np.outer(turning, turning)
+    return bool(turning.any() and np.abs(off).max() <= SAME * radius**2 * (turning @ turning))
+
+
+def _is_normal(slopes: Array, velocities: list[Array]) -> bool:
+    """Tell whether these are unit vectors across all velocities."""
+    return bool(np.abs(np.linalg.norm(slopes, axis=1) - 1).max() <= SAME) and all(
+        np.abs(n @ v).max() <= SAME * max(1.0, float(np.abs(v).max()))
+        for n, v in zip(slopes, velocities[: len(slopes)], strict=True)
+    )
+
+
+def _says_that_it_rolls(configurations: Configurations) -> bool:
+    closures = configurations.equations.closures
+    return any(c.name.lower().startswith(_ROLLS) for c in closures)
+
+
+def _pressed(towards: Array, down: Array) -> Array | None:
+    """The direction against which gravity presses; None where it is along the motion."""
+    across = -(down - (down @ towards) * towards)
+    size = float(np.linalg.norm(across))
+    return across / size if size > 1e-6 * float(np.linalg.norm(down)) else None
+
+
+def _slope(motion: _Motion, radius: float, normal: Array, towards: Array) -> Array | None:
+    """A piece of the plane below a wheel that goes straight on; None if it does not."""
+    for k in range(1, len(motion.configurations.q)):
+        velocities, turning, _ = motion.rates(k)
+        if np.abs(velocities - radius * np.outer(towards, turning)).max() > SAME * radius:
+            return None
+    contact = motion.configurations.places[0, motion.particle] - radius * normal
+    return np.array([contact - 2.2 * radius * towards, contact + 2.2 * radius * towards])
+
+
+def _ground(motion: _Motion, size: Symbol) -> Array | None:
+    """The curve of places that a wheel touches as one coordinate goes round; None of others."""
+    configurations = motion.configurations
+    numbers = sorted(configurations.depends[motion.particle])
+    if len(numbers) != 1:
+        return None
+    touched = [e - size * derivative(e, size) for e in motion.position]
+    function = Function(touched, motion.inputs)
+    start = motion.numbers(0)
+    first = start[numbers[0]]
+    line = []
+    for turn in np.linspace(0, 2 * np.pi, 121):
+        start[numbers[0]] = first + float(turn)
+        line.append(function(start))
+    extent = float(np.ptp(line, axis=0).max())
+    return np.array(line) if np.abs(line[-1] - line[0]).max() <= SAME * extent else None
