@@ -67,9 +67,12 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
     "c": {
         "--real": ("float", "double", "long-double"),
         "--main": (None, ""),
-        "--with": (None, "jacobian,linearization"),
+        "--with": (None, "canonical", "jacobian,linearization"),
     },
-    "python": {"--with": (None, "jacobian,linearization"), "--style": ("numpy", "jax", "casadi")},
+    "python": {
+        "--with": (None, "canonical", "jacobian,linearization"),
+        "--style": ("numpy", "jax", "casadi"),
+    },
     "tikz": {},
     "svg": {},
 }

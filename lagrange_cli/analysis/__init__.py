@@ -8,6 +8,7 @@ found unless it is asked for. Read :mod:`.analyze` first; :mod:`.symmetries` has
 __all__ = [
     "analyze",
     "hamiltonian",
+    "legendre",
     "momenta",
     "phrases",
     "routhian",

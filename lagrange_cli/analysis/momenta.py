@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING
 
 import sympy as sp
+
+from lagrange_cli.mechanics.algebra.derivatives import derivative
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate, Equations
@@ -43,6 +45,15 @@ def momenta(
         Momentum(c, name, sp.Symbol(name, real=True), expression)
         for c, name, expression in zip(coordinates, names, expressions, strict=True)
     )
+
+
+def with_momenta(equations: Equations) -> Equations:
+    """Add the momenta of all coordinates to the outputs, behind those of the scene."""
+    coordinates = equations.coordinates
+    slopes = [derivative(equations.lagrangian, c.v) for c in coordinates]
+    named = momenta(equations, coordinates, slopes)
+    further = ((momentum.name, momentum.expression) for momentum in named)
+    return replace(equations, outputs=(*equations.outputs, *further))
 
 
 def momentum_letter(equations: Equations) -> str:

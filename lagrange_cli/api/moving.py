@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING
 
@@ -268,11 +269,20 @@ class Moving(Derived):
             progress=progress,
         )
 
-    def model(self, sensitivity: Sequence[str] = ()) -> Model:
+    def model(self, sensitivity: Sequence[str] = (), *, momenta: bool = False) -> Model:
         """Return the equations as code, without symbols, as simulations run them.
 
-        ``sensitivity``: what the motion is differentiated by, as in :meth:`simulate`.
+        Parameters
+        ----------
+        sensitivity
+            What the motion is differentiated by, as in :meth:`simulate`.
+        momenta
+            The momenta ∂L/∂q̇ are among the outputs, by names such as ``p_theta``.
         """
+        if momenta:
+            from lagrange_cli.analysis.momenta import with_momenta
+
+            return replace(self, equations=with_momenta(self.equations)).model(sensitivity)
         return self._sensitive_models.of(sensitivity, {}, {}) if sensitivity else self._model
 
     @cached_property

@@ -42,6 +42,8 @@ class SceneRequest:
         The way of the steps that are wanted too; None for none.
     reductions
         Numbers of motions for which the model has outputs.
+    momenta
+        True if momenta are wanted among the columns of a motion.
     """
 
     source: SceneSource
@@ -53,6 +55,7 @@ class SceneRequest:
     sensitivity: tuple[str, ...] = ()
     steps: Way | None = None
     reductions: tuple[Reduction, ...] = ()
+    momenta: bool = False
 
     @property
     def values(self) -> list[list[tuple[str, str]]]:
@@ -154,11 +157,12 @@ def model_of_scene(session: Session, scene: SceneRequest) -> Model:
 
             model = model_of(scene.recipe().prepared(derivation.equations))
         else:
-            model = derivation.model(scene.sensitivity)
+            model = derivation.model(scene.sensitivity, momenta=scene.momenta)
         return answer_of(derivation, model.to_json())
 
     texts = [reduction.text for reduction in scene.reductions]
-    question = [*scene.values, scene.forces, scene.formulation, scene.sensitivity, texts]
+    asked = [scene.forces, scene.formulation, scene.sensitivity, scene.momenta, texts]
+    question = [*scene.values, *asked]
     value = remembered(session, "simulate", scene.source, question, work)
     from lagrange_cli.simulate.model.model import Model
 

@@ -42,7 +42,7 @@ _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
 _LEAST_BUDGET = 1e-3
 
 #: Columns beyond the state that files can have.
-FILE_COLUMNS = ("energy", "positions", "forces")
+FILE_COLUMNS = ("energy", "positions", "forces", "momenta")
 
 
 def _names(ctx: click.Context, option: click.Parameter, value: str | None) -> tuple[str, ...]:
@@ -115,8 +115,8 @@ def _further_columns(
     callback=_further_columns,
     metavar="NAMES",
     help="Further columns of the file, their last values shown: energy; forces, those of "
-    "constraints and their multipliers; positions, which are there anyway. With commas between "
-    "them.  [default: none]",
+    "constraints and their multipliers; momenta of the coordinates; positions, which are there "
+    "anyway. With commas between them.  [default: none]",
 )
 @click.option(
     "--sensitivity",
@@ -188,8 +188,13 @@ def simulate(
     )
     if members is not None and sensitivity:
         raise click.UsageError("--sensitivity is of one motion, not of an ensemble")
-    forces = "forces" in columns
-    scene_asked = SceneRequest(source, parameters, initial, times, forces, formulation, sensitivity)
+    forces, momenta = "forces" in columns, "momenta" in columns
+    if momenta and (members is not None or sensitivity):
+        other = "--sensitivity" if sensitivity else "an ensemble"
+        raise click.UsageError(f"--with momenta is of one motion, without {other}")
+    scene_asked = SceneRequest(
+        source, parameters, initial, times, forces, formulation, sensitivity, momenta=momenta
+    )
     if plot_of is not None and plot is None:
         raise click.UsageError("--plot-of needs --plot FILE")
     files = columns, output, plot, plot_of
@@ -273,7 +278,8 @@ def _integrated(
         require_forces(model.name, [*model.multipliers, *model.forces])
     cartesian = replace(asked.scene, formulation="multiplier")
     make_other_model = partial(model_of_scene, session, cartesian)
-    formulation = asked.scene.formulation
+    # Momenta are those of the coordinates, which are kept for them.
+    formulation = model.formulation if asked.scene.momenta else asked.scene.formulation
     options = replace(asked.options, budget=budget)
     stream = Stream(asked.output, asked.columns, _drawn(model, asked))
     with session.progress("integrating") as progress, noted_interrupts() as interrupt:

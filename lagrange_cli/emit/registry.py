@@ -80,6 +80,12 @@ _LINEARIZATION = Option(
     further=True,
 )
 
+_CANONICAL = Option(
+    "canonical",
+    "Hamilton's equations and H over coordinates and momenta",
+    further=True,
+)
+
 EMITTERS: dict[str, Emitter] = {
     entry.name: entry
     for entry in (
@@ -127,6 +133,7 @@ EMITTERS: dict[str, Emitter] = {
                 Option("main", "a main that integrates and prints CSV"),
                 _JACOBIAN,
                 _LINEARIZATION,
+                _CANONICAL,
             ),
         ),
         Emitter(
@@ -146,6 +153,7 @@ EMITTERS: dict[str, Emitter] = {
                 ),
                 _JACOBIAN,
                 _LINEARIZATION,
+                _CANONICAL,
             ),
         ),
         Emitter(

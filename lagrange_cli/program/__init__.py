@@ -6,6 +6,7 @@ known here. Read :mod:`.program` first.
 """
 
 __all__ = [
+    "canonical_programs",
     "constraint_programs",
     "derivative_programs",
     "index_tables",

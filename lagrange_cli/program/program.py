@@ -16,7 +16,6 @@ from enum import Enum, auto
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
-from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.unknown_functions import require_given
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import (
@@ -38,6 +37,7 @@ from lagrange_cli.program.solvers.sensitivities import (
     LARGEST_WITH_SENSITIVITIES,
     with_sensitivities,
 )
+from lagrange_cli.program.systems.canonical_systems import CANONICAL_OUTPUTS, CANONICAL_SYSTEMS
 from lagrange_cli.program.systems.constraint_systems import CLOSURE_OUTPUTS, CLOSURE_SYSTEMS
 from lagrange_cli.program.systems.contact_systems import (
     CONTACT_OUTPUTS,
@@ -63,7 +63,7 @@ class ProgramKind(Enum):
     MATRIX = auto()  # the upper triangle of the mass matrix
     RIGHT_HAND_SIDE = auto()  # accelerations, which the velocities precede
     MULTIPLIERS = auto()  # those of all closures
-    CHANGE = auto()  # a change of coordinates or of velocities
+    CHANGE = auto()  # a change of coordinates or of velocities, or velocities of momenta
     JACOBIAN = auto()  # derivatives of accelerations or of outputs, by rows
 
 
@@ -74,7 +74,8 @@ _KINDS = {
     "acceleration": ProgramKind.RIGHT_HAND_SIDE,
     "multipliers": ProgramKind.MULTIPLIERS,
     **dict.fromkeys(
-        ("position_change", "shifted_change", "velocity_change", "impulse"), ProgramKind.CHANGE
+        ("position_change", "shifted_change", "velocity_change", "impulse", "legendre"),
+        ProgramKind.CHANGE,
     ),
 }
 
@@ -143,10 +144,6 @@ def result_count(program: Program) -> int:
     return program.results or len(program.results_in_order)
 
 
-def _momenta(e: Equations) -> Iterable[Expr]:
-    return (derivative(e.lagrangian, c.v) for c in e.coordinates)
-
-
 def _upper_triangle(e: Equations) -> Iterable[Expr]:
     n = len(e.coordinates)
     return (e.mass_matrix[i][j] for i in range(n) for j in range(i, n))
@@ -161,16 +158,16 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "potential": lambda e: (e.potential,),
     "positions": lambda e: (c.position for c in e.cartesian_names),
     "velocities": lambda e: (c.velocity for c in e.cartesian_names),
-    "momenta": _momenta,
     # Recorded inputs are handed over.
     "inputs": lambda e: (u.expression if u.recording is None else u.symbol for u in e.inputs),
     "outputs": lambda e: (expression for _, expression in e.outputs),
     **CLOSURE_OUTPUTS,
     **CONTACT_OUTPUTS,
+    **CANONICAL_OUTPUTS,
 }
 
 #: Output → the system with the mass matrix that it solves.
-SYSTEMS = {**CLOSURE_SYSTEMS, **CONTACT_SYSTEMS}
+SYSTEMS = {**CLOSURE_SYSTEMS, **CONTACT_SYSTEMS, **CANONICAL_SYSTEMS}
 
 
 def optional_outputs(equations: Equations) -> list[str]:
@@ -179,7 +176,7 @@ def optional_outputs(equations: Equations) -> list[str]:
     return [name for name, entries in sections if entries]
 
 
-def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
+def build_program(equations: Equations, outputs: Sequence[str], *, loops: bool = True) -> Program:
     """Build the program that computes the named outputs.
 
     Parameters
@@ -189,6 +186,8 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         which stands for the outputs ``acceleration``, ``pivots``, ``scales``,
         ``dense_matrix`` and ``dense_forcing`` that
         :func:`lagrange_cli.program.solvers.blocks.solve_blocks` explains.
+    loops
+        Large systems become loops; False for outputs that these do not know.
 
     Raises
     ------
@@ -196,7 +195,7 @@ def build_program(equations: Equations, outputs: Sequence[str]) -> Program:
         An expression holds something without counterpart in emitted code.
     """
     require_given(equations.functions)
-    if is_large_system(equations):
+    if loops and is_large_system(equations):
         weighted = weighted_closures(equations, outputs)
         large = large_system(weighted, lambda name: tuple(OUTPUTS[name](weighted.equations)))
         if large is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.c.canonical import canonical_declarations
 from lagrange_cli.emit.c.contacts import _reset_arguments, mode_target
 from lagrange_cli.emit.c.derivatives import derivative_declarations
 from lagrange_cli.emit.c.linearization import linearization_declaration
@@ -37,6 +38,7 @@ def header_text(
     derivatives: Mapping[str, Jacobian],
     *,
     linearized: bool,
+    canonical: bool,
 ) -> str:
     """The text of ``NAME.h``.
 
@@ -46,8 +48,8 @@ def header_text(
         Numbers of workspace.
     derivatives
         Function of the interface → where its results are.
-    linearized
-        Whether there is a function ``linearization``.
+    linearized, canonical
+        Whether there is a function ``linearization``, whether there are canonical equations.
     """
     prefix = target.prefix
     guard = f"LAGRANGE_{prefix}_H"
@@ -76,7 +78,7 @@ def header_text(
             "",
             *_structure(equations, target),
             "",
-            _declarations(equations, target, derivatives, linearized),
+            _declarations(equations, target, derivatives, linearized, canonical),
             "#ifdef __cplusplus",
             "}",
             "#endif",
@@ -103,7 +105,11 @@ def _sizes(equations: Equations, prefix: str) -> list[str]:
 
 
 def _declarations(
-    equations: Equations, target: CTarget, derivatives: Mapping[str, Jacobian], linearized: bool
+    equations: Equations,
+    target: CTarget,
+    derivatives: Mapping[str, Jacobian],
+    linearized: bool,
+    canonical: bool,
 ) -> str:
     text = c_template("interface") + (_INPUTS if equations.inputs else "")
     text += _OUTPUTS if equations.outputs else ""
@@ -112,6 +118,7 @@ def _declarations(
         text += "\n" + c_template(f"interface_{kind}")
     text += derivative_declarations(derivatives, target, contacts=bool(equations.contacts))
     text += linearization_declaration(equations, target) if linearized else ""
+    text += canonical_declarations(equations, target) if canonical else ""
     outer = mode_target(target) if equations.contacts else target
     return (
         text.replace("@RHS@", outer.arguments("dydt"))

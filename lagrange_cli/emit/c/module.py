@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import digest
 from lagrange_cli.emit.c.body import body_text, result_name
+from lagrange_cli.emit.c.canonical import canonical_text, canonical_workspace_size
 from lagrange_cli.emit.c.contacts import contact_target, interface_text, mode_workspace_size
 from lagrange_cli.emit.c.derivatives import derivatives_of, pattern_texts
 from lagrange_cli.emit.c.header import header_text
@@ -21,8 +22,10 @@ from lagrange_cli.emit.c.names import real_type
 from lagrange_cli.emit.c.projection import project_text, residual_text
 from lagrange_cli.emit.c.solvers import columns_solver_text, helper_text, solver_text
 from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.canonical import programs_of_momenta
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.program.canonical_programs import CANONICAL_PARTS
 from lagrange_cli.program.constraint_programs import (
     INTERNAL_FUNCTIONS,
     constraint_programs,
@@ -75,14 +78,27 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
     programs |= derivative_programs(
         equations, jacobian=bool(options["jacobian"]), linearization=linearized
     )
+    canonical = bool(options["canonical"] and equations.coordinates)
+    programs |= programs_of_momenta(equations) if canonical else {}
     stem = file_stem(equations.name, C_HEADERS)
     source = _source(equations, target, programs, stem)
     if linearized:
         source += "\n" + linearization_text(equations, programs, target)
+    if canonical:
+        source += "\n" + canonical_text(equations, target)
     if options["main"]:
         source += main_text(equations, target)
     work = mode_workspace_size(programs, len(equations.contacts))
-    header = header_text(equations, target, work, derivatives_of(programs), linearized=linearized)
+    if canonical:
+        work = canonical_workspace_size(programs, len(equations.coordinates))
+    header = header_text(
+        equations,
+        target,
+        work,
+        derivatives_of(programs),
+        linearized=linearized,
+        canonical=canonical,
+    )
     stamp = f"0x{digest(header, source)[:8]}UL"
     size, macro = f"#define {target.prefix}_WORK ", f"#define {target.prefix}_EMISSION {stamp}\n"
     return {
@@ -172,7 +188,7 @@ def _defaults(equations: Equations, target: CTarget) -> str:
 def function_text(function: str, program: Program, target: CTarget) -> str:
     """The definition of one function of the interface: a right-hand side where it has blocks."""
     result = result_name(program)
-    inner = function in INTERNAL_FUNCTIONS or function in SLOPES
+    inner = function in INTERNAL_FUNCTIONS | CANONICAL_PARTS or function in SLOPES
     static = "static " if inner or target.names.contact_from is not None else ""
     return "\n".join(
         [

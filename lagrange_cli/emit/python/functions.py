@@ -36,6 +36,7 @@ from lagrange_cli.emit.python.statements import (
     vector_text,
 )
 from lagrange_cli.emit.python.styles import NUMBERS, Style, many_lines
+from lagrange_cli.program.canonical_programs import CANONICAL_PARTS
 from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
 from lagrange_cli.program.derivative_programs import SLOPES
 from lagrange_cli.program.graph.literals import double_literal
@@ -102,6 +103,9 @@ _DOCS = {
     "output_jacobian": "Derivatives of the outputs by q, then by v.",
     "output_jacobian_u": "Derivatives of the outputs by the inputs.",
     "constraint_jacobian": "Derivatives of what constraints gives by q, then by v.",
+    "momenta": "The momenta dL/dv.",
+    "legendre": "Velocities of momenta, which stand in their places.",
+    "momentum_rates": "Rates of the momenta at a state.",
     "impulse": "The change of v that changes the rates of what is in contact by the targets.",
 }
 
@@ -269,7 +273,11 @@ def _of_parts(program: Program, apart: int | None) -> list[str]:
 
 def _defined(name: str, parameter: str, body: Sequence[str], program: Program, style: Style) -> str:
     """The definition of a function with a body."""
-    inner = name in INTERNAL_FUNCTIONS or name in SLOPES or parameter.endswith("contact")
+    inner = (
+        name in INTERNAL_FUNCTIONS | CANONICAL_PARTS
+        or name in SLOPES
+        or parameter.endswith("contact")
+    )
     label = f"_{name}" if inner else name
     doc = _DOCS[name.removeprefix("sided_").removeprefix("contact_").removeprefix("flight_")]
     lines = [f"def {label}(t, y, {parameter}):", f'    """{doc}"""']

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.canonical import momentum_names
 from lagrange_cli.emit.initial_state import rates_note, residual_labels, steps_per_row
 from lagrange_cli.emit.naming import comment_text, described, domain_note, unique_identifiers
 from lagrange_cli.emit.python.contacts import contact_constants
@@ -90,8 +91,10 @@ def run_constants(equations: Equations) -> str:
     return f"START, UNTIL, ROWS, STEPS = {defaults.start!r}, {float(until)!r}, {_ROWS}, {steps}\n"
 
 
-def constants(equations: Equations, derivatives: Mapping[str, Program]) -> str:
-    """Define the names of what arrays hold, and the initial state."""
+def constants(
+    equations: Equations, derivatives: Mapping[str, Program], *, momenta: bool = False
+) -> str:
+    """Define the names of what arrays hold, and the initial state; ``momenta``: theirs too."""
     initial = equations.initial
     state = None if initial is None else [*initial.positions, *initial.velocities]
     return "\n".join(
@@ -100,6 +103,7 @@ def constants(equations: Equations, derivatives: Mapping[str, Program]) -> str:
             f"COORDINATES = {_strings([c.name for c in equations.coordinates])}",
             f"CARTESIAN = {_strings([c.name for c in equations.cartesian_names])}",
             f"PARAMETERS = {_strings([p.name for p in equations.parameters])}",
+            *([f"MOMENTA = {_strings(momentum_names(equations))}"] if momenta else []),
             *_asked_for(equations),
             *_closures(equations),
             *pattern_constants(derivatives),

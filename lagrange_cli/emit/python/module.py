@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.canonical import programs_of_momenta
 from lagrange_cli.emit.initial_state import (
     START_TOLERANCE,
 )
@@ -46,7 +47,7 @@ from lagrange_cli.emit.python.recorded import python_recorded
 from lagrange_cli.emit.python.statements import DOUBLE_ROUNDING
 from lagrange_cli.emit.python.styles import ARRAYS
 from lagrange_cli.emit.python.traced import traced_module
-from lagrange_cli.emit.template_files import python_template
+from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.constraint_programs import (
     INTERNAL_FUNCTIONS,
     constraint_programs,
@@ -81,6 +82,9 @@ _HELD = """\
         held = partial(inputs, u=of)
 """
 
+#: Options that ask for further functions.
+_FURTHER = ("jacobian", "linearization", "canonical")
+
 #: The end of that sentence.
 _NOT_FINITE = "or a result not finite"
 
@@ -102,7 +106,7 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
         A constant is outside the range of a double, or the style cannot hold the scene.
     """
     if options["style"] != "numpy":
-        asked = [name for name in ("jacobian", "linearization") if options[name]]
+        asked = [name for name in _FURTHER if options[name]]
         text = traced_module(equations, str(options["style"]), asked)
         return {f"{file_stem(equations.name, PYTHON_MODULES)}.py": text}
     fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)
@@ -110,9 +114,13 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
     derivatives = derivative_programs(
         equations, jacobian=bool(options["jacobian"]), linearization=bool(options["linearization"])
     )
+    canonical = bool(options["canonical"] and equations.coordinates)
+    derivatives |= programs_of_momenta(equations) if canonical else {}
     programs, functions = _functions(equations, fields, bool(tables), derivatives)
     if options["linearization"]:
         functions += linearization_source(equations, derivatives, _arguments(equations))
+    if canonical:
+        functions.append(_canonical(equations))
     parameters = parameters_source(equations, fields)
     script = _script(equations)
     text = "\n".join([parameters, *functions, *tables, script])
@@ -123,7 +131,7 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
         _imports(imports, "\n".join([text, *arrays])),
         *helpers,
         *filter(None, [index_tables_source(programs.values())]),
-        constants(equations, derivatives) + run_constants(equations),
+        constants(equations, derivatives, momenta=canonical) + run_constants(equations),
         parameters,
         *arrays,
         *tables,
@@ -131,6 +139,17 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
         script,
     ]
     return {f"{file_stem(equations.name, PYTHON_MODULES)}.py": "\n\n".join(parts)}
+
+
+def _canonical(equations: Equations) -> str:
+    """Define the functions of [q, p]."""
+    arguments = _arguments(equations)
+    replacements = {
+        "@PASSED@": "p, u" if equations.inputs else "p",
+        "@P@": arguments,
+        "@N@": str(len(equations.coordinates)),
+    }
+    return filled(python_template("canonical"), replacements)
 
 
 def _notes(equations: Equations) -> list[str]:

@@ -95,7 +95,9 @@ def traced_module(equations: Equations, style: str, further: Sequence[str]) -> s
         derivatives are asked for, which the library finds by itself.
     """
     if further:
-        problem = f"--with {further[0]} is for --style numpy; {style} differentiates by itself"
+        problem = f"--with {further[0]} is for --style numpy"
+        if further[0] != "canonical":
+            problem += f"; {style} differentiates by itself"
         raise InputError(Problem(problem, rule="usage"))
     library = _LIBRARIES[style]
     fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)
