@@ -80,6 +80,7 @@ class Moving(Derived):
         step: float | None = None,
         samples: int | None = None,
         budget: float | None = None,
+        times: Sequence[float] | None = None,
         progress: Callable[[float], None] | None = None,
         reached: Callable[[float], None] | None = None,
         stop: Callable[[], bool] | None = None,
@@ -105,7 +106,7 @@ class Moving(Derived):
             motion by these starts and parameters are columns ``d(theta)/d(m)`` and
             ``dot(d(theta)/d(m))`` beside it, and are promised as it is. The scene's coordinates
             are kept.
-        until, accuracy, method, rtol, atol, step, samples, budget
+        until, accuracy, method, rtol, atol, step, samples, budget, times
             See :class:`.simulate.request.SimulationOptions`; by default the scene's.
         progress, reached, stop, functions, cache, stream, checkpoint
             See :class:`.simulate.simulation.RunContext`.
@@ -145,6 +146,7 @@ class Moving(Derived):
             step=step,
             samples=samples,
             budget=budget,
+            times=None if times is None else tuple(map(float, times)),
         )
         alike = cache is None and not inputs
         context = RunContext(

@@ -36,6 +36,9 @@ class SimulationOptions:
         Number of samples, both ends included.
     budget
         Seconds after which the run stops and keeps what it has.
+    times
+        All sample times, ascending from the scene's start, in place of ``until``, ``step`` and
+        ``samples``; not for methods that make their steps end there.
     """
 
     until: float | None = None
@@ -46,6 +49,7 @@ class SimulationOptions:
     step: float | None = None
     samples: int | None = None
     budget: float | None = None
+    times: tuple[float, ...] | None = None
 
     @property
     def controls(self) -> tuple[str | float | None, ...]:

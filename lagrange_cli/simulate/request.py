@@ -106,6 +106,9 @@ def _resolved(
     model: Model, options: SimulationOptions, initial: Array, in_memory: int | None
 ) -> Request:
     mark = model.defaults.mark if options.accuracy is None else None
+    at_equal_distances = (options.until, options.samples, options.step)
+    if options.times is not None and any(x is not None for x in at_equal_distances):
+        raise _refused("times exclude until, samples and step", "times=[0, 0.5, 2]")
     options = options.completed(model.defaults)
     accuracy, rtol, atol, step = options.accuracy, options.rtol, options.atol, options.step
     uncontrolled = not any(x is not None for x in options.controls)
@@ -115,13 +118,17 @@ def _resolved(
             "--accuracy 1e-9, or --method DOP853 --rtol 1e-9",
         )
     method = None if options.method is None else method_of(options.method)
-    until = _until(model, options.until)
+    until = _until(model, options.until) if options.times is None else 0.0
     _check_numbers(options)
     if accuracy is None and uncontrolled:
         accuracy = _DEFAULT_ACCURACY
-    grid = _grid(model, until, method, step, options.samples)
     fixed = method is not None and not method.adaptive
-    times = _times(model, grid, step, fixed=fixed, in_memory=in_memory)
+    times: RowSequence
+    if options.times is None:
+        grid = _grid(model, until, method, step, options.samples)
+        times = _times(model, grid, step, fixed=fixed, in_memory=in_memory)
+    else:
+        times = _given_times(model, options.times, method)
     if accuracy is None and (method is None or method.adaptive) and rtol is None:
         raise _refused("a method needs its tolerance", "--rtol 1e-9")
     if method is not None:
@@ -251,6 +258,23 @@ def _times(
     if not between > np.spacing(max(abs(grid.start), abs(grid.until))):
         raise _refused("the sample times are too close for double precision", "--samples 501")
     return grid if many else grid[:]
+
+
+def _given_times(model: Model, times: tuple[float, ...], method: type[Integrator] | None) -> Array:
+    """Check sample times that a caller has chosen."""
+    start = model.defaults.start
+    given = np.array(times, dtype=float)
+    ascend = np.isfinite(given).all() and (np.diff(given) > 0).all()
+    if not 2 <= len(given) <= MOST_SAMPLES_IN_MEMORY or given[0] != start or not ascend:
+        raise _refused(
+            f"times ascend from the start t = {start:g}, two or more", f"times=[{start:g}, ...]"
+        )
+    if method is not None and not method.interpolates:
+        raise _refused(
+            f"steps of {method.name} end at samples, which are asked for at unequal distances here",
+            "--method DOP853 --rtol 1e-9",
+        )
+    return given
 
 
 def _not_so_many(samples: int, most: int) -> InputError:

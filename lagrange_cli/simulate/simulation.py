@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -114,6 +114,7 @@ def simulate(
     step: float | None = None,
     samples: int | None = None,
     budget: float | None = None,
+    times: Sequence[float] | None = None,
     progress: Callable[[float], None] | None = None,
     reached: Callable[[float], None] | None = None,
     stop: Callable[[], bool] | None = None,
@@ -129,7 +130,7 @@ def simulate(
 
     Parameters
     ----------
-    until, accuracy, method, rtol, atol, step, samples, budget
+    until, accuracy, method, rtol, atol, step, samples, budget, times
         See :class:`.options.SimulationOptions`.
     progress, reached, stop, functions, cache, stream, checkpoint
         See :class:`RunContext`.
@@ -151,6 +152,7 @@ def simulate(
         step=step,
         samples=samples,
         budget=budget,
+        times=None if times is None else tuple(map(float, times)),
     )
     context = RunContext(
         functions=functions,

@@ -12,7 +12,7 @@ import warnings
 import numpy as np
 import pytest
 
-from lagrange_cli import loads
+from lagrange_cli import load, loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import INTEGRATORS, Trajectory, simulate
 from lagrange_cli.simulate.model.build import model_of
@@ -377,3 +377,20 @@ def test_the_report_says_who_makes_the_steps():
         "Radau": "compiled C",
         "BDF": "compiled C, stepped by SciPy",
     }
+
+
+def test_samples_at_given_times_are_those_of_the_motion():
+    derivation = load("systems/pendulums/pendulum.yaml").derive()
+    times = [0.0, 0.001, 0.7, 2.0]
+    given = derivation.simulate(times=times, accuracy=1e-9)
+    assert given.t.tolist() == times
+    even = derivation.simulate(until=2, samples=2001, accuracy=1e-9)
+    picked = even.columns["theta"][[0, 1, 700, 2000]]
+    np.testing.assert_allclose(given.columns["theta"], picked, rtol=0, atol=2e-9)
+    for wrong in ([0, 1, 1], [0.5, 1], [0], [0, float("nan")]):
+        with pytest.raises(InputError, match="times ascend from the start t = 0"):
+            derivation.simulate(times=wrong)
+    with pytest.raises(InputError, match="times exclude until"):
+        derivation.simulate(times=times, until=2)
+    with pytest.raises(InputError, match="RK4 end at samples"):
+        derivation.simulate(times=times, method="RK4")
