@@ -6,4 +6,12 @@ claim, or nothing. The methods are Farkas' lemma, sums of squares (Parrilo, Math
 1979). Read :mod:`.zero_test` first.
 """
 
-__all__ = ["continuity", "farkas", "finite_field", "refutation", "sum_of_squares", "zero_test"]
+__all__ = [
+    "continuity",
+    "farkas",
+    "finite_field",
+    "periods",
+    "refutation",
+    "sum_of_squares",
+    "zero_test",
+]

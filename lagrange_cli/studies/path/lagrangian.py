@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.proofs.zero_test import UndecidableError, vanish
+from lagrange_cli.mechanics.proofs.periods import is_periodic
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -71,15 +71,5 @@ def _listed(names: list[str]) -> str:
 def periodic_coordinates(equations: Equations) -> tuple[bool, ...]:
     """Find the coordinates a whole turn of which is proven to leave L as it is."""
     return tuple(
-        c.is_angle and _is_periodic(equations.lagrangian, c.q) for c in equations.coordinates
+        c.is_angle and is_periodic(equations.lagrangian, c.q) for c in equations.coordinates
     )
-
-
-def _is_periodic(lagrangian: Expr, q: Expr) -> bool:
-    from sympy import pi
-
-    further = lagrangian.xreplace({q: q + 2 * pi})
-    try:
-        return further == lagrangian or vanish(further - lagrangian)
-    except UndecidableError:
-        return False
