@@ -78,7 +78,7 @@ def _options(picture: Picture, panel: Panel, *, last: bool) -> Iterator[str]:
         yield "axis equal"
     elif panel.over_time:
         yield "enlarge x limits=false"
-    if len(panel.named) > 1:
+    if panel.has_legend:
         beside = "legend pos=outer north east"
         above = "legend columns=3, legend style={at={(0.5,1.02)}, anchor=south}"
         yield beside if _beside(picture) else above
@@ -89,8 +89,9 @@ def _plots(panel: Panel) -> Iterator[str]:
     for line in panel.faint:
         yield _plot(line, "black!30, very thin, forget plot")
     for number, line in enumerate(panel.named):
-        yield _plot(line, f"{_COLOURS[number % len(_COLOURS)]}, {_DASHES[number % len(_DASHES)]}")
-        if len(panel.named) > 1:
+        dashes = "only marks, mark size=0.4pt" if line.dots else _DASHES[number % len(_DASHES)]
+        yield _plot(line, f"{_COLOURS[number % len(_COLOURS)]}, {dashes}")
+        if panel.has_legend:
             yield f"\\addlegendentry{{{line.label.latex}}}\n"
 
 
@@ -102,10 +103,10 @@ def _plot(line: Line, style: str) -> str:
 def _points(line: Line) -> Iterator[tuple[float, float]]:
     if not len(line.x):
         return
-    stride = -(-len(line.x) // _MOST_POINTS)
+    stride = 1 if line.dots else -(-len(line.x) // _MOST_POINTS)
     # Rounded as they are written: else the last digits of what is constant would be a shape.
     x, y = (np.array([float(_number(v)) for v in c[::stride]]) for c in (line.x, line.y))
-    kept = simplified(x, y, _TOLERANCE)
+    kept = np.arange(len(x)) if line.dots else simplified(x, y, _TOLERANCE)
     yield from zip(x[kept].tolist(), y[kept].tolist(), strict=True)
 
 

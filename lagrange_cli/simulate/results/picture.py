@@ -15,6 +15,9 @@ from lagrange_cli.simulate.results.curves import Curve, Panels
 if TYPE_CHECKING:
     from lagrange_cli.simulate.results.trajectory import Trajectory
 
+#: Colours of lines.
+COLOURS = 4
+
 #: Symbols that the label of an axis lists; of more it has the first and the last.
 _MOST_SYMBOLS = 3
 
@@ -26,13 +29,15 @@ _DRIFT = Label(r"$(%s - %s_{0}) / T_{\mathrm{max}}$", "(%s − %s₀)/T max")
 class Line:
     """A line, its points of shape (m,), all finite.
 
-    ``faint``: it stands behind the others, thin and grey, and no legend names it.
+    ``faint``: it stands behind the others, thin and grey, and no legend names it. ``dots``: its
+    points are drawn, and nothing between them.
     """
 
     label: Label
     x: Array
     y: Array
     faint: bool = False
+    dots: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,12 @@ class Panel:
     def named(self) -> tuple[Line, ...]:
         """Lines that are not faint."""
         return tuple(line for line in self.lines if not line.faint)
+
+    @property
+    def has_legend(self) -> bool:
+        """True if a legend tells lines apart, which it cannot do with many colours of dots."""
+        count = len(self.named)
+        return count > 1 and (count <= COLOURS or not any(line.dots for line in self.named))
 
     @property
     def faint(self) -> tuple[Line, ...]:
@@ -104,17 +115,21 @@ def picture_of(trajectory: Trajectory, panels: Panels) -> Picture:
 def _panel(trajectory: Trajectory, curves: Sequence[Curve]) -> Panel:
     labels = trajectory.labels
     over_time = all(curve.abscissa == "t" for curve in curves)
-    lengths = (labels.dimensions.get(name) == "m" for curve in curves for name in curve)
     drift = _is_drift(trajectory, curves)
     return Panel(
         lines=tuple(_line(trajectory, curve, over_time) for curve in curves),
-        x_label=_axis_label(labels, [curve.abscissa for curve in curves]),
+        x_label=axis_label(labels, [curve.abscissa for curve in curves]),
         y_label=_drift_label(labels)
         if drift
-        else _axis_label(labels, [curve.ordinate for curve in curves]),
+        else axis_label(labels, [curve.ordinate for curve in curves]),
         over_time=over_time,
-        equal=all(lengths),
+        equal=has_one_scale(labels, curves),
     )
+
+
+def has_one_scale(labels: Labels, curves: Sequence[Curve]) -> bool:
+    """Tell if all that curves show are lengths."""
+    return all(labels.dimensions.get(name) == "m" for curve in curves for name in curve)
 
 
 def _is_drift(trajectory: Trajectory, curves: Sequence[Curve]) -> bool:
@@ -168,7 +183,7 @@ def _with_events(
     return np.insert(x, places, over), np.insert(y, places, above)
 
 
-def _axis_label(labels: Labels, names: Sequence[str]) -> Label:
+def axis_label(labels: Labels, names: Sequence[str]) -> Label:
     """Name what an axis shows, and its unit if that is the same for all."""
     distinct = list(dict.fromkeys(names))
     symbols = [labels.symbol(name) for name in distinct]

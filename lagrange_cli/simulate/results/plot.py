@@ -35,6 +35,12 @@ _SALT = "lagrange"
 #: and of others below each other.
 _WIDTH, _SINGLE, _HEIGHT, _STACKED = 6.3, 4.4, 1.9, 2.4
 
+#: Points, in which letters are measured, across a dot.
+_DOT = 2.5
+
+#: Dots of a legend over those of the picture.
+_LEGEND_DOT = 3
+
 #: Dots an inch of pictures that are made of dots.
 _DPI = 200
 
@@ -74,7 +80,8 @@ def draw(picture: Picture, ending: str) -> bytes:
         grid = figure.subplots(rows, columns, squeeze=False, sharex=over_time)
         for axes, panel in zip(grid.flat, picture.panels, strict=False):
             _draw_panel(axes, panel, by_tex)
-            _draw_legend(axes, len(panel.named), beside=columns == 1)
+            if panel.has_legend and len(panel.named) <= _LONGEST_LEGEND:
+                _draw_legend(axes, beside=columns == 1)
         for axes in grid.flat[len(picture.panels) :]:
             axes.set_visible(False)
         if over_time:
@@ -94,6 +101,8 @@ def _draw_panel(axes: Axes, panel: Panel, by_tex: bool) -> None:
     for number, line in enumerate(panel.named):
         (drawn,) = axes.plot(line.x, line.y, linewidth=1.0, label=_shown(line.label, by_tex))
         drawn.set(color=_COLOURS[number % len(_COLOURS)], linestyle=_DASHES[number % len(_DASHES)])
+        if line.dots:
+            drawn.set(linestyle="none", marker=".", markersize=_DOT, markeredgewidth=0)
     axes.set_xlabel(_shown(panel.x_label, by_tex))
     axes.set_ylabel(_shown(panel.y_label, by_tex))
     axes.tick_params(direction="in", top=True, right=True)
@@ -103,12 +112,11 @@ def _draw_panel(axes: Axes, panel: Panel, by_tex: bool) -> None:
         axes.margins(x=0)
 
 
-def _draw_legend(axes: Axes, lines: int, *, beside: bool) -> None:
+def _draw_legend(axes: Axes, *, beside: bool) -> None:
     """Name the lines outside of the axes, where no line is covered."""
-    if 1 < lines <= _LONGEST_LEGEND:
-        place: Any = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
-        above: Any = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 3}
-        axes.legend(**(place if beside else above), frameon=False)
+    place: Any = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    above: Any = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 3}
+    axes.legend(**(place if beside else above), frameon=False, markerscale=_LEGEND_DOT)
 
 
 def _shown(label: Label, by_tex: bool) -> str:
