@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.api.moving import Moving
-from lagrange_cli.api.values import GivenValues, texts
+from lagrange_cli.api.values import GivenValues, text_of, texts
 
 if TYPE_CHECKING:
     from lagrange_cli.api.analyzed import Analyzed
     from lagrange_cli.simulate import Trajectory
+    from lagrange_cli.simulate.ensemble.enumeration import Members
     from lagrange_cli.studies.fit.fit import Fit
     from lagrange_cli.studies.linear_motion import LinearMotion
     from lagrange_cli.studies.lyapunov import Lyapunov
     from lagrange_cli.studies.path.models import PathModels
     from lagrange_cli.studies.path.result import Paths
+    from lagrange_cli.studies.section.result import Section
     from lagrange_cli.studies.tradeoff.measure import Trade
 
 
@@ -223,6 +225,82 @@ class Studied(Moving):
             return self.simulate(until=until, accuracy=to, samples=samples, initial=initial)
 
         return linear_motion(self.equations, motion, accuracy)
+
+    def section(
+        self,
+        condition: str,
+        members: Mapping[str, Iterable[float | str]]
+        | Sequence[GivenValues]
+        | Members
+        | None = None,
+        *,
+        until: float | None = None,
+        accuracy: float | None = None,
+        method: str | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        budget: float | None = None,
+        jobs: int | None = 1,
+        progress: Callable[[float], None] | None = None,
+    ) -> Section:
+        """Find the points at which the motion, or each of many, meets a Poincaré section.
+
+        Parameters
+        ----------
+        condition
+            An equation and inequalities between expressions of the scene language over the state,
+            the time and the scene's names: ``"theta2 = 0, dot(theta2) > 0"``. Angles of which whole
+            turns change nothing are equal modulo these.
+        members
+            Parameters and initial values of many motions, as :meth:`ensemble` takes them; None for
+            the scene's motion.
+        until, accuracy, method, rtol, atol, budget
+            As for :meth:`simulate`; the budget is that of all motions. With a method nothing is
+            promised.
+        jobs, progress
+            As for :meth:`ensemble`.
+
+        Raises
+        ------
+        InputError
+            Located: the condition is none, or as :meth:`simulate` or :meth:`ensemble`.
+
+        Examples
+        --------
+        >>> derivation = load("systems/oscillators/henon_heiles.yaml").derive()
+        >>> section = derivation.section("x = 0, dot(x) > 0", until=100)
+        >>> section
+        <Section of henon_heiles where x = 0, dot(x) > 0: 17 points>
+        >>> round(float(section.columns["y"][1]), 6)
+        0.342928
+        """
+        from lagrange_cli.simulate.ensemble.enumeration import Members
+        from lagrange_cli.simulate.ensemble.input_file import members_of
+        from lagrange_cli.simulate.ensemble.members import Recipe
+        from lagrange_cli.simulate.ensemble.variants import variants_of
+        from lagrange_cli.simulate.model.sections import WrittenCondition
+        from lagrange_cli.simulate.options import SimulationOptions
+        from lagrange_cli.simulate.simulation import RunContext
+        from lagrange_cli.studies.section.members import section_of_members, single_section
+        from lagrange_cli.studies.section.models import section_model
+
+        written = WrittenCondition(condition, "section")
+        options = SimulationOptions(
+            until=until, accuracy=accuracy, method=method, rtol=rtol, atol=atol, budget=budget
+        )
+        known = section_model(self.equations, written)
+        if members is None:
+            return single_section(known, options, RunContext(progress=progress))
+        recipe = Recipe(self.source, self.forces, self.formulation, section=written)
+        models = variants_of(self.equations, recipe, self.model)
+        values: Members
+        if isinstance(members, Members):
+            values = members
+        elif isinstance(members, Mapping):
+            values = members_of({name: list(map(text_of, axis)) for name, axis in members.items()})
+        else:
+            values = members_of([texts(member) for member in members])
+        return section_of_members(known, models, values, options, jobs=jobs, progress=progress)
 
     def path(
         self,

@@ -243,17 +243,28 @@ def _usage(message: str, hint: str = "") -> InputError:
     return InputError(Problem(message, hint=hint, rule="ensemble"))
 
 
-def _members(choice: MemberChoice, output: str | None) -> Members:
+def chosen_members(choice: MemberChoice) -> Members:
+    """Read the members that the options name.
+
+    Raises
+    ------
+    InputError
+        Located: what is wrong with them.
+    """
     from lagrange_cli.simulate.ensemble.input_file import grid, read_members
     from lagrange_cli.simulate.ensemble.sampling import sampled
 
+    if choice.sample:
+        return sampled(choice.sample, choice.number or 0, choice.seed or 0)
+    return grid(choice.vary) if choice.member_file is None else read_members(choice.member_file)
+
+
+def _members(choice: MemberChoice, output: str | None) -> Members:
     if output is not None and not output.lower().endswith(".npz"):
         raise _usage("an ensemble is written as .npz", "-o ensemble.npz")
     if choice.resume and output is None:
         raise _usage("--resume needs the file that the result was to be", "-o ensemble.npz")
-    if choice.sample:
-        return sampled(choice.sample, choice.number or 0, choice.seed or 0)
-    return grid(choice.vary) if choice.member_file is None else read_members(choice.member_file)
+    return chosen_members(choice)
 
 
 def _kept(choice: MemberChoice, members: Members, output: str | None) -> Kept:

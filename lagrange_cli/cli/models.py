@@ -18,8 +18,10 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.members import Recipe
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.model.reductions import Reduction
+    from lagrange_cli.simulate.model.sections import WrittenCondition
     from lagrange_cli.simulate.options import SimulationOptions
     from lagrange_cli.studies.path.models import PathModels
+    from lagrange_cli.studies.section.models import SectionModel
 
 
 @dataclass(frozen=True)
@@ -167,6 +169,25 @@ def model_of_scene(session: Session, scene: SceneRequest) -> Model:
     from lagrange_cli.simulate.model.model import Model
 
     return Model.from_json(value)
+
+
+def section_model_of_scene(
+    session: Session, scene: SceneRequest, condition: WrittenCondition
+) -> SectionModel:
+    """Return what a section of a scene is found with, kept from before or derived anew."""
+
+    def work() -> Answer:
+        from lagrange_cli.studies.section.models import section_model
+
+        derivation = derivation_of_scene(session, scene)
+        announce("preparing the section")
+        return answer_of(derivation, section_model(derivation.equations, condition).to_json())
+
+    question = [*scene.values, scene.formulation, condition.text]
+    value = remembered(session, "section", scene.source, question, work)
+    from lagrange_cli.studies.section.models import SectionModel
+
+    return SectionModel.from_json(value)
 
 
 def path_models_of_scene(session: Session, scene: SceneRequest) -> PathModels:

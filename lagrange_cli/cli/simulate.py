@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli import ensemble, options
+from lagrange_cli.cli import ensemble, options, sections
 from lagrange_cli.cli.guard import checkpoint_files, guard
 from lagrange_cli.cli.models import SceneRequest, SimulationRequest, model_of_scene
 from lagrange_cli.cli.remembered import read_source
@@ -142,6 +142,14 @@ def _further_columns(
     "portrait in another, 'theta1 + theta2' are two curves over the time in one.  "
     "[default: none]",
 )
+@click.option(
+    "--section",
+    metavar="CONDITION",
+    help="Find the points of a Poincaré section instead of samples: 'theta2 = 0, dot(theta2) > 0' "
+    "is one equation and any inequalities, over the state, the time and names of the scene. -o, "
+    "--plot and --json then have its points, of all members with --ensemble and --vary.  "
+    "[default: none]",
+)
 @options.file(
     "--checkpoint",
     "Write the state of the run now and then, and when it is stopped, for --resume FILE.  "
@@ -166,6 +174,7 @@ def simulate(
     output: str | None,
     plot: str | None,
     plot_of: str | None,
+    section: str | None,
     as_json: bool,
     checkpoint: str | None,
     resume: str | None,
@@ -183,8 +192,9 @@ def simulate(
     outputs = {"-o": output, "--plot": plot, **checkpoint_files(state)}
     guard(source, parameters, outputs, {"the ensemble": member_file})
     about_members = {name: chosen.pop(name) for name in ensemble.MEMBER_OPTIONS}
+    drawn = plot if section is None else None
     members = ensemble.member_choice(
-        member_file=member_file, resume=resume, checkpoint=checkpoint, plot=plot, **about_members
+        member_file=member_file, resume=resume, checkpoint=checkpoint, plot=drawn, **about_members
     )
     if members is not None and sensitivity:
         raise click.UsageError("--sensitivity is of one motion, not of an ensemble")
@@ -199,6 +209,9 @@ def simulate(
         raise click.UsageError("--plot-of needs --plot FILE")
     files = columns, output, plot, plot_of
     asked = SimulationRequest(scene_asked, SimulationOptions(**chosen), *files, as_json)
+    if section is not None:
+        sections.require_fit(asked, members, resume, checkpoint)
+        ctx.exit(sections.find_section(session, section, members, asked))
     if members is not None:
         with sole_writer(output):
             ctx.exit(ensemble.simulate_ensemble(session, members, asked))

@@ -19,6 +19,7 @@ __all__ = [
     "ensemble",
     "fit",
     "path",
+    "section",
     "simulate",
     "stress",
     "tradeoff",

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.reader import SceneText
     from lagrange_cli.simulate.ensemble.enumeration import Members
     from lagrange_cli.simulate.model.reductions import Reduction
+    from lagrange_cli.simulate.model.sections import WrittenCondition
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,8 @@ class Recipe:
         Names of inputs whose values whoever simulates gives.
     reductions
         Numbers of motions for which the model has outputs.
+    section
+        Condition whose values are further outputs; None if there is none.
     """
 
     text: SceneText
@@ -73,6 +76,7 @@ class Recipe:
     formulation: Formulation | None = None
     driven: frozenset[str] = frozenset()
     reductions: tuple[Reduction, ...] = ()
+    section: WrittenCondition | None = None
 
     def scene(self, member: MemberValues | None = None) -> Scene:
         """Read the scene with the values of a member.
@@ -110,12 +114,17 @@ class Recipe:
         Raises
         ------
         InputError
-            Located: a reduction is of nothing that the equations have; or a driven input is none.
+            Located: a reduction or a section is of nothing that the equations have; or a driven
+            input is none.
         """
         from lagrange_cli.simulate.model.inputs import with_driven_inputs
         from lagrange_cli.simulate.model.reductions import with_reductions
+        from lagrange_cli.simulate.model.sections import with_section
 
-        return with_driven_inputs(with_reductions(equations, self.reductions), self.driven)
+        equations = with_reductions(equations, self.reductions)
+        if self.section is not None:
+            equations = with_section(equations, self.section)
+        return with_driven_inputs(equations, self.driven)
 
 
 def numeric_values(scene: Scene) -> tuple[dict[str, float | None], dict[str, float | None]]:

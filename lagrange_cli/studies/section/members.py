@@ -1,0 +1,179 @@
+"""Sections of one motion, and of the motions of an ensemble, on several cores."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from lagrange_cli.errors import InputError
+from lagrange_cli.simulate.ensemble.enumeration import MOST_LISTED, Members, too_many
+from lagrange_cli.simulate.ensemble.members import MemberValues, NumericMembers
+from lagrange_cli.simulate.ensemble.planning import MemberModels, plan_members
+from lagrange_cli.simulate.ensemble.run import Plan
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.parallel import in_any_order
+from lagrange_cli.simulate.simulation import RunContext
+from lagrange_cli.simulate.system.functions import KeptFunctions
+from lagrange_cli.studies.section.find import section_points
+from lagrange_cli.studies.section.models import SectionModel
+from lagrange_cli.studies.section.result import REFUSED, Section, SectionPoints
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A member whose points are to be found.
+
+    Attributes
+    ----------
+    number
+        Its number.
+    model
+        Its model, or why there is none.
+    given
+        Its values, as texts.
+    options, deadline
+        As :func:`.find.section_points` has them.
+    """
+
+    number: int
+    model: Model | InputError
+    given: Mapping[str, str]
+    options: SimulationOptions
+    deadline: float | None
+
+
+def single_section(known: SectionModel, options: SimulationOptions, context: RunContext) -> Section:
+    """Find the section of the motion of a model; refuses as :func:`.find.section_points`."""
+    points = section_points(known.model, options, context, _deadline(options))
+    return _section(known, (points,))
+
+
+def section_of_members(
+    known: SectionModel,
+    models: MemberModels,
+    members: Members,
+    options: SimulationOptions,
+    *,
+    jobs: int | None = 1,
+    progress: Callable[[float], None] | None = None,
+) -> Section:
+    """Find the section of the motions of all members.
+
+    Parameters
+    ----------
+    known
+        What all members have in common.
+    models
+        Where their models come from, with the outputs of the section.
+    members, options
+        As for :func:`.simulate.ensemble.planning.simulate_members`. The budget is that of all
+        members together.
+    jobs
+        Members at a time, see :func:`.simulate.parallel.in_any_order`.
+    progress
+        Called with the part of the members that are finished.
+
+    Raises
+    ------
+    InputError
+        Located: as ``simulate_members``.
+    """
+    if len(members) > MOST_LISTED:
+        raise too_many(members.heads[0], MOST_LISTED)
+    plan, _ = plan_members(models, members, options)
+    deadline = _deadline(options)
+    tasks = _tasks(plan, models, members, options, deadline)
+    points: dict[int, SectionPoints | InputError] = {}
+    for number, result in in_any_order(_member, tasks, jobs):
+        points[number] = result
+        if progress is not None:
+            progress(len(points) / len(members))
+    found = [points[number] for number in range(len(members))]
+    pairs = zip(found, range(len(members)), strict=True)
+    return _section(known, tuple(_refused(x, members.values(k)) for x, k in pairs))
+
+
+def _tasks(
+    plan: Plan,
+    models: MemberModels,
+    members: Members,
+    options: SimulationOptions,
+    deadline: float | None,
+) -> Iterator[_Task]:
+    """Make the model of each member, of numbers alone where that is possible."""
+    scene = plan.recipe.scene()
+    numeric = NumericMembers(plan.recipe, plan.member, plan.model) if plan.alone else None
+    for number in range(len(members)):
+        given = members.values(number)
+        values = MemberValues.of(given, scene)
+        model: Model | InputError | None = None
+        try:
+            model = None if numeric is None else numeric.of(values)
+            model = models.of(values) if model is None else model
+        except InputError as refusal:
+            model = refusal
+        yield _Task(number, model, given, options, deadline)
+
+
+def _deadline(options: SimulationOptions) -> float | None:
+    return None if options.budget is None else time.monotonic() + options.budget
+
+
+def _section(known: SectionModel, points: tuple[SectionPoints, ...]) -> Section:
+    model = known.model
+    return Section(
+        name=model.name,
+        condition=known.condition,
+        members=points,
+        coordinates=model.coordinates,
+        free=known.free,
+        turning=known.turning,
+        labels=model.labels,
+    )
+
+
+@cache
+def _kept() -> KeptFunctions:
+    """What compiles for the members that this process runs."""
+    return KeptFunctions()
+
+
+def _member(task: _Task) -> tuple[int, SectionPoints | InputError]:
+    """Find the points of a member, or why there are none."""
+    if isinstance(task.model, InputError):
+        return task.number, task.model
+    try:
+        context = RunContext(kept=_kept())
+        points = section_points(task.model, task.options, context, task.deadline)
+    except InputError as refusal:
+        return task.number, refusal
+    return task.number, replace(points, given=task.given)
+
+
+def _refused(found: SectionPoints | InputError, given: Mapping[str, str]) -> SectionPoints:
+    """Put a member without points in the place of one that cannot be begun."""
+    if isinstance(found, SectionPoints):
+        return found
+    return SectionPoints(
+        t=np.empty(0),
+        columns={},
+        energy=np.empty(0),
+        error=None,
+        open=(),
+        status=REFUSED,
+        reason=found.problems[0].message,
+        requested=None,
+        estimated=None,
+        scales={},
+        holds_until=None,
+        energy_drift=None,
+        method="",
+        runs=0,
+        seconds=0.0,
+        given=given,
+    )
