@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
+from os import PathLike, fspath
 from typing import TYPE_CHECKING
 
 from lagrange_cli.api.derived import Derived
@@ -186,10 +187,12 @@ class Moving(Derived):
         final: bool = False,
         reduce: Sequence[str] = (),
         functions: Mapping[str, MotionFunction] | None = None,
+        store: str | PathLike[str] | None = None,
+        resume: bool = False,
         jobs: int | None = 1,
         progress: Callable[[float], None] | None = None,
     ) -> Ensemble:
-        """Simulate many motions, each with an accuracy of its own; all samples are in memory.
+        """Simulate many motions, each with an accuracy of its own.
 
         Parameters
         ----------
@@ -210,6 +213,13 @@ class Moving(Derived):
         functions
             Further numbers by name: functions of a motion with ``t`` and ``columns``. No error of
             these is estimated.
+        store
+            Where the result is written as blocks of members are finished, in place of memory: a
+            path that ends in ``.npz``, ``.parquet`` or ``.zarr``, or for the last an address that
+            fsspec opens, as ``s3://bucket/out.zarr``. Arrays of the result are read from there
+            when they are asked for; ``xarray.open_zarr`` opens a store itself.
+        resume
+            Go on with what an interrupted run left there; it is refused otherwise.
         jobs
             Members that are simulated at a time: 1 in this process alone, more in threads and
             other processes, None as joblib is configured.
@@ -220,7 +230,8 @@ class Moving(Derived):
         ------
         InputError
             None of a few members can be derived, or an option is wrong. Others that cannot be
-            begun have the status ``refused``.
+            begun have the status ``refused``. The store is of another ensemble, or cannot be
+            written.
 
         Examples
         --------
@@ -267,6 +278,8 @@ class Moving(Derived):
             options,
             extra=tuple(extra),
             kept=Kept(names, final, reductions, dict(functions or {})),
+            output=None if store is None else fspath(store),
+            resume=resume,
             jobs=jobs,
             progress=progress,
         )

@@ -260,8 +260,10 @@ def chosen_members(choice: MemberChoice) -> Members:
 
 
 def _members(choice: MemberChoice, output: str | None) -> Members:
-    if output is not None and not output.lower().endswith(".npz"):
-        raise _usage("an ensemble is written as .npz", "-o ensemble.npz")
+    from lagrange_cli.simulate.ensemble.opening import ENDINGS, ending_of
+
+    if output is not None and ending_of(output) is None:
+        raise _usage(f"an ensemble is written as {', '.join(ENDINGS)}", "-o ensemble.npz")
     if choice.resume and output is None:
         raise _usage("--resume needs the file that the result was to be", "-o ensemble.npz")
     return chosen_members(choice)
@@ -291,9 +293,9 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
         The scene, the members or the options are wrong.
     """
     from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
+    from lagrange_cli.simulate.ensemble.opening import open_store
     from lagrange_cli.simulate.ensemble.planning import plan_members
     from lagrange_cli.simulate.ensemble.run import blocks_of, run_members
-    from lagrange_cli.simulate.ensemble.store import open_store
 
     started = perf_counter()
     members = _members(choice, asked.output)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -12,7 +13,7 @@ import click
 
 from lagrange_cli.cli.session import Session
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import check_writable
+from lagrange_cli.files import check_writable, is_address
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import Option
@@ -82,9 +83,14 @@ def not_empty(ctx: click.Context, option: click.Parameter, value: str | None) ->
 def _writable(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
     """Refuse a file that cannot be written, before the work."""
     path = not_empty(ctx, option, value)
-    if path is not None:
+    if path is not None and not _is_store(path):
         check_writable(path)
     return path
+
+
+def _is_store(path: str) -> bool:
+    """Tell whether this is a store of many files that is there, or is on no disk."""
+    return Path(path).suffix.lower() == ".zarr" and (is_address(path) or os.path.isdir(path))
 
 
 def writable_as(*endings: str) -> Callable[..., str | None]:

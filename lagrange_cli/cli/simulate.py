@@ -41,6 +41,9 @@ _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
 #: Least seconds of the budget that remain for the motion, if deriving has not spent them all.
 _LEAST_BUDGET = 1e-3
 
+#: Endings of files of one motion, and of ensembles alone.
+_FILES, _FILES_OF_MEMBERS = (".csv", ".npz"), (".parquet", ".zarr")
+
 #: Columns beyond the state that files can have.
 FILE_COLUMNS = ("energy", "positions", "forces", "momenta")
 
@@ -127,8 +130,9 @@ def _further_columns(
 )
 @options.file(
     "-o --output",
-    "Write the samples, as .csv or .npz.  [default: none]",
-    callback=options.writable_as(".csv", ".npz"),
+    "Write the samples, as .csv or .npz; of an ensemble as .npz, .parquet, or .zarr, a path or an "
+    "address.  [default: none]",
+    callback=options.writable_as(*_FILES, *_FILES_OF_MEMBERS),
 )
 @options.plot(
     "Draw coordinates, velocities and energy over time, as .pdf, .svg, .png or .pgf, by "
@@ -196,6 +200,9 @@ def simulate(
     members = ensemble.member_choice(
         member_file=member_file, resume=resume, checkpoint=checkpoint, plot=drawn, **about_members
     )
+    one = members is None or section is not None
+    if one and output is not None and Path(output).suffix.lower() in _FILES_OF_MEMBERS:
+        raise click.UsageError(f"-o: '{output}' does not end in {' or '.join(_FILES)}")
     if members is not None and sensitivity:
         raise click.UsageError("--sensitivity is of one motion, not of an ensemble")
     forces, momenta = "forces" in columns, "momenta" in columns

@@ -8,7 +8,7 @@ interpolation. Read :mod:`.writing` first.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.files.identity import Named, require_apart, same_file
+from lagrange_cli.files.identity import Named, is_address, require_apart, same_file
 from lagrange_cli.files.locks import lock_of, sole_writer
 from lagrange_cli.files.reading import MAX_BYTES, read_bytes, too_large
 from lagrange_cli.files.refusals import cannot_write
@@ -40,6 +40,7 @@ __all__ = [
     "cannot_write",
     "check_writable",
     "discard",
+    "is_address",
     "is_temporary",
     "lock_of",
     "read_bytes",

@@ -62,6 +62,11 @@ def require_apart(reads: Iterable[Named], writes: Iterable[Named]) -> None:
         written[place] = named
 
 
+def is_address(path: str) -> bool:
+    """Tell whether this names no file of this machine but an address, as ``s3://bucket/name``."""
+    return "://" in path
+
+
 def same_file(first: str, second: str) -> bool:
     """Say whether two paths lead to one regular file that exists."""
     key = _identity(first)

@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files.identity import is_address
 from lagrange_cli.files.refusals import cannot_write
 
 if TYPE_CHECKING:
@@ -60,14 +61,14 @@ def lock_of(output: str) -> str:
 def sole_writer(output: str | None) -> Iterator[None]:
     """Be the only process that makes this output, by a file ``OUTPUT.lock`` beside it.
 
-    None, no output, is never refused.
+    None, no output, is never refused; neither is an address, which has no lock.
 
     Raises
     ------
     InputError
         Another process makes it, or there is such a file that is no lock.
     """
-    if output is None:
+    if output is None or is_address(output):
         yield
         return
     path = lock_of(os.path.realpath(output))

@@ -118,7 +118,10 @@ def test_accuracy_is_that_of_each_member(folder):
         (("--vary", "n=[1,2]"), "the size 'n' cannot differ"),
         (("--vary", "T=[1,2]"), "'until' differs between members"),
         (("--vary", "m=[1]", "--ensemble", "a.csv"), "each say what the members are"),
-        (("--vary", "m=[1]", "-o", "out.csv"), "written as .npz"),
+        (("--vary", "m=[1]", "-o", "out.csv"), "written as .npz, .parquet, .zarr"),
+        (("--vary", "m=[1]", "-o", "none/out.zarr"), "cannot write"),
+        (("--vary", "m=[1]", "-o", "out.parquet"), "no place for samples"),
+        (("-o", "out.zarr"), "does not end in .csv or .npz"),
         (("--vary", "m=[1]", "--resume"), "--resume needs"),
         (("--vary", "m=[1]", "--method", "nonsense"), "unknown method"),
         (("--vary", "m=[1]", "-o", "none/out.npz"), "cannot write"),
@@ -203,6 +206,37 @@ def test_signals_leave_finished_blocks(folder, number, code, jobs):
     assert not (folder / "out.npz").exists()
     assert list(parts.glob("block-*.npz"))
     assert not [p for p in parts.iterdir() if p.suffix == ".tmp"]
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_a_killed_run_goes_on_in_its_store(folder, jobs):
+    """Neither half a block is counted nor a whole one run again."""
+    zarr = pytest.importorskip("zarr")
+    words = ("--sample", "theta ~ uniform(-3, 3)", "--members", "30000", "--until", "60", "--final")
+    store, own = folder / "out.zarr", (*words, "-j", jobs, "-o", "out.zarr")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lagrange_cli", "simulate", "scene.yaml", *own],
+        cwd=folder,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    give_up = time.monotonic() + 60
+    while not (store / "block.finished" / "c").exists() and time.monotonic() < give_up:
+        time.sleep(0.02)
+    process.kill()
+    process.wait()
+    finished = zarr.open_group(str(store), mode="r")["block.finished"][:]
+    assert 0 < finished.sum() < len(finished)
+    assert run(folder, *words, "-o", "out.zarr").returncode == 2
+    code, found = report(folder, *words, "-o", "out.zarr", "--resume", "-j", jobs)
+    assert (code, found["counts"], found["finished"]) == (0, {"ok": 30000}, 30000)
+    assert run(folder, *words, "-o", "out.npz").returncode == 0
+    with np.load(folder / "out.npz") as whole:
+        group = zarr.open_group(str(store), mode="r")
+        for name in ("given/theta", "final/theta", "member/estimated", "member/status"):
+            assert np.array_equal(group[name.replace("/", ".")][:].tolist(), whole[name])
+    again = run(folder, *words, "-o", "out.zarr")
+    assert (again.returncode, "is there already" in again.stderr) == (2, True)
 
 
 def test_a_method_can_be_chosen_for_all_members(folder):

@@ -9,6 +9,7 @@ __all__ = [
     "input_file",
     "kept",
     "members",
+    "opening",
     "planning",
     "result",
     "run",

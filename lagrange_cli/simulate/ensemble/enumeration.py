@@ -79,6 +79,10 @@ class Members(ABC):
     def identity(self) -> object:
         """Return plain values that tell these members from all others."""
 
+    @abstractmethod
+    def description(self) -> dict[str, object]:
+        """Say in a few JSON values where members come from."""
+
     def values(self, member: int) -> dict[str, str]:
         """Return name → text of a member."""
         (row,) = self.rows(member, member + 1)
@@ -113,6 +117,9 @@ class ListedMembers(Members):
 
     def identity(self) -> object:
         return self.names, tuple(self.rows())
+
+    def description(self) -> dict[str, object]:
+        return {"listed": list(self.names)}
 
 
 @dataclass(frozen=True)
@@ -154,6 +161,10 @@ class GridMembers(Members):
 
     def identity(self) -> object:
         return self.names, tuple(tuple(text for text, _ in axis) for axis in self.axes)
+
+    def description(self) -> dict[str, object]:
+        lengths = map(len, self.axes)
+        return {"grid": dict(zip(self.names, lengths, strict=True))}
 
 
 def listed(names: Sequence[str], heads: Sequence[Mark], table: Sequence[Sequence[Cell]]) -> Members:

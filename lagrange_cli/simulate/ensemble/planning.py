@@ -10,6 +10,7 @@ import numpy as np
 
 from lagrange_cli.cache import digest, fingerprint
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.files import sole_writer
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.enumeration import MOST_LISTED, Members
 from lagrange_cli.simulate.ensemble.kept import Kept
@@ -19,9 +20,10 @@ from lagrange_cli.simulate.ensemble.members import (
     require_known_names,
     varied_parameters,
 )
+from lagrange_cli.simulate.ensemble.opening import open_store
 from lagrange_cli.simulate.ensemble.result import Ensemble
 from lagrange_cli.simulate.ensemble.run import Plan, blocks_of, run_members
-from lagrange_cli.simulate.ensemble.store import MemoryStore
+from lagrange_cli.simulate.ensemble.store import MemoryStore, Store
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import resolve
@@ -105,32 +107,42 @@ def simulate_members(
     *,
     extra: tuple[str, ...] = (),
     kept: Kept = Kept(),  # noqa: B008
+    output: str | None = None,
+    resume: bool = False,
     jobs: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Ensemble:
-    """Simulate all members, in memory.
+    """Simulate all members.
 
     Parameters
     ----------
     models, members, options, extra, kept
         As for :func:`plan_members`.
+    output, resume
+        As for :func:`.opening.open_store`; None for a result in memory.
     jobs, progress
         As for :func:`.run.run_members`.
 
     Raises
     ------
     InputError
-        As :func:`plan_members`; or samples of more members are wanted than memory may hold.
+        As :func:`plan_members`, :func:`.opening.open_store`; or samples of more members are wanted
+        than memory may hold.
     """
-    if len(members) > MOST_LISTED and kept.columns != ():
+    if output is None and len(members) > MOST_LISTED and kept.columns != ():
         message = f"more than {MOST_LISTED:,} members, whose samples are to be in memory"
-        hint = "columns=[] with final=True or reduce=[...] keeps a few numbers of each"
+        hint = "columns=[] with final=True keeps a few numbers of each; store='out.zarr' all"
         raise InputError(Problem(message, Mark("members", 1, 1), hint, "ensemble"))
     plan, times = plan_members(models, members, options, extra=extra, kept=kept)
     blocks = blocks_of(plan, members)
-    store = MemoryStore(blocks.size)
-    if not run_members(blocks, store, jobs=jobs, progress=progress):
-        raise KeyboardInterrupt
+    with sole_writer(output):
+        if output is None:
+            store: Store = MemoryStore(blocks.size)
+        else:
+            store = open_store(output, blocks, resume=resume)
+        if not run_members(blocks, store, jobs=jobs, progress=progress):
+            raise KeyboardInterrupt
+        store.complete(times)
     return store.ensemble(plan.model.name, times)
 
 

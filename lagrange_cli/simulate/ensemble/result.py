@@ -24,7 +24,8 @@ class Ensemble:
     name
         The scene's.
     arrays
-        All arrays, by the names that ``lagrange simulate --ensemble`` gives them in a file.
+        All arrays, by the names that ``lagrange simulate --ensemble`` gives them in an NPZ. Those
+        of a file are read when they are asked for.
     """
 
     name: str
@@ -42,7 +43,7 @@ class Ensemble:
 
         NaN after the sample until which a member is known.
         """
-        return {name: a for name, a in self.arrays.items() if name != "t" and "/" not in name}
+        return {n: self.arrays[n] for n in self.arrays if n != "t" and "/" not in n}
 
     @property
     def given(self) -> dict[str, Array]:
@@ -98,7 +99,7 @@ class Ensemble:
 
     def _group(self, kind: str) -> dict[str, Array]:
         start = f"{kind}/"
-        return {n.removeprefix(start): a for n, a in self.arrays.items() if n.startswith(start)}
+        return {n.removeprefix(start): self.arrays[n] for n in self.arrays if n.startswith(start)}
 
     def __len__(self) -> int:
         return len(self.arrays["member/status"])

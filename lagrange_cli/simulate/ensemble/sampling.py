@@ -125,6 +125,10 @@ class SampledMembers(Members):
         drawn = [(d.kind, d.first, d.second) for d in self.distributions]
         return self.names, drawn, self.number, self.seed
 
+    def description(self) -> dict[str, object]:
+        drawn = [f"{d.kind}({d.first!r}, {d.second!r})" for d in self.distributions]
+        return {"drawn": dict(zip(self.names, drawn, strict=True)), "seed": self.seed}
+
 
 def _uniform(seed: int, stream: int, first: int, last: int) -> Array:
     """Return the uniform numbers of some members, between 0 and 1 and neither of them."""

@@ -1,13 +1,12 @@
 """Finished blocks of an ensemble: kept one by one, and put together at the end.
 
-While members are run whose result is a file, a folder ``FILE.parts`` beside it has a file for
-each finished block, and ``ensemble.json``, which says what they are blocks of. Otherwise they are
-kept in memory. Blocks are written by whoever runs them; what is told of them comes back.
+While members are run whose result is one file, a folder ``FILE.parts`` beside it has a file for
+each finished block. Otherwise they are kept in memory, or in a store of many files
+(:mod:`.zarr_store`). Blocks are written by whoever runs them; what is told of them comes back.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import zipfile
 from abc import ABC, abstractmethod
@@ -15,12 +14,12 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
+from typing import BinaryIO, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import cannot_write, discard, is_temporary, whole_file, write_file
+from lagrange_cli.files import discard, whole_file
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.block_files import (
     COLUMN,
@@ -40,16 +39,11 @@ from lagrange_cli.simulate.ensemble.summaries import (
     Summarized,
 )
 
-if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.run import Blocks
-
 #: Name, shape, and parts along the first axis, of an array.
 _Entry: TypeAlias = tuple[str, tuple[int, ...], Iterable[Array]]
 
 #: Keeps a block where it is run, in this process or another one; what is told of it comes back.
 BlockWriter: TypeAlias = Callable[[MemberBlock], KeptBlock]
-
-_NOTE = "ensemble.json"
 
 
 def parts_of(output: str) -> Path:
@@ -57,7 +51,8 @@ def parts_of(output: str) -> Path:
     return Path(f"{output}.parts")
 
 
-def _refused(message: str, hint: str = "") -> InputError:
+def refused(message: str, hint: str = "") -> InputError:
+    """Return the refusal to begin, or to go on with, a result."""
     return InputError(Problem(message, hint=hint, rule="resume"))
 
 
@@ -100,6 +95,18 @@ class Store(ABC):
             The result cannot be written.
         """
 
+    @abstractmethod
+    def ensemble(self, name: str, t: Array) -> Ensemble:
+        """Return the result, once it is complete; arrays in files are read as they are asked for.
+
+        Parameters
+        ----------
+        name
+            The scene's.
+        t
+            Times of the samples.
+        """
+
     def counts(self) -> dict[str, int]:
         """Return status → number of members of finished blocks."""
         total = Counter[str]()
@@ -136,6 +143,10 @@ class SummaryStore(Store):
     def complete(self, t: Array) -> None:
         """Nothing is written."""
 
+    def ensemble(self, name: str, t: Array) -> Ensemble:
+        """Return the times: nothing else is kept."""
+        return Ensemble(name, {"t": t})
+
 
 @dataclass
 class MemoryStore(Store):
@@ -156,7 +167,6 @@ class MemoryStore(Store):
         """Nothing is written: :meth:`ensemble` has the result."""
 
     def ensemble(self, name: str, t: Array) -> Ensemble:
-        """Put all blocks together."""
         arrays = {number: arrays_of(block) for number, block in self._blocks.items()}
         whole = _Whole(
             self, lambda number: list(arrays[number]), lambda number, name: arrays[number].get(name)
@@ -165,13 +175,13 @@ class MemoryStore(Store):
 
 
 @dataclass
-class NpzStore(Store):
-    """Blocks in files of a folder, which become one NPZ.
+class PartsStore(Store):
+    """Blocks in files of a folder, which become one file.
 
     Attributes
     ----------
     output
-        The NPZ.
+        That file.
     """
 
     output: str = ""
@@ -182,6 +192,7 @@ class NpzStore(Store):
 
     @property
     def _files(self) -> BlockFiles:
+        """The files of finished blocks."""
         return BlockFiles(parts_of(self.output), self.size)
 
     def load(self, blocks: int, length: Callable[[int], int]) -> None:
@@ -195,11 +206,46 @@ class NpzStore(Store):
             self._write(stream, t)
         discard(parts_of(self.output))
 
+    @abstractmethod
+    def _write(self, stream: BinaryIO, t: Array) -> None:
+        """Write the whole file."""
+
+
+class NpzStore(PartsStore):
+    """Blocks that become an NPZ."""
+
+    def ensemble(self, name: str, t: Array) -> Ensemble:
+        return Ensemble(name, NpzArrays(self.output))
+
     def _write(self, stream: BinaryIO, t: Array) -> None:
         whole = _Whole(self, self._files.names, self._files.array)
         with zipfile.ZipFile(stream, "w") as archive:
             for name, shape, parts in whole.entries(t):
                 _put(archive, name, shape, parts)
+
+
+@dataclass(frozen=True)
+class NpzArrays(Mapping[str, Array]):
+    """Arrays of an NPZ, read as they are asked for.
+
+    Attributes
+    ----------
+    path
+        Of the file.
+    """
+
+    path: str
+
+    def __getitem__(self, name: str) -> Array:
+        with np.load(self.path, allow_pickle=False) as arrays:
+            return np.asarray(arrays[name])
+
+    def __iter__(self) -> Iterator[str]:
+        with np.load(self.path, allow_pickle=False) as arrays:
+            return iter(arrays.files)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
 
 
 @dataclass(frozen=True)
@@ -265,67 +311,3 @@ def _put(
         file.write(np.ascontiguousarray(first).tobytes())
         for part in waiting:
             file.write(np.ascontiguousarray(part).tobytes())
-
-
-def open_store(output: str | None, blocks: Blocks, *, resume: bool) -> Store:
-    """Open the store of finished blocks, with ``resume`` those of an interrupted run.
-
-    Parameters
-    ----------
-    output
-        The NPZ that the result is to be; None if nothing but summaries is kept.
-    blocks
-        All that are to be.
-
-    Raises
-    ------
-    InputError
-        There are blocks and they are not to be used, or they are of another ensemble.
-    """
-    if output is None:
-        return SummaryStore(blocks.size)
-    folder = parts_of(output)
-    store = NpzStore(blocks.size, output=output)
-    note = {"key": blocks.plan.key, "members": len(blocks.members), "size": blocks.size}
-    if not _has_begun(folder):
-        _begin(folder, note)
-        return store
-    if not resume:
-        raise _refused(
-            f"'{folder}' has the members that an interrupted run finished",
-            f"--resume goes on with the others; rm -r '{folder}' begins anew",
-        )
-    if _read(folder / _NOTE) != note:
-        raise _refused(
-            f"'{folder}' is of another ensemble: the scene, its members, options that matter or"
-            " the program have changed",
-            f"rm -r '{folder}' begins anew",
-        )
-    store.load(len(blocks), blocks.length)
-    return store
-
-
-def _has_begun(folder: Path) -> bool:
-    """Tell whether anything is in the way of a new run; a killed one can leave an empty folder."""
-    try:
-        return not all(is_temporary(path.name) for path in folder.iterdir())
-    except FileNotFoundError:
-        return False
-    except OSError:
-        return True
-
-
-def _begin(folder: Path, note: Mapping[str, Any]) -> None:
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise cannot_write(f"'{folder}'", error) from error
-    write_file(folder / _NOTE, json.dumps(note))
-
-
-def _read(path: Path) -> Any:
-    """Read the JSON in a file, None if there is none."""
-    try:
-        return json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
-        return None

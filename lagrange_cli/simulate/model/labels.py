@@ -46,7 +46,7 @@ class Labels:
     latex
         Name → LaTeX that the scene gives it.
     dimensions, units
-        As :class:`lagrange_cli.scene.units.Units` has them.
+        As :class:`lagrange_cli.scene.units.Units` has them; units of parameters too.
     """
 
     title: str = ""
@@ -81,11 +81,12 @@ def labels_of(equations: Equations) -> Labels:
     latex |= {c.name: c.latex for c in equations.cartesian_names}
     latex |= {p.name: p.latex for p in equations.parameters}
     found = equations.units()
+    given = {p.name: p.unit for p in equations.parameters if p.unit is not None}
     is_jacobi = any(c.kind == "jacobi" for c in equations.conserved)
     return Labels(
         title=equations.title or equations.name,
         energy="h" if is_jacobi else "E",
         latex={name: given for name, given in latex.items() if given is not None},
         dimensions=found.dimensions,
-        units=found.units,
+        units={**given, **found.units},
     )

@@ -25,6 +25,7 @@ from lagrange_cli.simulate.ensemble.members import (
     differ_in_numbers,
     require_known_names,
 )
+from lagrange_cli.simulate.ensemble.opening import open_store
 from lagrange_cli.simulate.ensemble.run import (
     REFUSED,
     Plan,
@@ -32,7 +33,7 @@ from lagrange_cli.simulate.ensemble.run import (
     run_block,
     run_members,
 )
-from lagrange_cli.simulate.ensemble.store import open_store, parts_of
+from lagrange_cli.simulate.ensemble.store import parts_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.simulation import simulate

@@ -1,0 +1,371 @@
+"""Finished blocks in a Zarr store, where xarray, Dask and other languages read them as they are.
+
+Every array is divided along members as they are divided into blocks, so that a block is one chunk
+of each, which whoever runs the block writes: no two processes write one chunk. Whoever drives the
+run marks the block as finished afterwards, in ``block.finished``; what is not marked is run again.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import secrets
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import cannot_write, is_address
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.ensemble.block_files import COLUMN, TEXTS, arrays_of, written_name
+from lagrange_cli.simulate.ensemble.blocks import MemberBlock
+from lagrange_cli.simulate.ensemble.description import Description
+from lagrange_cli.simulate.ensemble.result import Ensemble
+from lagrange_cli.simulate.ensemble.store import Store, refused
+from lagrange_cli.simulate.ensemble.summaries import KeptBlock
+from lagrange_cli.simulate.request import resolve
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.ensemble.run import Blocks
+
+#: Names of the axes; ``t`` is also the array of sample times.
+_AXES = ("member", "t")
+
+#: Which blocks are finished.
+_FINISHED = "block.finished"
+
+#: Flags that are written together.
+_FLAGS = 4096
+
+#: Attribute of an array: its name in the result; of the store: what it must agree on to go on.
+_NAME, _NOTE = "npz_name", "lagrange_run"
+
+#: What stands for the slash in names, which would make a folder of them.
+_SLASH = "÷"
+
+
+def array_name(name: str) -> str:
+    """Return the name in a store of an array of the result: ``final.theta`` of ``final/theta``.
+
+    A column that has the name of the axis is ``column.member``.
+    """
+    if name == _AXES[0]:
+        return f"column.{name}"
+    return name.replace("/", ".", 1).replace("/", _SLASH)
+
+
+@contextmanager
+def _writing(path: str) -> Iterator[None]:
+    """Refuse what the system refuses."""
+    try:
+        yield
+    except OSError as error:
+        raise cannot_write(f"'{path}'", error) from error
+
+
+@dataclass(frozen=True)
+class ZarrWriter:
+    """Writes blocks as chunks, in this process or another one, on this machine or another one.
+
+    Attributes
+    ----------
+    path
+        Of the store, or its address.
+    token
+        Of the run, so that a process that opened an earlier store of this path opens it again.
+    members, size, samples
+        Number of members, of those in each block but the last, and of samples.
+    description
+        What is known of the arrays.
+    """
+
+    path: str
+    token: str
+    members: int
+    size: int
+    samples: int
+    description: Description
+
+    def __call__(self, block: MemberBlock) -> KeptBlock:
+        """Write a block.
+
+        Raises
+        ------
+        InputError
+            It cannot be written.
+        """
+        first = block.number * self.size
+        with _writing(self.path):
+            for name, values in arrays_of(block).items():
+                self._array(name)[first : first + len(values)] = values
+        return KeptBlock.of(block, self.size)
+
+    def _array(self, name: str) -> Any:
+        """Open the array of a name in blocks, which is made if this is its first block."""
+        opened = _opened(self.path, self.token)
+        if name not in opened.arrays:
+            opened.arrays[name] = opened.array(
+                written_name(name),
+                axes=2 if name.startswith(COLUMN) else 1,
+                shape=(self.members, self.samples),
+                chunks=(self.size, self.samples),
+                attributes=self.description.of_array(written_name(name)),
+                texts=name in TEXTS,
+            )
+        return opened.arrays[name]
+
+
+@dataclass(frozen=True)
+class _Opened:
+    """A store that a process has opened, and its arrays by their names in blocks."""
+
+    group: Any
+    arrays: dict[str, Any] = field(default_factory=dict)
+
+    def array(
+        self,
+        name: str,
+        *,
+        axes: int,
+        shape: tuple[int, ...],
+        chunks: tuple[int, ...],
+        attributes: Mapping[str, str],
+        texts: bool,
+    ) -> Any:
+        """Open an array or make it; several processes may do so at a time."""
+        from zarr.errors import ContainsArrayError
+
+        own = array_name(name)
+        if own not in self.group:
+            try:
+                return self.group.create_array(
+                    own,
+                    shape=shape[:axes],
+                    chunks=chunks[:axes],
+                    dtype=str if texts else "float64",
+                    fill_value="" if texts else np.nan,
+                    dimension_names=_AXES[:axes],
+                    attributes={**attributes, _NAME: name},
+                )
+            except ContainsArrayError:
+                pass
+        return self.group[own]
+
+
+@lru_cache(maxsize=4)
+def _opened(path: str, token: str) -> _Opened:
+    """Open a store, once for each run."""
+    import zarr
+
+    return _Opened(zarr.open_group(path, mode="r+", use_consolidated=False))
+
+
+@dataclass
+class ZarrStore(Store):
+    """Blocks as chunks of a Zarr store.
+
+    Attributes
+    ----------
+    path
+        Of the store, or its address.
+    writer_of_run
+        What writes blocks.
+    """
+
+    path: str = ""
+    writer_of_run: ZarrWriter | None = None
+
+    @property
+    def writer(self) -> ZarrWriter:
+        assert self.writer_of_run is not None
+        return self.writer_of_run
+
+    @property
+    def _group(self) -> Any:
+        return _opened(self.path, self.writer.token).group
+
+    def finish(self, kept: KeptBlock) -> None:
+        with _writing(self.path):
+            self._group[_FINISHED][kept.number] = True
+        super().finish(kept)
+
+    def complete(self, t: Array) -> None:
+        """Mark the store as complete, with all that there is to open it at once."""
+        import zarr
+
+        with _writing(self.path), warnings.catch_warnings():
+            # Which readers of other languages do not look for.
+            warnings.filterwarnings("ignore", message=".*[Cc]onsolidated")
+            self._group.attrs["complete"] = 1
+            zarr.consolidate_metadata(self._group.store, path=self._group.path)
+
+    def load(self, blocks: Blocks) -> None:
+        """Count the blocks that an earlier run marked as finished and that can be read."""
+        flags = self._group[_FINISHED][:]
+        for number in np.flatnonzero(flags).tolist():
+            block = self._read(number, blocks.length(number))
+            if block is not None:
+                super().finish(KeptBlock.of(block, self.size))
+
+    def _read(self, number: int, length: int) -> MemberBlock | None:
+        """Read of a block what reports say; None if it is not whole."""
+        first = number * self.size
+        arrays = _arrays_of(self._group)
+
+        def part(name: str) -> Array:
+            values: Array = arrays[name][first : first + length]
+            return values
+
+        try:
+            words = {name: part(f"member/{name}").tolist() for name in ("status", "reason")}
+            figures = {name: part(f"member/{name}") for name in ("holds_until", "estimated")}
+            kinds = ("reduced/", "reduced_error/", "final/")
+            numbers = {name: part(name) for name in arrays if name.startswith(kinds)}
+        except (OSError, KeyError, ValueError, RuntimeError):
+            return None
+        if not all(words["status"]):
+            return None
+        return MemberBlock(number, {}, numbers, {}, {}, figures, words)
+
+    def ensemble(self, name: str, t: Array) -> Ensemble:
+        return Ensemble(name, ZarrArrays(self.path))
+
+
+@dataclass(frozen=True)
+class ZarrArrays(Mapping[str, Any]):
+    """Arrays of a store by their names in an NPZ, read as they are asked for.
+
+    Attributes
+    ----------
+    path
+        Of the store, or its address.
+    """
+
+    path: str
+
+    def __getitem__(self, name: str) -> Any:
+        values = self._arrays()[name][:]
+        return np.array(values.tolist(), dtype=str) if values.dtype.kind in "TO" else values
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays())
+
+    def __len__(self) -> int:
+        return len(self._arrays())
+
+    def _arrays(self) -> dict[str, Any]:
+        import zarr
+
+        return _arrays_of(zarr.open_group(self.path, mode="r"))
+
+
+def _arrays_of(group: Any) -> dict[str, Any]:
+    """Return the arrays of a store by their names in an NPZ."""
+    named = ((array.attrs.get(_NAME), array) for _, array in group.arrays())
+    return {str(name): array for name, array in named if name is not None}
+
+
+# Opening.
+
+
+def open_zarr_store(path: str, blocks: Blocks, *, resume: bool) -> ZarrStore:
+    """Open the store of finished blocks, as :func:`.opening.open_store` does."""
+    if importlib.util.find_spec("zarr") is None:
+        hint = "pip install 'lagrange-cli[distributed]'"
+        raise InputError(Problem("a result as .zarr needs zarr", hint=hint, rule="missing-extra"))
+    description, plan = Description.of(blocks), blocks.plan
+    t = np.asarray(resolve(plan.model, plan.options).times)
+    note = json.dumps({"key": plan.key, "members": len(blocks.members), "size": blocks.size})
+    with _writing(path):
+        attributes = _attributes(path)
+        if attributes is None:
+            _begin(path, blocks, t, note, description)
+        else:
+            _require(attributes, note, path, resume)
+    writer = ZarrWriter(
+        path, secrets.token_hex(8), len(blocks.members), blocks.size, len(t), description
+    )
+    store = ZarrStore(blocks.size, path=path, writer_of_run=writer)
+    if attributes is not None:
+        store.load(blocks)
+    return store
+
+
+def _attributes(path: str) -> Mapping[str, Any] | None:
+    """Return what a store says of itself, None if nothing is there.
+
+    Raises
+    ------
+    InputError
+        There is something else.
+    """
+    import zarr
+
+    try:
+        group = zarr.open_group(path, mode="r", use_consolidated=False)
+    except FileNotFoundError:
+        if is_address(path) or not os.path.exists(path) or not os.listdir(path):
+            return None
+        raise _other(path) from None
+    except (ImportError, ValueError) as error:
+        # fsspec has no such protocol, or misses what this one needs.
+        raise InputError(Problem(f"cannot open '{path}': {error}", rule="output")) from error
+    if _NOTE not in group.attrs:
+        raise _other(path)
+    # A run that was killed before is no run.
+    return dict(group.attrs) if _FINISHED in group else None
+
+
+def _other(path: str) -> InputError:
+    said = f"cannot write '{path}': there is something else, no ensemble of this program"
+    return InputError(Problem(said, hint="name another output", rule="output"))
+
+
+def _require(attributes: Mapping[str, Any], note: object, path: str, resume: bool) -> None:
+    """Refuse to go on with a store of another ensemble, or unasked."""
+    anew = "name another output" if is_address(path) else f"rm -r '{path}' begins anew"
+    if not resume and attributes.get("complete"):
+        raise refused(f"'{path}' is there already, with all members", anew)
+    if not resume:
+        message = f"'{path}' has the members that an interrupted run finished"
+        raise refused(message, f"--resume goes on with the others; {anew}")
+    if attributes[_NOTE] != note:
+        raise refused(
+            f"'{path}' is of another ensemble: the scene, its members, options that matter or"
+            " the program have changed",
+            anew,
+        )
+
+
+def _begin(path: str, blocks: Blocks, t: Array, note: str, description: Description) -> None:
+    """Make a store without members."""
+    import zarr
+
+    given = " ".join(array_name(f"given/{name}") for name in blocks.plan.names)
+    attributes = {**description.plain(), _NOTE: note, "coordinates": given}
+    group = zarr.open_group(path, mode="a", zarr_format=3, attributes=attributes)
+    group.update_attributes(attributes)
+    times = group.create_array(
+        _AXES[1],
+        shape=t.shape,
+        chunks=t.shape,
+        dtype="float64",
+        dimension_names=_AXES[1:],
+        attributes={**description.of_array("t"), _NAME: "t"},
+        overwrite=True,
+    )
+    times[:] = t
+    group.create_array(
+        _FINISHED,
+        shape=(len(blocks),),
+        chunks=(min(len(blocks), _FLAGS),),
+        dtype=bool,
+        dimension_names=("block",),
+        overwrite=True,
+    )
