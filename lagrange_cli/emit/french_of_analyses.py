@@ -161,4 +161,18 @@ FRENCH_OF_ANALYSES = {
     "with {values}": "avec {values}",
     "With {values}:": "Avec {values}\u00a0:",
     "Small displacements {vector} of {names} from": "De petits écarts {vector} de {names} à",
+    # -- energies
+    "{lagrangian} depends on {time}": "{lagrangian} dépend de {time}",
+    "{lagrangian} holds the input {name}": "{lagrangian} contient l'entrée {name}",
+    "friction takes energy": "le frottement prend de l'énergie",
+    "the force {name} does work": "la force {name} travaille",
+    "the constraint {name} moves": "la liaison {name} bouge",
+    "not decided whether this is conserved": "il n'est pas décidé si cela est conservé",
+    "conserved too": "conservée aussi",
+    "conserved": "conservée",
+    "not conserved: what moves constraints or axes does work": (
+        "non conservée\u00a0: ce qui meut liaisons ou axes travaille"
+    ),
+    "not conserved: {reason}": "non conservée\u00a0: {reason}",
+    "It is not conserved: {reason}.": "Elle n'est pas conservée\u00a0: {reason}.",
 }

@@ -162,4 +162,18 @@ GERMAN_OF_ANALYSES = {
     "with {values}": "mit {values}",
     "With {values}:": "Mit {values}:",
     "Small displacements {vector} of {names} from": "Kleine Abweichungen {vector} von {names} aus",
+    # -- energies
+    "{lagrangian} depends on {time}": "{lagrangian} hängt von {time} ab",
+    "{lagrangian} holds the input {name}": "{lagrangian} enthält den Eingang {name}",
+    "friction takes energy": "Reibung nimmt Energie",
+    "the force {name} does work": "die Kraft {name} leistet Arbeit",
+    "the constraint {name} moves": "die Zwangsbedingung {name} bewegt sich",
+    "not decided whether this is conserved": "nicht entschieden, ob das erhalten ist",
+    "conserved too": "auch erhalten",
+    "conserved": "erhalten",
+    "not conserved: what moves constraints or axes does work": (
+        "nicht erhalten: Was Zwangsbedingungen oder Achsen bewegt, leistet Arbeit"
+    ),
+    "not conserved: {reason}": "nicht erhalten: {reason}",
+    "It is not conserved: {reason}.": "Sie ist nicht erhalten: {reason}.",
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.analysis.motion_rows import along_rows, exponent_rows
@@ -17,16 +18,12 @@ from lagrange_cli.emit.analysis.wording import (
     turning_values,
     verdict_word,
 )
-from lagrange_cli.emit.constraint_wording import (
-    conserved_reason,
-    energy_is_sum,
-    energy_letter,
-    quantity_labels,
-)
 from lagrange_cli.emit.forms.writer import with_momenta
 from lagrange_cli.emit.language import ENGLISH, Language, language
+from lagrange_cli.emit.text.conserved import conserved_row, energy
+from lagrange_cli.emit.text.writer import TextWriter
 from lagrange_cli.errors import escape_controls
-from lagrange_cli.notation.build import display, display_sum
+from lagrange_cli.notation.build import display
 from lagrange_cli.notation.layout import Piece, columns, joined
 from lagrange_cli.notation.one_line import OneLinePrinter, solid
 from lagrange_cli.notation.page import Block, Page, Row, formula, page, words
@@ -48,7 +45,6 @@ if TYPE_CHECKING:
         Mode,
         Turning,
     )
-    from lagrange_cli.mechanics.findings import Conserved
 
 #: Equilibria and modes that are listed, and columns of a matrix that is written out.
 _MOST_LISTED, _MOST_COLUMNS = 16, 8
@@ -107,9 +103,15 @@ class _Writer:
         if analysis.modes is not None:
             yield self.modes(analysis.modes)
         yield self.conserved()
+        yield energy(self.lines)
         yield exponent_rows(self.analysis.exponents, self.say)
         yield along_rows(self.analysis.along, self.say)
         yield self.left_out()
+
+    @cached_property
+    def lines(self) -> TextWriter:
+        """The writer of derivations, in the same letters."""
+        return TextWriter(self.analysis.equations, self.words, self.printer, say=self.say)
 
     def told(self, phrase: str) -> str:
         """Say a phrase of the analysis."""
@@ -357,7 +359,7 @@ class _Writer:
     def conserved(self) -> list[Row | Block]:
         found = self.analysis.symmetries
         heading, told = self.say("Conserved"), searched(found, self.say)
-        rows = [self.conserved_row(c) for c in self.analysis.equations.conserved]
+        rows = [conserved_row(self.lines, c) for c in self.analysis.equations.conserved]
         if found is not None:
             rows += [self.symmetry_row(symmetry) for symmetry in found.found]
         if not rows:
@@ -378,24 +380,6 @@ class _Writer:
         names = [c.name for c in self.analysis.equations.coordinates]
         aside = self.told(symmetry.described(names))
         return formula(f"  {self.printer.symbol(symmetry.name)}", " = ", shown, aside=aside)
-
-    def conserved_row(self, quantity: Conserved) -> Row:
-        labels, equations = quantity_labels(self.analysis.equations), self.analysis.equations
-        subject = labels["L"]
-        if quantity.coordinate is not None:
-            subject = self.printer.symbol(quantity.coordinate)
-        reason = conserved_reason(equations, quantity, escape_controls(subject), "t", self.say)
-        if quantity.kind != "momentum" and energy_is_sum(equations, quantity):
-            return Row(
-                f"  {labels['E']}", f" = {labels['T']} + {labels['V']}", (), "name", 0, reason
-            )
-        parts = quantity.parts or (quantity.expression,)
-        is_momentum = quantity.kind == "momentum"
-        name = (
-            self.printer.symbol(quantity.name) if is_momentum else labels[energy_letter(quantity)]
-        )
-        shown = self.printer.pieces(display_sum(parts, self.words))
-        return formula(f"  {name}", " = ", shown, aside=reason)
 
     def left_out(self) -> list[Row | Block]:
         reasons: dict[str, list[str]] = {}

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lagrange_cli.analysis.energies import energy_loss, energy_sum
 from lagrange_cli.emit.constraint_wording import (
     conserved_reason,
     energy_is_sum,
@@ -14,7 +15,8 @@ from lagrange_cli.emit.constraint_wording import (
     undecided,
 )
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas, section
+from lagrange_cli.emit.energy_wording import loss_line, sum_line
+from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas, section
 from lagrange_cli.mechanics.families.forms import FamilyRow
 
 if TYPE_CHECKING:
@@ -95,11 +97,42 @@ def conserved(
 
 
 def balance(writer: DocumentWriter) -> Section | None:
+    """Why the energy is not conserved, and at which rate it changes; T + V beside h."""
+    blocks = [*_balance(writer), *_lost(writer), *_sum(writer)]
+    return section(writer.say("Energy"), *blocks)
+
+
+def _lost(writer: DocumentWriter) -> Iterator[Block]:
+    """Why the energy is not conserved."""
+    loss, say, letters = energy_loss(writer.equations), writer.say, writer.letters
+    if loss is None:
+        return
+    whole, time = letters.inline(writer.labels["L"]), letters.inline("t")
+    why = loss_line(loss, whole, time, say, letters.words)
+    yield Words(say("It is not conserved: {reason}.", reason=why))
+
+
+def _sum(writer: DocumentWriter) -> Iterator[Block]:
+    """T + V where Jacobi's integral is another function."""
+    found, say, labels = energy_sum(writer.equations), writer.say, writer.labels
+    if found is None:
+        return
+    name, jacobi = f"{labels['T']} + {labels['V']}", labels["h"]
+    told = say("{name}: {value}", name=writer.letters.inline(name), value=sum_line(found, say))
+    rows = [writer.row(f"{name} - {jacobi}", found.difference)]
+    if found.rate is not None:
+        whole = writer.letters.group(name)
+        rows.append(writer.row(writer.letters.differential(whole), found.rate))
+    yield Words(say("{text}:", text=told))
+    yield formulas(rows, result=True)
+
+
+def _balance(writer: DocumentWriter) -> Iterator[Block]:
     """The rate of the energy where that is not conserved."""
     equations, say, letters, labels = writer.equations, writer.say, writer.letters, writer.labels
     change = equations.balance
     if change is None:
-        return None
+        return
     label = labels["E" if change.kind == "energy" else "h"]
     whole = label
     if energy_is_sum(equations, change):
@@ -110,16 +143,13 @@ def balance(writer: DocumentWriter) -> Section | None:
     rate = letters.differential(label)
     if change.is_dissipation:
         rate += f" = -2 {labels['D']}"
-    return section(
-        say("Energy"),
-        Words(say("{text}:", text=told)),
-        formulas(
-            [
-                writer.total(whole, change.parts or (equations.energy,)),
-                writer.total(rate, (change.rate,)),
-            ],
-            result=True,
-        ),
+    yield Words(say("{text}:", text=told))
+    yield formulas(
+        [
+            writer.total(whole, change.parts or (equations.energy,)),
+            writer.total(rate, (change.rate,)),
+        ],
+        result=True,
     )
 
 

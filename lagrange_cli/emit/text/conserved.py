@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from lagrange_cli.analysis.energies import energy_loss, energy_sum
 from lagrange_cli.emit.constraint_wording import (
     conserved_reason,
     energy_is_sum,
@@ -12,9 +14,11 @@ from lagrange_cli.emit.constraint_wording import (
     quantity_labels,
     undecided,
 )
+from lagrange_cli.emit.energy_wording import loss_line, sum_line
 from lagrange_cli.emit.text.writer import TextWriter
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.forms import FamilyRow
+from lagrange_cli.notation.layout import Piece, added, columns
 from lagrange_cli.notation.page import Block, Row, formula, words
 
 if TYPE_CHECKING:
@@ -44,15 +48,45 @@ def conserved(writer: TextWriter) -> list[Row | Block]:
     return [*lines, Row("", "  ", note)] if names else lines
 
 
-def energy(writer: TextWriter) -> list[Row]:
+def energy(writer: TextWriter) -> list[Row | Block]:
+    """Why the energy is not conserved, and at which rate it changes; T + V beside h."""
+    say, when = writer.say, ""
+    rows: list[Row | Block] = [*_balance(writer), *_lost(writer), *_sum(writer)]
+    if writer.equations.balance is not None and only_between_impacts(writer.equations):
+        when = say(" between impacts")
+    return [Row(say("Energy"), when, role="heading"), *rows] if rows else []
+
+
+def _lost(writer: TextWriter) -> Iterator[Row]:
+    """Why the energy is not conserved."""
+    loss = energy_loss(writer.equations)
+    if loss is not None:
+        label = quantity_labels(writer.equations)["L"]
+        why = loss_line(loss, label, "t", writer.say, escape_controls)
+        yield Row("", "  ", words(writer.say("not conserved: {reason}", reason=why)))
+
+
+def _sum(writer: TextWriter) -> Iterator[Row | Block]:
+    """T + V where Jacobi's integral is another function."""
+    found = energy_sum(writer.equations)
+    if found is None:
+        return
+    labels = quantity_labels(writer.equations)
+    name, shown = f"{labels['T']} + {labels['V']}", writer.pieces(found.difference)
+    whole = [Piece(labels["h"], columns(labels["h"])), *added(shown)]
+    yield formula(f"  {name}", " = ", whole, aside=sum_line(found, writer.say))
+    if found.rate is not None:
+        yield writer.formula(f"  d({name})/dt", found.rate)
+
+
+def _balance(writer: TextWriter) -> list[Row]:
     """The rate of the energy where that is not conserved."""
     balance = writer.equations.balance
     if balance is None:
         return []
     labels = quantity_labels(writer.equations)
     label = labels["E" if balance.kind == "energy" else "h"]
-    when = writer.say(" between impacts") if only_between_impacts(writer.equations) else ""
-    rows = [Row(writer.say("Energy"), when, role="heading")]
+    rows = []
     if energy_is_sum(writer.equations, balance):
         rows.append(Row(f"  {label}", f" = {labels['T']} + {labels['V']}", role="name"))
     else:

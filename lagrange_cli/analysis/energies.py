@@ -1,0 +1,236 @@
+"""T + V where Jacobi's integral h is another function, and what an energy is lost to.
+
+With T = T2 + T1 + T0 by degrees in the velocities, h = T2 − T0 + V, so that T + V = h + T1 + 2 T0:
+whoever moves the constraints or the axes does work. Whether T + V is conserved all the same is
+proven: its rate along the motion, with the accelerations that M a = f gives, vanishes at random
+points of finite fields, or it does not at a state in many digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.analysis.sampled_values import SampledValues
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.energies import parts_by_degree
+from lagrange_cli.mechanics.algebra.shorten import shortened
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.proofs.finite_field import field_inverse
+from lagrange_cli.mechanics.proofs.zero_test import (
+    are_equal,
+    does_not_depend,
+    relation_holds,
+    vanish,
+)
+from lagrange_cli.mechanics.sparse import entries
+
+#: Digits of the values that disprove, and the part of its terms that a value is zero below.
+_DIGITS, _NOTHING = 50, mpf(10) ** -30
+
+#: Coordinates up to which accelerations are solved for, operations of a rate that is shown.
+_MOST_COORDINATES, _MOST_OPERATIONS = 12, 40
+
+
+@dataclass(frozen=True)
+class EnergySum:
+    """T + V, where it is not Jacobi's integral.
+
+    Attributes
+    ----------
+    difference
+        T + V − h.
+    conserved
+        True or False where that is proven, else None.
+    rate
+        Its rate along a motion that does not conserve it, where that is short and h is
+        conserved; else None.
+    with_jacobi
+        True if Jacobi's integral is conserved.
+    """
+
+    difference: sp.Expr
+    conserved: bool | None
+    rate: sp.Expr | None
+    with_jacobi: bool
+
+
+@dataclass(frozen=True)
+class EnergyLoss:
+    """Why an energy is not conserved.
+
+    Attributes
+    ----------
+    depends_on_time
+        True if L depends on t.
+    inputs
+        Names of the inputs that L holds.
+    friction
+        True if dissipation takes energy.
+    forces
+        Names of forces that do work.
+    moving
+        Names of the constraints, kept beside the coordinates, that move.
+    """
+
+    depends_on_time: bool
+    inputs: tuple[str, ...]
+    friction: bool
+    forces: tuple[str, ...]
+    moving: tuple[str, ...]
+
+
+def energy_sum(equations: Equations) -> EnergySum | None:
+    """Compare T + V with Jacobi's integral.
+
+    None where they are one, where Jacobi's integral is the energy all the same, as in the theory
+    of relativity, where T is no polynomial of second degree in the velocities, and where neither
+    is known to be conserved.
+    """
+    known = [c for c in equations.conserved if c.kind != "momentum"]
+    if any(c.kind == "energy" or c.is_energy for c in known):
+        return None
+    velocities = [c.v for c in equations.coordinates]
+    kinetic = parts_by_degree(equations.kinetic, velocities)
+    potential = parts_by_degree(equations.potential, velocities)
+    if kinetic is None or potential is None or potential[0] != 0:
+        return None
+    difference = sp.Add(kinetic[1], 2 * kinetic[2])
+    if vanish(difference):
+        return None
+    rates = [derivative(difference, c.q) * c.v for c in equations.coordinates]
+    still = sp.Add(derivative(difference, equations.t), *rates)
+    slopes = [derivative(difference, v) for v in velocities]
+    if not known:
+        lost = _rate_of_jacobi(equations)
+        if lost is not None and _is_constant(equations, sp.Add(still, lost), slopes):
+            return EnergySum(difference, True, None, with_jacobi=False)
+        return None
+    conserved = _is_constant(equations, still, slopes)
+    rate = None
+    if conserved is False and not any(slopes):
+        short = shortened(still)
+        rate = short if sp.count_ops(short) <= _MOST_OPERATIONS else None
+    return EnergySum(difference, conserved, rate, with_jacobi=True)
+
+
+def _rate_of_jacobi(equations: Equations) -> sp.Expr | None:
+    """dh/dt = −∂L/∂t + Σ (Q − ∂D/∂q̇) q̇; None if constraints or inputs take part."""
+    lagrangian = equations.lagrangian
+    inputs = {u.symbol for u in equations.inputs}
+    if equations.pushing or not lagrangian.free_symbols.isdisjoint(inputs):
+        return None
+    work = [_power(equations, f.generalized) for f in equations.forces]
+    drag = [c.v * derivative(equations.dissipation, c.v) for c in equations.coordinates]
+    return sp.Add(-derivative(lagrangian, equations.t), *work, *(-x for x in drag))
+
+
+def _is_constant(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr]) -> bool | None:
+    """Say whether still + slopes·a is proven to vanish, or not to, where M a = f."""
+    if not any(slopes):
+        if vanish(still):
+            return True
+    elif equations.pushing or len(slopes) > _MOST_COORDINATES:
+        return None
+    elif _vanishes_in_fields(equations, still, slopes):
+        return True
+    if equations.pushing:
+        return None  # states that obey the constraints are few
+    return False if _is_nonzero(equations, still, slopes) else None
+
+
+def _vanishes_in_fields(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr]) -> bool:
+    """Solve M a = f at random points of finite fields."""
+    n = len(slopes)
+
+    def vanishes(values: Sequence[int], p: int) -> bool:
+        rows = [[*values[k * n : (k + 1) * n], values[n * n + k]] for k in range(n)]
+        accelerations = _solved(rows, p)
+        if accelerations is None:
+            return True  # M is singular at this point
+        along = values[n * n + n + 1 :]
+        moved = sum(s * a for s, a in zip(along, accelerations, strict=True))
+        return (values[n * n + n] + moved) % p == 0
+
+    return relation_holds([*_system(equations), still, *slopes], vanishes)
+
+
+def _system(equations: Equations) -> list[sp.Expr]:
+    """The entries of M, row by row, then those of f."""
+    n = len(equations.coordinates)
+    rows = [entries(row) for row in equations.mass_matrix]
+    mass = [row.get(k, sp.Integer(0)) for row in rows for k in range(n)]
+    return [*mass, *equations.forcing]
+
+
+def _solved(rows: list[list[int]], p: int) -> list[int] | None:
+    """Solve equations, each with its right side behind it, modulo a prime; None if singular."""
+    n = len(rows)
+    for k in range(n):
+        pivot = next((i for i in range(k, n) if rows[i][k] % p), None)
+        if pivot is None:
+            return None
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        inverse = field_inverse(rows[k][k], p)
+        rows[k] = [x * inverse % p for x in rows[k]]
+        for i in range(n):
+            if i != k and rows[i][k]:
+                factor = rows[i][k]
+                rows[i] = [(x - factor * y) % p for x, y in zip(rows[i], rows[k], strict=True)]
+    return [row[n] for row in rows]
+
+
+def _is_nonzero(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr]) -> bool:
+    """Say whether still + slopes·a is not zero at some state, in many digits."""
+    n = len(slopes)
+    wanted = [*_system(equations), still, *slopes]
+    samples = SampledValues(equations, 1, seed=3)
+    if not samples.of(wanted).shape[1]:
+        return False
+    state = {s: mpf(x) for s, x in samples.parameters.items()}
+    state |= {s: mpf(float(x[0])) for s, x in samples.states.items()}
+    with mpmath.workdps(_DIGITS):
+        try:
+            values = evaluate(wanted, state)
+        except DomainError:
+            return False
+        terms = [values[n * n + n]]
+        if any(slopes):
+            mass = mpmath.matrix(n, n)
+            for k in range(n * n):
+                mass[k // n, k % n] = values[k]
+            solution = mpmath.lu_solve(mass, mpmath.matrix(values[n * n : n * n + n]))
+            terms += [s * a for s, a in zip(values[n * n + n + 1 :], solution, strict=True)]
+        return bool(abs(mpmath.fsum(terms)) > _NOTHING * max(map(abs, terms)))
+
+
+def energy_loss(equations: Equations) -> EnergyLoss | None:
+    """Find what takes or brings energy; None if an energy is conserved, or that is not decided."""
+    if any(c.kind != "momentum" for c in equations.conserved) or not equations.coordinates:
+        return None
+    if "energy" in equations.open_questions:
+        return None
+    velocities = {c.v for c in equations.coordinates}
+    lagrangian = equations.lagrangian
+    held = lagrangian.free_symbols
+    loss = EnergyLoss(
+        not does_not_depend(lagrangian, equations.t),
+        tuple(u.name for u in equations.inputs if u.symbol in held),
+        not equations.dissipation.free_symbols.isdisjoint(velocities),
+        tuple(f.name for f in equations.forces if not vanish(_power(equations, f.generalized))),
+        tuple(c.name for c in equations.pushing if _moves(equations, c.rate)),
+    )
+    return loss if any(vars(loss).values()) else None
+
+
+def _power(equations: Equations, force: Sequence[sp.Expr]) -> sp.Expr:
+    return sp.Add(*(q * c.v for c, q in zip(equations.coordinates, force, strict=True)))
+
+
+def _moves(equations: Equations, rate: sp.Expr) -> bool:
+    return not are_equal(rate, sp.Integer(0))
