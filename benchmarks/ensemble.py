@@ -16,6 +16,11 @@ over the samples of a few members, against a Taylor series in 30 decimal digits,
 radians and angular velocities over their largest value.
 
     python benchmarks/ensemble.py --members 10000 --json ensemble.json
+
+With ``--scale`` a sweep of a million members, of which ends are kept, as the command runs it: what
+that costs beside the integration alone, and its memory (ensemble_scale.py).
+
+    python benchmarks/ensemble.py --scale --members 100000
 """
 
 from __future__ import annotations
@@ -35,6 +40,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import ensemble_scale
 import numpy as np
 from double_pendulum import GRAVITY, Array, Release, reference, slopes
 from integration import about
@@ -224,21 +230,41 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--members", type=int, default=10_000)
-    parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--turns", type=int, default=3)
-    parser.add_argument("--json", metavar="FILE")
-    options = parser.parse_args()
-    starts = releases(options.members)
-    rows = measure(ways(starts, options.jobs), starts, options.turns)
-    print(f"{options.members} members, {options.jobs} cores\n")
-    print(table(rows))
+def write(options: argparse.Namespace, rows: Sequence[dict[str, Any]]) -> None:
+    """Write the file of --json, if there is to be one."""
     if options.json:
         counts = {"members": options.members, "jobs": options.jobs, "turns": options.turns}
         with open(options.json, "w", encoding="utf-8") as file:
             json.dump({"about": {**about(), **counts}, "rows": rows}, file, indent=1)
+
+
+def scale(options: argparse.Namespace) -> int:
+    """Measure a sweep as the command runs it; 1 if its error is above its accuracy."""
+    scene = ensemble_scale.scene_of(SCENE)
+    rows = ensemble_scale.measured(scene, options.members, options.jobs)
+    print(f"{options.members} members, {options.jobs} cores\n")
+    print(ensemble_scale.table(rows, options.members))
+    write(options, rows)
+    return 0 if rows[1]["error"] < ensemble_scale.ACCURACY else 1
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--members", type=int, help="10,000; with --scale 1,000,000")
+    parser.add_argument("--scale", action="store_true", help="a sweep as the command runs it")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--json", metavar="FILE")
+    options = parser.parse_args()
+    if options.members is None:
+        options.members = 1_000_000 if options.scale else 10_000
+    if options.scale:
+        return scale(options)
+    starts = releases(options.members)
+    rows = measure(ways(starts, options.jobs), starts, options.turns)
+    print(f"{options.members} members, {options.jobs} cores\n")
+    print(table(rows))
+    write(options, rows)
     return 0 if rows[0]["error"] < 1e-9 else 1
 
 

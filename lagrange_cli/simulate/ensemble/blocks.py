@@ -86,26 +86,27 @@ class BlockBuilder:
     def __init__(
         self, names: Sequence[str], members: int, samples: int, columns: Iterable[str]
     ) -> None:
-        self._left = dict.fromkeys(range(members))
+        self._is_left = np.ones(members, bool)
         self._shape = members, samples
         self._columns = {name: np.empty(self._shape) for name in columns}
         self._numbers: dict[str, Array] = {}
         self._varied = {name: np.full(members, np.nan) for name in names}
         self._scales: dict[str, Array] = {}
         self._figures = {name: np.full(members, np.nan) for name in MEMBER_FIGURES}
-        self._words = {name: [""] * members for name in MEMBER_WORDS}
+        self._words = {name: np.full(members, "", object) for name in MEMBER_WORDS}
 
     @property
     def left(self) -> list[int]:
         """The members that are in no part."""
-        return list(self._left)
+        numbers: list[int] = np.flatnonzero(self._is_left).tolist()
+        return numbers
 
     def take(self, part: BlockPart) -> None:
         """Add a part."""
-        for number in part.members:
-            self._left.pop(number, None)
-            for name, word in part.words.items():
-                self._words[name][number] = word
+        members = np.asarray(part.members, np.int64)
+        self._is_left[members] = False
+        for name, word in part.words.items():
+            self._words[name][members] = word
         for gathered, added in (
             (self._numbers, part.numbers),
             (self._varied, part.varied),
@@ -113,17 +114,17 @@ class BlockBuilder:
             (self._figures, part.figures),
         ):
             for name, values in added.items():
-                gathered.setdefault(name, np.full(self._shape[0], np.nan))[part.members] = values
+                gathered.setdefault(name, np.full(self._shape[0], np.nan))[members] = values
         self._add(part.columns)
         for name, column in self._columns.items():
             values = part.columns.get(name, np.empty((1, 0)))
-            column[part.members, : values.shape[1]] = values
-            column[part.members, values.shape[1] :] = np.nan
+            column[members, : values.shape[1]] = values
+            column[members, values.shape[1] :] = np.nan
 
     def _add(self, names: Iterable[str]) -> None:
         """Make columns of those that are new."""
         # Members of earlier parts do not have these.
-        without = [number for number in range(self._shape[0]) if number not in self._left]
+        without = ~self._is_left
         for name in names:
             if name not in self._columns:
                 self._columns[name] = np.empty(self._shape)
@@ -132,7 +133,7 @@ class BlockBuilder:
     def block(self, number: int) -> MemberBlock:
         """Return the block; members in no part have no values."""
         for values in self._columns.values():
-            values[self.left] = np.nan
+            values[self._is_left] = np.nan
         return MemberBlock(
             number,
             self._columns,
@@ -140,5 +141,5 @@ class BlockBuilder:
             self._varied,
             self._scales,
             self._figures,
-            self._words,
+            {name: words.tolist() for name, words in self._words.items()},
         )

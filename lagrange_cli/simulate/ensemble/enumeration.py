@@ -11,8 +11,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.files.rows import DECIMAL_NUMBER, quoted_cell
+from lagrange_cli.simulate.arrays import Array
 
 #: Members that are enumerated at most.
 MOST_MEMBERS = 1_000_000_000
@@ -66,6 +69,11 @@ class Members(ABC):
     @abstractmethod
     def rows(self, first: int = 0, last: int | None = None) -> Iterator[tuple[str, ...]]:
         """Yield for each member from ``first`` to before ``last`` a text for each name."""
+
+    def numbers(self, first: int, last: int) -> list[Array] | None:
+        """Return what the rows of members stand for, an array for each name; None where a text is
+        no plain number."""
+        return None
 
     @abstractmethod
     def mark(self, member: int, name: str) -> Mark:
@@ -144,6 +152,22 @@ class GridMembers(Members):
     def rows(self, first: int = 0, last: int | None = None) -> Iterator[tuple[str, ...]]:
         for member in range(first, len(self) if last is None else min(last, len(self))):
             yield tuple(text for text, _ in self._at(member))
+
+    def numbers(self, first: int, last: int) -> list[Array] | None:
+        if self._axis_numbers is None:
+            return None
+        members, found = np.arange(first, min(last, len(self))), []
+        for axis in reversed(self._axis_numbers):
+            members, k = np.divmod(members, len(axis))
+            found.append(axis[k])
+        return found[::-1]
+
+    @cached_property
+    def _axis_numbers(self) -> list[Array] | None:
+        """The values of each name; None if one is no plain number."""
+        if not all(DECIMAL_NUMBER.fullmatch(text) for text, _ in self.cells()):
+            return None
+        return [np.array([float(text) for text, _ in axis]) for axis in self.axes]
 
     def mark(self, member: int, name: str) -> Mark:
         return self._at(member)[self.names.index(name)][1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -104,7 +105,7 @@ class Keeper:
         written = self.written(names)
         return [name for name in names if name in written or name in self._for_reductions]
 
-    @property
+    @cached_property
     def _for_reductions(self) -> frozenset[str]:
         count = range(len(self.kept.reductions))
         n = len(self.state) // 2

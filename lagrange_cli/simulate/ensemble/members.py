@@ -13,8 +13,12 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.files.rows import DECIMAL_NUMBER
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.model import Model
 
 if TYPE_CHECKING:
@@ -303,6 +307,35 @@ class NumericMembers:
         else:
             parameters, initial = self._evaluated(member)
         return self._with(parameters, initial)
+
+    def of_all(self, given: Mapping[str, Array]) -> tuple[NDArray[np.int64], Array, Array] | None:
+        """Find the parameters and the starts of members that are given by plain numbers.
+
+        Parameters
+        ----------
+        given
+            Name → number of each member, shape (members,).
+
+        Returns
+        -------
+        Which members have them, as :meth:`of`; their parameters, shape (m, parameters); and their
+        starts, (m, 2n). None if further values depend on these.
+        """
+        if not self._plain:
+            return None
+        count = len(next(iter(given.values())))
+        own = np.ones(count, bool)
+        values = np.tile([value or 0.0 for value in self._values], (count, 1))
+        starts = np.tile(np.array(self._start, dtype=float), (count, 1))
+        for name, numbers in given.items():
+            if name in self._parameters:
+                k = self._parameters[name]
+                own &= np.sign(numbers) == np.sign(values[:, k])
+                own &= self._values[k] is not None
+                values[:, k] = numbers
+            else:
+                starts[:, self._number(name)] = numbers
+        return np.flatnonzero(own).astype(np.int64), values[own], starts[own]
 
     def _evaluated(self, member: MemberValues) -> tuple[dict[str, float], dict[str, float]]:
         """Evaluate all values as the scene's expressions give them."""

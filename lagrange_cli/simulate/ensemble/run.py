@@ -16,6 +16,7 @@ from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.files.rows import DECIMAL_NUMBER
@@ -57,7 +58,7 @@ _LARGEST_BLOCK = 32
 _LARGEST_BATCHED = 256
 
 #: The same where nothing is kept of every sample; set by hand.
-_LARGEST_OF_NUMBERS = 2048
+_LARGEST_OF_NUMBERS = 8192
 
 #: Blocks into which fewer members are divided; set by hand.
 _FEWEST_BLOCKS = 16
@@ -113,11 +114,14 @@ class Task:
         Number of the block.
     rows
         For each member a text for each of the plan's names.
+    numbers
+        For each of these names the numbers of all members; None where a text is no plain number.
     """
 
     plan: Plan
     number: int
     rows: tuple[tuple[str, ...], ...]
+    numbers: list[Array] | None = field(default=None, compare=False)
 
 
 class _Runner:
@@ -149,27 +153,37 @@ class _Runner:
     def decide(self, task: Task, builder: BlockBuilder, between: Callable[[], None]) -> None:
         """Add the members whose results batched runs decide."""
         if self.batched is not None:
-            for part in self._batched_parts(self.batched, task.rows, between):
+            for part in self._batched_parts(self.batched, task, between):
                 builder.take(part)
 
     def _batched_parts(
-        self, batched: BatchedResults, rows: Sequence[tuple[str, ...]], between: Callable[[], None]
+        self, batched: BatchedResults, task: Task, between: Callable[[], None]
     ) -> Iterator[BlockPart]:
-        members = {k: x for k, texts in enumerate(rows) if (x := self._values(texts)) is not None}
-        numbers = np.array(list(members), dtype=np.int64)
-        if not members:
+        numbers, parameters, starts = self._evaluated(task)
+        if len(numbers) == 0:
             return
-        parameters = np.array([[x or 0.0 for x in values] for values, _ in members.values()])
-        starts = np.array([start for _, start in members.values()], dtype=float)
         for part in batched.run(starts, parameters, between):
             if isinstance(part, Missed):
                 number = int(numbers[part.number])
-                yield self._missed(batched, number, rows[number], part.measured)
+                yield self._missed(batched, number, task.rows[number], part.measured)
                 continue
             known = {p.name: parameters[:, i] for i, p in enumerate(self.plan.model.parameters)}
             known |= dict(zip(self.plan.model.state_names, starts.T, strict=True))
             varied = {name: known[name][part.members] for name in self.plan.names}
             yield replace(part, members=numbers[part.members].tolist(), varied=varied)
+
+    def _evaluated(self, task: Task) -> tuple[NDArray[np.int64], Array, Array]:
+        """Return the numbers of members that differ in numbers alone, parameters and starts."""
+        assert self._numbers is not None
+        if task.numbers is not None:
+            given = dict(zip(self.plan.names, task.numbers, strict=True))
+            found = self._numbers.of_all(given)
+            if found is not None:
+                return found
+        members = {k: x for k, row in enumerate(task.rows) if (x := self._values(row)) is not None}
+        parameters = [[x or 0.0 for x in values] for values, _ in members.values()]
+        starts = [start for _, start in members.values()]
+        return np.array(list(members), np.int64), np.array(parameters), np.array(starts, float)
 
     def _values(
         self, texts: Sequence[str]
@@ -354,8 +368,9 @@ class Blocks:
 
     def task(self, number: int) -> Task:
         """Return a block, with the values of its members."""
-        first = self.first(number)
-        return Task(self.plan, number, tuple(self.members.rows(first, first + self.size)))
+        first, last = self.first(number), self.first(number) + self.length(number)
+        rows = tuple(self.members.rows(first, last))
+        return Task(self.plan, number, rows, self.members.numbers(first, last))
 
 
 def blocks_of(plan: Plan, members: Members) -> Blocks:

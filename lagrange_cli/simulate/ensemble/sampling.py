@@ -110,6 +110,7 @@ class SampledMembers(Members):
 
     def numbers(self, first: int, last: int) -> list[Array]:
         """Draw the values of members from ``first`` to before ``last``, an array a name."""
+        last = min(last, self.number)
         return [
             distribution.drawn(_uniform(self.seed, stream, first, last))
             for stream, distribution in enumerate(self.distributions)
