@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -15,13 +16,16 @@ from lagrange_cli.cli.remembered import Answer, remembered
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.enumeration import Members
     from lagrange_cli.simulate.ensemble.kept import Kept
     from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
+    from lagrange_cli.simulate.ensemble.planes import Plane
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.model.reductions import Reduction
+    from lagrange_cli.simulate.results.plane import PlaneMap
 
 #: Members of which all samples are kept unless something else is asked for.
 MOST_WITH_SAMPLES = 10_000
@@ -29,7 +33,7 @@ MOST_WITH_SAMPLES = 10_000
 #: Arguments of the command that are passed on to :func:`member_choice` as they are.
 MEMBER_OPTIONS = (
     *("vary", "sample", "number", "seed"),
-    *("final", "kept_columns", "reductions", "jobs"),
+    *("final", "kept_columns", "reductions", "map_names", "jobs"),
 )
 
 _COUNT = re.compile(r"[0-9]{1,12}|[0-9](\.[0-9]+)?[eE]\+?[0-9]{1,2}", re.ASCII)
@@ -116,6 +120,15 @@ ensemble_options = shared.in_order(
             "first of a condition, a time: 'max(abs(theta2))', 'first(abs(theta2) > pi)'; "
             "repeated.  [default: none]",
         ),
+        click.option(
+            "--map",
+            "map_names",
+            callback=_columns,
+            metavar="NAME,NAME",
+            help="Draw into the file of --plot the number of --reduce over the plane of two names "
+            "that vary; --plot-of names another one, or a column whose end is drawn.  "
+            "[default: none]",
+        ),
         shared.jobs("Members that are simulated"),
         click.option(
             "--resume",
@@ -151,6 +164,8 @@ class MemberChoice:
         Names of the columns that are kept, or ``all``; None if nothing was said.
     reductions
         Numbers of motions that are kept.
+    map_names
+        Names of the axes of the map that is drawn; None for no map.
     jobs
         Number of members at a time; None for the number of cores.
     resume
@@ -165,6 +180,7 @@ class MemberChoice:
     final: bool
     columns: tuple[str, ...] | None
     reductions: tuple[Reduction, ...]
+    map_names: tuple[str, ...] | None
     jobs: int | None
     resume: bool
 
@@ -179,6 +195,7 @@ def member_choice(
     final: bool,
     kept_columns: tuple[str, ...] | None,
     reductions: tuple[str, ...],
+    map_names: tuple[str, ...] | None,
     jobs: int | None,
     resume: str | None,
     checkpoint: str | None,
@@ -201,6 +218,7 @@ def member_choice(
             "--final": final or None,
             "--columns": kept_columns,
             "--reduce": reductions or None,
+            "--map": map_names,
         }
         for option, value in of_ensembles.items():
             if value is not None:
@@ -225,14 +243,15 @@ def member_choice(
             "an ensemble keeps each member as it ends, without --checkpoint",
             "--resume -o ensemble.npz goes on with the others",
         )
-    if plot is not None:
-        raise _usage("an ensemble is not drawn", "-o ensemble.npz has the samples of all members")
+    if (plot is None) != (map_names is None):
+        hint = "--map theta1,theta2 --plot map.png draws a number of its members over a plane"
+        raise _usage("an ensemble is drawn as a map, into the file of --plot", hint)
     from lagrange_cli.simulate.model.reductions import read_reduction
 
     read = tuple(read_reduction(text) for text in dict.fromkeys(reductions))
     drawn = sample, number, seed
     return MemberChoice(
-        member_file, vary, *drawn, final, kept_columns, read, jobs, resume is not None
+        member_file, vary, *drawn, final, kept_columns, read, map_names, jobs, resume is not None
     )
 
 
@@ -274,13 +293,13 @@ def _kept(choice: MemberChoice, members: Members, output: str | None) -> Kept:
     from lagrange_cli.simulate.ensemble.kept import Kept
 
     columns, final = choice.columns, choice.final
-    if output is None and (final or columns is not None):
+    if output is None and ((final and not choice.map_names) or columns is not None):
         raise _usage("--final and --columns say what a file keeps", "-o ensemble.npz")
     if columns is None and len(members) > MOST_WITH_SAMPLES:
         final = True
     kept = None if columns == ("all",) else () if final else columns
     if output is None:
-        kept, final = (), False
+        kept, final = (), choice.final
     return Kept(kept, final, choice.reductions)
 
 
@@ -296,9 +315,11 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
     from lagrange_cli.simulate.ensemble.opening import open_store
     from lagrange_cli.simulate.ensemble.planning import plan_members
     from lagrange_cli.simulate.ensemble.run import blocks_of, run_members
+    from lagrange_cli.simulate.ensemble.store import MemoryStore, Store
 
     started = perf_counter()
     members = _members(choice, asked.output)
+    plane = _plane(choice, members, asked.plot)
     kept = _kept(choice, members, asked.output)
     if kept.final and not choice.final:
         session.remark(
@@ -312,8 +333,13 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
     plan, times = plan_members(models, members, asked.options, extra=extra, kept=kept)
     if not plan.alone:
         session.remark("each member is derived by itself: its values may change the equations")
+    drawn = None if plane is None else plane.drawn(plan, asked.plot_of)
     blocks = blocks_of(plan, members)
-    store = open_store(asked.output, blocks, resume=choice.resume)
+    store: Store
+    if drawn is not None and asked.output is None:
+        store = MemoryStore(blocks.size)
+    else:
+        store = open_store(asked.output, blocks, resume=choice.resume)
     begun = perf_counter()
     with session.progress("integrating") as move:
         jobs = choice.jobs or shared.cores()
@@ -324,11 +350,31 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
     seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
     report = SimulatedMembers(plan, members, store, asked.output, seconds)
     print_report(report, FORMATS, as_json=asked.as_json)
+    if complete and plane is not None and drawn is not None and asked.plot is not None:
+        arrays = store.ensemble(plan.model.name, times).arrays
+        _draw(plane.map_of(arrays, drawn, plan, float(times[-1])), asked.plot)
     if complete:
         return 0 if set(report.counts()) == {"ok"} else 1
     if asked.output is not None:
         session.remark(f"stopped; --resume -o {asked.output} goes on with the other members")
     return INTERRUPTED if budget is None else 1
+
+
+def _plane(choice: MemberChoice, members: Members, plot: str | None) -> Plane | None:
+    """Return the plane of a map; None if none is drawn."""
+    if choice.map_names is None or plot is None:
+        return None
+    from lagrange_cli.simulate.ensemble.planes import Plane
+    from lagrange_cli.simulate.results.plot import require_map_ending
+
+    require_map_ending(Path(plot).suffix.lower().lstrip("."))
+    return Plane.of(members, choice.map_names)
+
+
+def _draw(drawn: PlaneMap, plot: str) -> None:
+    from lagrange_cli.simulate.results.plot import draw_map
+
+    write_file(plot, draw_map(drawn, Path(plot).suffix.lower().lstrip(".")))
 
 
 @dataclass(frozen=True)

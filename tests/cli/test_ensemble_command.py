@@ -121,6 +121,11 @@ def test_accuracy_is_that_of_each_member(folder):
         (("--vary", "m=[1]", "-o", "out.csv"), "written as .npz, .parquet, .zarr"),
         (("--vary", "m=[1]", "-o", "none/out.zarr"), "cannot write"),
         (("--vary", "m=[1]", "-o", "out.parquet"), "no place for samples"),
+        (("--map", "theta,m"), "--map is for ensembles"),
+        (("--vary", "m=[1,2]", "--plot", "m.png"), "drawn as a map"),
+        (("--vary", "m=[1,2]", "--map", "m,theta"), "drawn as a map"),
+        (("--vary", "m=[1,2]", "--map", "m,theta", "--plot", "m.png"), "'theta' is not varied"),
+        (("--vary", "m=[1,2]", "--map", "m,theta", "--plot", "m.tex"), "a map is an image"),
         (("-o", "out.zarr"), "does not end in .csv or .npz"),
         (("--vary", "m=[1]", "--resume"), "--resume needs"),
         (("--vary", "m=[1]", "--method", "nonsense"), "unknown method"),
@@ -206,6 +211,20 @@ def test_signals_leave_finished_blocks(folder, number, code, jobs):
     assert not (folder / "out.npz").exists()
     assert list(parts.glob("block-*.npz"))
     assert not [p for p in parts.iterdir() if p.suffix == ".tmp"]
+
+
+def test_a_map_is_drawn_of_a_grid(folder):
+    """Of what is in a file, or in memory alone; the same bytes."""
+    plane = ("--vary", "theta=linspace(0.1,1,8)", "--vary", "m=[1,2,0,4]", "--map", "theta,m")
+    reduce = ("--reduce", "first(theta < 0)")
+    for k, words in enumerate([(), ("-o", "out.npz"), ("-o", "out.zarr"), ("-o", "out.parquet")]):
+        kept = ("--final",) if words else ()
+        done = run(folder, *plane, *reduce, "--plot", f"{k}.png", *words, *kept)
+        assert (done.returncode, done.stderr) == (1, ""), done.stderr  # m = 0 is refused
+        assert (folder / f"{k}.png").read_bytes() == (folder / "0.png").read_bytes()
+    done = run(folder, *plane, "--final", "--plot-of", "dot(theta)", "--plot", "end.svg")
+    assert done.returncode == 1
+    assert b"<svg" in (folder / "end.svg").read_bytes()
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])

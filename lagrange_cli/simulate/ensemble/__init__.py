@@ -10,6 +10,7 @@ __all__ = [
     "kept",
     "members",
     "opening",
+    "planes",
     "planning",
     "result",
     "run",

@@ -77,19 +77,32 @@ class Description:
     def of_array(self, name: str) -> dict[str, str]:
         """Return the unit and the symbol of an array, by its name in the result, where known."""
         kind, _, own = name.partition("/") if "/" in name else ("", "", name)
-        column = own if kind in _OF_COLUMNS else self._column(kind, own)
         known = {"long_name": own if kind not in _OF_COLUMNS else self.labels.symbol(own).plain}
-        unit = self.labels.units.get(column)
+        unit = unit_of(name, self.labels, self.reductions)
         if unit:
             known["units"] = unit.removesuffix("s") if unit in _CONVERTED else unit
         return known
 
-    def _column(self, kind: str, own: str) -> str:
-        """Return the name of the column that a number of motions is counted in."""
-        reduction = self.reductions.get(own) if kind.startswith("reduced") else None
-        if (kind, own) == ("member", "holds_until") or (reduction and reduction.kind == "first"):
-            return "t"
-        return "" if reduction is None else reduction.text[reduction.start : reduction.end].strip()
+
+def unit_of(name: str, labels: Labels, reductions: Mapping[str, Reduction]) -> str | None:
+    """Return the unit of an array, by its name in the result; None if it is not known.
+
+    Parameters
+    ----------
+    labels
+        Units of columns.
+    reductions
+        By what was written for them.
+    """
+    kind, _, own = name.partition("/") if "/" in name else ("", "", name)
+    if kind in _OF_COLUMNS:
+        return labels.units.get(own)
+    reduction = reductions.get(own) if kind.startswith("reduced") else None
+    if name == "member/holds_until" or (reduction and reduction.kind == "first"):
+        return labels.units.get("t")
+    if reduction is None:
+        return None
+    return labels.units.get(reduction.text[reduction.start : reduction.end].strip())
 
 
 def _versions() -> dict[str, str]:

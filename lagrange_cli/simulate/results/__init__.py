@@ -10,6 +10,7 @@ __all__ = [
     "formats",
     "outcome",
     "picture",
+    "plane",
     "plot",
     "streaming",
     "trajectory",

@@ -11,6 +11,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.simulate.results.pgfplots import pgfplots_text
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.simulate.model.labels import Label
     from lagrange_cli.simulate.results.picture import Panel, Picture
+    from lagrange_cli.simulate.results.plane import PlaneMap
 
 #: Ending of files for pgfplots, which need no matplotlib.
 TEX = "tex"
@@ -40,6 +43,9 @@ _DOT = 2.5
 
 #: Dots of a legend over those of the picture.
 _LEGEND_DOT = 3
+
+#: Inches of a map, and the colour of what has no value, which the bar of colours does not have.
+_MAP, _NOTHING = (6.3, 5.4), "0.8"
 
 #: Dots an inch of pictures that are made of dots.
 _DPI = 200
@@ -93,6 +99,68 @@ def draw(picture: Picture, ending: str) -> bytes:
         title = "\n".join(map(latex_text, lines) if by_tex else lines)
         figure.suptitle(title, fontsize="large", parse_math=by_tex)
         return picture_bytes(figure, ending)
+
+
+def draw_map(plane: PlaneMap, ending: str) -> bytes:
+    """Draw a map as an image with a bar of its colours; return the bytes of a file of this ending.
+
+    Raises
+    ------
+    InputError
+        matplotlib is not installed, or does not know the ending; or it is one of TeX, to which
+        images are not written.
+    """
+    require_map_ending(ending)
+    figure = new_figure(_MAP, ending)
+    with _settings(ending):
+        axes = figure.subplots()
+        image: Any
+        if plane.is_even:
+            image = axes.imshow(
+                plane.values,
+                origin="lower",
+                extent=plane.extent,
+                aspect="equal" if plane.equal else "auto",
+            )
+        else:
+            image = axes.pcolormesh(
+                plane.x, plane.y, plane.values, shading="nearest", rasterized=True
+            )
+            axes.set_aspect("equal" if plane.equal else "auto")
+        axes.set_facecolor(_NOTHING)
+        axes.set_xlabel(_shown(plane.x_label, by_tex=False))
+        axes.set_ylabel(_shown(plane.y_label, by_tex=False))
+        axes.tick_params(direction="out")
+        label = _shown(plane.label, by_tex=False)
+        figure.colorbar(image, ax=axes, label=label, fraction=0.046, pad=0.03, aspect=28)
+        if np.isnan(plane.values).any():
+            _draw_key(axes)
+        title = "\n".join(textwrap.wrap(plane.title, _TITLE))
+        figure.suptitle(title, fontsize="large", parse_math=False)
+        return picture_bytes(figure, ending)
+
+
+def require_map_ending(ending: str) -> None:
+    """Refuse a format that a map cannot be written in, before there is anything to draw.
+
+    Raises
+    ------
+    InputError
+        As :func:`draw_map`.
+    """
+    if ending in (TEX, "pgf"):
+        message = f"a map is an image, which is not written as '.{ending}'"
+        raise InputError(Problem(message, hint="--plot map.png, map.pdf, map.svg", rule="output"))
+    require_ending(ending)
+
+
+def _draw_key(axes: Axes) -> None:
+    """Say below the map which colour stands for no value."""
+    from matplotlib.patches import Patch
+
+    patch = Patch(facecolor=_NOTHING, edgecolor="0.5", linewidth=0.5, label="no value")
+    place: Any = {"loc": "upper right", "bbox_to_anchor": (1.0, -0.08)}
+    axes.legend(handles=[patch], frameon=False, handlelength=1.2, borderpad=0, **place)
 
 
 def _draw_panel(axes: Axes, panel: Panel, by_tex: bool) -> None:

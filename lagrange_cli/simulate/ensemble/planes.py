@@ -1,0 +1,164 @@
+"""Maps of a number of the members of a grid over the plane of two names that they vary."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.ensemble.description import unit_of
+from lagrange_cli.simulate.ensemble.enumeration import GridMembers
+from lagrange_cli.simulate.model.labels import Label, Labels
+from lagrange_cli.simulate.results.picture import axis_label
+from lagrange_cli.simulate.results.plane import PlaneMap
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.ensemble.enumeration import Members
+    from lagrange_cli.simulate.ensemble.run import Plan
+
+
+def _refused(message: str, hint: str = "") -> InputError:
+    return InputError(Problem(message, hint=hint, rule="map"))
+
+
+@dataclass(frozen=True)
+class Plane:
+    """What is drawn over which names.
+
+    Attributes
+    ----------
+    members
+        All of them.
+    x, y
+        Names of the axes.
+    """
+
+    members: GridMembers
+    x: str
+    y: str
+
+    @classmethod
+    def of(cls, members: Members, names: tuple[str, ...]) -> Plane:
+        """Return the plane of two names.
+
+        Raises
+        ------
+        InputError
+            Members are not all combinations of some values of these two.
+        """
+        example = "--vary 'theta1=linspace(-3,3,200)' --vary 'theta2=linspace(-3,3,200)'"
+        if not isinstance(members, GridMembers):
+            raise _refused("a map is of members that are varied", example)
+        for name in names:
+            if name not in members.names:
+                raise _refused(f"'{name}' is not varied", nearest(name, members.names) or example)
+        if len(names) != 2 or names[0] == names[1]:
+            raise _refused("a map is over two names", f"--map {','.join(members.names[:2])}")
+        for name, axis in zip(members.names, members.axes, strict=True):
+            if name in names and len(axis) < 2:
+                raise _refused(f"'{name}' has one value", example)
+            if name not in names and len(axis) > 1:
+                said = f"'{name}' varies beside {' and '.join(names)}, of which the map is"
+                raise _refused(said, f"give '{name}' one value: --vary '{name}=[1]'")
+        return cls(members, *names)
+
+    def drawn(self, plan: Plan, wanted: str | None) -> str:
+        """Return the name of the array that is drawn.
+
+        Parameters
+        ----------
+        plan
+            Says what is kept.
+        wanted
+            A reduction, or a column whose end is meant; None for the only reduction.
+
+        Raises
+        ------
+        InputError
+            There is no such number, or it is not said which one.
+        """
+        reductions = [reduction.text for reduction in plan.kept.reductions]
+        if wanted is None:
+            if len(reductions) != 1:
+                hint = "--reduce 'max(theta)' once, or --plot-of with a reduction or a column"
+                raise _refused("what is the map of?", hint)
+            return f"reduced/{reductions[0]}"
+        if wanted in reductions:
+            return f"reduced/{wanted}"
+        columns = plan.model.columns if plan.kept.final else ()
+        if wanted in columns:
+            return f"final/{wanted}"
+        hint = nearest(wanted, [*reductions, *columns])
+        hint = hint or ("" if plan.kept.final else "--final keeps the ends of columns")
+        raise _refused(f"'{wanted}' is no reduction and no column whose end is kept", hint)
+
+    def map_of(self, arrays: Mapping[str, Any], name: str, plan: Plan, until: float) -> PlaneMap:
+        """Gather what is drawn of a result.
+
+        Parameters
+        ----------
+        arrays
+            Of the result, by their names.
+        name
+            Of what is drawn.
+        plan
+            That of the runs.
+        until
+            The end of the motions.
+
+        Raises
+        ------
+        InputError
+            The number that a value stands for is not known.
+        """
+        labels = plan.model.labels
+        x, y = (self._axis(arrays, name) for name in (self.x, self.y))
+        values = self._over_plane(arrays[name])
+        if self.members.names.index(self.x) < self.members.names.index(self.y):
+            values = values.T
+        ordered = np.argsort(x), np.argsort(y)
+        units = {labels.unit(name) for name in (self.x, self.y)}
+        return PlaneMap(
+            labels.title or plan.model.name,
+            x[ordered[0]],
+            y[ordered[1]],
+            values[ordered[1]][:, ordered[0]],
+            axis_label(labels, [self.x]),
+            axis_label(labels, [self.y]),
+            _label(labels, name, plan, until),
+            len(units) == 1 and None not in units,
+        )
+
+    def _over_plane(self, values: Array) -> Array:
+        """Give an array of members the shape of the plane, the name that is varied first first."""
+        shape = [len(axis) for axis in self.members.axes if len(axis) > 1]
+        return np.asarray(values).reshape(shape)
+
+    def _axis(self, arrays: Mapping[str, Any], name: str) -> Array:
+        """Return the numbers that the values of a name stand for."""
+        across = 1 if self._is_first(name) else 0
+        given = self._over_plane(arrays[f"given/{name}"])
+        known = np.where(np.isnan(given), -np.inf, given).max(axis=across)
+        if not np.isfinite(known).all():
+            raise _refused(f"no member with some value of '{name}' could be begun")
+        return np.asarray(known)
+
+    def _is_first(self, name: str) -> bool:
+        other = self.y if name == self.x else self.x
+        names = self.members.names
+        return names.index(name) < names.index(other)
+
+
+def _label(labels: Labels, name: str, plan: Plan, until: float) -> Label:
+    """Name what is drawn, with its unit."""
+    kind, _, own = name.partition("/")
+    if kind == "final":
+        label = axis_label(labels, [own])
+        at = f" at t = {until:g}"
+        return Label(label.latex + at, label.plain + at)
+    unit = unit_of(name, labels, {of.text: of for of in plan.kept.reductions})
+    return Label(own, own) if unit is None else Label(f"{own} in {unit}", f"{own} in {unit}")
