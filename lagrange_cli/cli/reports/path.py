@@ -91,7 +91,17 @@ def _certified(paths: Paths) -> str:
 
 
 def _search(paths: Paths) -> Iterator[str]:
-    yield f"{len(paths.solutions)} found from {paths.starts} starts; there may be others"
+    whole = paths.scan
+    yield f"{len(paths.solutions)} found from {paths.starts} starts"
+    if whole is None:
+        yield "; there may be others"
+    else:
+        yield (
+            f" and by {whole.count} motions with initial velocities from {-whole.reach:.6g} to"
+            f" {whole.reach:.6g}, of energies up to {whole.energy:.6g}; there may be others beyond"
+        )
+        if not whole.is_resolved:
+            yield ", and where motions part too fast to be told apart"
     if paths.lost:
         yield f"; {paths.lost} starts led to what could not be certified"
     if paths.turnable and not paths.turns:

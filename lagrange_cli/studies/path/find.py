@@ -1,6 +1,7 @@
 """Find paths of stationary action between two configurations at two times.
 
-From many starts :mod:`.search` comes to candidates, which :mod:`.aiming` makes accurate. Of each
+From many starts :mod:`.search` comes to candidates, and with one degree of freedom :mod:`.scan` to
+all up to an energy; :mod:`.aiming` makes them accurate. Of each
 path that is not known yet the action is integrated, conjugate points are counted (:mod:`.morse`),
 and the motion is simulated from its start as ``lagrange simulate`` does: it has to come to the end.
 """
@@ -22,6 +23,7 @@ from lagrange_cli.studies.path.measure import measured_path
 from lagrange_cli.studies.path.models import PathModels, require_smooth
 from lagrange_cli.studies.path.motions import Motions
 from lagrange_cli.studies.path.result import Paths, StationaryPath
+from lagrange_cli.studies.path.scan import scan, scanned
 from lagrange_cli.studies.path.search import candidates, scales_of
 
 if TYPE_CHECKING:
@@ -86,13 +88,16 @@ def find_paths(
     motions.require(first, last, accuracy, samples)
     found: list[StationaryPath] = []
     tried = lost = 0
-    for end in ends:
+    size = float(scales_of(motions, first, last)[0])
+    whole = scan(motions, first, last, size)
+    for number, end in enumerate(ends):
         scale = scales_of(motions, first, end) / (end.t - first.t)
         known: list[Array] = []
-        for v in candidates(motions, first, end, starts):
-            tried += 1
+        beside = () if whole is None else scanned(motions, first, end, whole, size)
+        for k, v in enumerate(itertools.chain(candidates(motions, first, end, starts), beside)):
+            tried += k < starts
             if progress is not None:
-                progress(tried / (starts * len(ends)))
+                progress((number + min(k + 1, starts) / starts) / len(ends))
             if v is None or _is_among(known, v, scale):
                 continue
             aim = aimed(motions, first, end, v, accuracy)
@@ -110,7 +115,7 @@ def find_paths(
     if not found:
         raise _none_found(tried, lost)
     ordered = tuple(sorted(found, key=_order))
-    return Paths(first, last, ordered, accuracy, tried, lost, turnable, turns, motions)
+    return Paths(first, last, ordered, accuracy, tried, lost, turnable, turns, motions, whole)
 
 
 def _require_counts(starts: int, turns: int, samples: int) -> None:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.path.morse import Conjugacy
     from lagrange_cli.studies.path.motions import Motions, Shot
     from lagrange_cli.studies.path.panels import Panels
+    from lagrange_cli.studies.path.scan import Scan
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,9 @@ class Paths:
         Whole turns more or less that ends of these were given.
     motions
         What evaluates motions and actions.
+    scan
+        The initial velocities that were looked at one after the other, with one degree of freedom;
+        else None.
     """
 
     first: End
@@ -94,6 +98,7 @@ class Paths:
     turnable: tuple[str, ...]
     turns: int
     motions: Motions
+    scan: Scan | None = None
 
     @property
     def name(self) -> str:
@@ -149,7 +154,17 @@ class Paths:
             "accuracy": {"requested": self.requested, "estimated": self.estimated},
             "starts": self.starts,
             "lost": self.lost,
+            "scan": None if self.scan is None else self._scan(self.scan),
             "solutions": [self._solution(path) for path in self.solutions],
+        }
+
+    @staticmethod
+    def _scan(scan: Scan) -> dict[str, Any]:
+        return {
+            "reach": scan.reach,
+            "energy": scan.energy,
+            "motions": scan.count,
+            "resolved": scan.is_resolved,
         }
 
     def _written(self, end: End) -> dict[str, float]:
