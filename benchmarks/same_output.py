@@ -152,6 +152,7 @@ def derivations(scene: str) -> Iterator[list[str]]:
             yield [*words, "--steps"]
             yield from ([*words, "--by", way] for way in ("lagrange", "dalembert"))
             yield from ([*words, *options] for options in ONCE.get(format_, ()))
+    yield ["derive", scene, "--form", "routhian", "--plot", "out/potential.tex"]
 
 
 def emissions(scene: str) -> Iterator[list[str]]:

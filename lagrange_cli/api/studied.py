@@ -189,6 +189,32 @@ class Studied(Moving):
         model = self.model(starts)
         return lyapunov_exponents(model, until, accuracy=accuracy, progress=progress)
 
+    def plot_effective_potential(self, path: str | os.PathLike[str]) -> str:
+        """Draw V_eff of Routh's form about the start, with the turning points; return these.
+
+        Parameters
+        ----------
+        path
+            A picture by matplotlib, or ``.tex`` for pgfplots.
+
+        Raises
+        ------
+        InputError
+            As :func:`lagrange_cli.studies.effective_potential.effective_potential`; matplotlib is
+            not installed, or cannot write such a file.
+        """
+        from lagrange_cli.files import write_file
+        from lagrange_cli.simulate.results.plot import draw
+        from lagrange_cli.studies.effective_potential import (
+            effective_potential,
+            picture_of_potential,
+        )
+
+        found = effective_potential(self.equations)
+        ending = os.path.splitext(os.fspath(path))[1].lower().lstrip(".")
+        write_file(path, draw(picture_of_potential(found), ending))
+        return found.told
+
     def linearize(
         self,
         *,

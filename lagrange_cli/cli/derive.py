@@ -58,6 +58,11 @@ if TYPE_CHECKING:
     help="Decimal digits of the arithmetic that certifies the derivation.",
 )
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]")
+@options.plot(
+    "With --form routhian: draw the effective potential of the coordinate that is left, with the "
+    "turning points at the initial energy, as .pdf, .svg, .png or .pgf, or as .tex for pgfplots.",
+    "tex",
+)
 @options.parameters
 @options.file("-o --output", "Write to this file.  [default: standard output]", metavar="PATH")
 @options.common
@@ -74,13 +79,16 @@ def derive(
     by: Way | None,
     digits: int,
     ascii_only: bool,
+    plot: str | None,
     parameters: dict[str, str],
     output: str | None,
     **chosen: str | bool | None,
 ) -> None:
     """Derive the equations of motion of SCENE, a YAML file or - for standard input."""
     source = read_source(scene)
-    guard(source, parameters, {"-o": output})
+    guard(source, parameters, {"-o": output, "--plot": plot})
+    if plot is not None and form != "routhian":
+        raise click.UsageError("--plot draws an effective potential: --form routhian has one")
     format_ = "json" if as_json else format_
     # Files are in UTF-8; terminals may show less.
     encoding = "utf-8" if output is not None else page_encoding()
@@ -104,6 +112,9 @@ def derive(
     question = format_, form, formulation, forces, way, digits, ascii_only, encoding
     asked = (*question, list(parameters.items()), sorted(written_with.items()))
     result = remembered(session, "derive", source, asked, work)
+    if plot is not None:
+        told = derivation_of_scene(session, request, digits).plot_effective_potential(plot)
+        session.remark(told)
     # A page is kept as it was before its lines were broken: windows differ in width.
     content = result if isinstance(result, str) else Page.from_json(result)
     deliver(content, format_, output, width=USUAL_WIDTH)
