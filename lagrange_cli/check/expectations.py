@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from sympy import Expr
 
 from lagrange_cli.analysis.hamiltonian import hamiltonian_form
+from lagrange_cli.analysis.symmetries import linear_symmetries
 from lagrange_cli.check.compare import (
     Agreement,
     expressions_agree,
@@ -81,7 +82,10 @@ def _cyclic(expect: Expect, equations: Equations) -> Iterator[Problem]:
 
 
 def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
-    """Require each listed quantity to be conserved; an empty list says that none is."""
+    """Require each listed quantity to be conserved; an empty list says that none is.
+
+    Symmetries are looked for where a quantity is neither a cyclic momentum nor an energy.
+    """
     if expect.conserved is None:
         return
     names = {c.name for c in equations.coordinates}
@@ -101,6 +105,8 @@ def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
             expect.conserved_mark,
             rule="conserved",
         )
+    if not set(expect.conserved) <= set(conserved):
+        conserved += tuple(symmetry.name for symmetry in linear_symmetries(equations).found)
     for name in expect.conserved:
         if name not in conserved:
             yield Problem(

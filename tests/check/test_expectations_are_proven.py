@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -156,6 +157,27 @@ def test_lists_of_what_is_conserved_are_exact(tmp_path, term):
     for wrong in ("cyclic: [x, y]", "cyclic: []", "conserved: [p_x]", "conserved: []"):
         (problem,) = problems(tmp_path, scene, f"  {wrong}\n")
         assert problem.rule == wrong.split(":")[0]
+
+
+def test_what_symmetries_conserve_is_proven(tmp_path):
+    """Two bodies on springs to each other, and to a wall along x alone."""
+    bodies = """
+        name: bodies
+        particles:
+          a: {mass: 1, position: [x, y, 0]}
+          b: {mass: 2, position: [u, v, 0]}
+        coordinates: [x, y, u, v]
+        potentials: {pull: ((x - u)^2 + (y - v)^2)/2%s}
+        initial: {x: 1, y: 0, u: 0, v: 0}
+    """
+    free, held = (textwrap.dedent(bodies % more) for more in ("", " + x^2"))
+    named = "  conserved: [energy, P_x, P_y, L_z, boost_x]\n"
+    assert not problems(tmp_path, free, named)
+    assert not problems(tmp_path, held, "  conserved: [energy, P_y]\n")
+    for wrong in ("P_x", "L_z", "boost_x"):
+        (problem,) = problems(tmp_path, held, f"  conserved: [{wrong}]\n")
+        assert problem.rule == "conserved"
+        assert problem.message.startswith(f"'{wrong}' is not found to be conserved; found: ")
 
 
 def test_what_is_open_is_neither_cyclic_nor_not(tmp_path):

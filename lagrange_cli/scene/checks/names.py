@@ -245,7 +245,8 @@ def _check_expected(scene: Scene, table: NameTable, problems: Problems) -> None:
 
 
 def _quantities(positions: Iterable[str]) -> list[str]:
-    return ["energy", "jacobi", *(f"p_{name}" for name in positions)]
+    of_all = [f"{stem}_{axis}" for stem in ("P", "L", "boost") for axis in "xyz"]
+    return ["energy", "jacobi", *(f"p_{name}" for name in positions), *of_all]
 
 
 def _meanings(scene: Scene, table: NameTable) -> dict[str, Expression]:
