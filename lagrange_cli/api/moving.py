@@ -244,7 +244,7 @@ class Moving(Derived):
         >>> swings = derivation.ensemble(
         ...     {"theta": [0.1, 0.2]}, until=5.0, columns=[], reduce=["max(theta)"]
         ... )
-        >>> swings.reduced["max(theta)"].tolist()
+        >>> swings.reduced["max(theta)"].round(9).tolist()
         [0.1, 0.2]
         """
         from lagrange_cli.simulate.ensemble.enumeration import Members
