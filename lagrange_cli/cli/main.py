@@ -21,7 +21,7 @@ from lagrange_cli.version import __version__
 #: The subcommands, in the order in which help lists them: each a function in a module of its name.
 COMMANDS = (
     *("derive", "emit", "analyze", "simulate", "path", "tradeoff", "stress"),
-    *("fit", "check", "cache"),
+    *("fit", "check", "new", "schema", "cache"),
 )
 
 _REPORT = (

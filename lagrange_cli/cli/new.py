@@ -1,0 +1,34 @@
+"""``lagrange new``: a commented scene to begin with."""
+
+from __future__ import annotations
+
+import os
+
+import click
+
+from lagrange_cli.cli import options
+from lagrange_cli.cli.terminal.output import Command, print_text
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import write_file
+from lagrange_cli.scene.language.tokens import IDENTIFIER
+from lagrange_cli.scene.starter import starter_scene
+
+
+@click.command(cls=Command, short_help="A commented scene to begin with.")
+@click.argument("name")
+@options.file("-o --output", "Write it to this .yaml file, - to print it.  [default: NAME.yaml]")
+@options.traceback
+def new(name: str, output: str | None) -> None:
+    """Write a commented scene, NAME.yaml, that can be derived and simulated as it is."""
+    if not IDENTIFIER.fullmatch(name):
+        hint = "letters, digits and _, beginning with a letter: lagrange new pendulum"
+        raise InputError(Problem(f"'{name}' is no name of a scene", hint=hint, rule="name"))
+    text = starter_scene(name)
+    path = output or f"{name}.yaml"
+    if path == "-":
+        print_text(text, "text")
+        return
+    if os.path.lexists(path):
+        raise InputError(Problem(f"'{path}' is there already", hint="-o another.yaml", rule="new"))
+    write_file(path, text)
+    print_text(f"{path}: lagrange derive {path}\n", "text")
