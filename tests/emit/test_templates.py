@@ -23,6 +23,7 @@ PYTHON_NAMES = sorted(path.name.removesuffix(".py.in") for path in (FOLDER / "py
 PARTS = ["project_positions", "casadi_inputs"]
 
 STATE = "@REAL@ t, const @REAL@ *y, const @REAL@ *u, const system_params *p"
+CANONICAL = STATE.replace("*y", "*z")
 MOVED = STATE.replace("const @REAL@ *y", "@REAL@ *y")
 CHANGED = "@REAL@ t, @REAL@ *y, const @REAL@ *u, system_params *p, @REAL@ *contact"
 
@@ -66,6 +67,14 @@ C_VALUES = {
     "@PLACES@": "2",
     "@OFFSET@": "3",
     "@WIDEST@": "9999",
+    "@TO@": f"{STATE}, @REAL@ *work, @REAL@ *z",
+    "@FROM@": f"{CANONICAL}, @REAL@ *work, @REAL@ *y",
+    "@RATES@": f"{CANONICAL}, @REAL@ *work, @REAL@ *dzdt",
+    "@H@": f"{CANONICAL}, @REAL@ *work, @REAL@ *out",
+    "@BEHIND@": "6",
+    "@ENERGIES@": "3",
+    "@MOMENTA@": " *   p = dL/dv",
+    "@BODY@": "    for (i = 0; i < 3; ++i) {\n        out[i] = y[i];\n    }",
 }
 
 #: Those of the program around the functions, whose tokens have other meanings.
@@ -190,6 +199,14 @@ PYTHON_VALUES = {
     "@STEPS@": "20",
     "@BOUNCES@": "50",
     "@WIDEST@": "9999",
+    "@TO@": f"{STATE}, @REAL@ *work, @REAL@ *z",
+    "@FROM@": f"{CANONICAL}, @REAL@ *work, @REAL@ *y",
+    "@RATES@": f"{CANONICAL}, @REAL@ *work, @REAL@ *dzdt",
+    "@H@": f"{CANONICAL}, @REAL@ *work, @REAL@ *out",
+    "@BEHIND@": "6",
+    "@ENERGIES@": "3",
+    "@MOMENTA@": " *   p = dL/dv",
+    "@BODY@": "    for (i = 0; i < 3; ++i) {\n        out[i] = y[i];\n    }",
 }
 
 #: Those of templates in which a token has another meaning.

@@ -1,13 +1,13 @@
 """Numbers of motions from their samples, each with an estimate of its error.
 
-Between samples a value is the polynomial through the twelve around it; how far the one through ten
-is from it, an overestimate, is what interpolation is off by. The errors that the accuracy of the
-samples allows come on top.
+Between samples a value is the polynomial through the twelve around it; how far those through ten
+and eight are from it, an overestimate, is what interpolation is off by. The errors that the
+accuracy of the samples allows come on top.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,14 +15,20 @@ from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
 
-#: Samples that a polynomial goes through.
-_WIDTH = 12
+#: Samples that a polynomial goes through, and those that it is compared with.
+_WIDTHS = (12, 10, 8)
 
 #: Places between two samples at which an extremum is looked for first, and steps that refine it.
 _PLACES, _REFINEMENTS = 9, 40
 
 #: Halvings of the bracket of a root: to the last place.
 _HALVINGS = 60
+
+#: Units in the last place by which a polynomial may miss a sample; set by hand.
+_LAST_PLACES = 8
+
+#: Error of a root, as a part of the time between samples, from which on it is open; set by hand.
+_OPEN = 1 / 16
 
 #: Largest samples beside which the value between samples may be the largest of all.
 _CANDIDATES = 4
@@ -61,7 +67,8 @@ def _largest(sampled: Sampled) -> Reduced:
     at = values.argmax(axis=1)
     for places in _highest_peaks(values):
         top, doubt = _peak(sampled, places)
-        higher = np.nan_to_num(top, nan=-np.inf) > best
+        # By a few last places polynomials miss the samples that they go through.
+        higher = np.nan_to_num(top, nan=-np.inf) > best + _LAST_PLACES * np.spacing(np.abs(best))
         best, at = np.where(higher, top, best), np.where(higher, places, at)
         # A peak that may be the highest counts with all that it is not known by.
         off = np.maximum(off, np.where(top + doubt >= best, doubt, 0.0))
@@ -76,13 +83,8 @@ def _least(sampled: Sampled) -> Reduced:
 def _mean(sampled: Sampled) -> Reduced:
     """Integrate the polynomials between samples."""
     span = sampled.times[-1] - sampled.times[0]
-    mean, *coarser = (
-        sampled.values @ _weights(sampled.times, width) / span
-        for width in (_WIDTH, _WIDTH - 2, _WIDTH - 4)
-    )
-    # Differences of one sign in one half and another in the other may add up to nothing.
-    off = np.max([np.abs(mean - other) for other in coarser], axis=0)
-    return mean, off + sampled.allowed.mean(axis=1)
+    mean, *coarser = (sampled.values @ _weights(sampled.times, width) / span for width in _WIDTHS)
+    return mean, _doubt(mean, coarser) + sampled.allowed.mean(axis=1)
 
 
 def _first(sampled: Sampled) -> Reduced:
@@ -122,8 +124,12 @@ def _look_between(sampled: Sampled, member: int, place: int, found: Array, off: 
     with np.errstate(all="ignore"):
         rise = np.where(bent < 0, (after - before) ** 2 / (-8 * bent), 0.0)
     allowed = np.nan_to_num(sampled.allowed[member, inner])
-    near = inner[(here >= before) & (here >= after) & (here + 2 * rise + allowed >= 0)]
-    for k in near.tolist():
+    near = inner[(here >= before) & (here >= after) & (here + 2 * rise + allowed >= 0)].tolist()
+    if _may_rise(values[:3]):
+        near.insert(0, 0)
+    if place == len(values) and _may_rise(values[:-4:-1]):
+        near.append(place - 1)
+    for k in near:
         one = _only(sampled, np.array([member]))
         (top,), (doubt,), (at,) = _peak_at(one, np.array([k]))
         doubt += 0.0 if np.isnan(one.allowed[0, k]) else one.allowed[0, k]
@@ -134,6 +140,15 @@ def _look_between(sampled: Sampled, member: int, place: int, found: Array, off: 
         if top >= -doubt:
             off[member] = np.inf
             return
+
+
+def _may_rise(values: Array) -> bool:
+    """Tell if values may come above zero between the first two of three, of which it is higher."""
+    if len(values) < 3 or values[0] < values[1]:
+        return False
+    slope = (4 * values[1] - 3 * values[0] - values[2]) / 2
+    bent = abs(values[0] - 2 * values[1] + values[2])
+    return bool(values[0] * bent + 2 * slope**2 >= 0)
 
 
 #: Kind of a reduction → what it makes of motions that reach the end.
@@ -219,6 +234,11 @@ class _Polynomials:
         return _Polynomials(slopes, self.origin, self.unit)
 
 
+def _doubt(value: Array, coarser: Sequence[Array]) -> Array:
+    """Return what interpolation is off by: near an end, or by chance, one of two may be close."""
+    return np.asarray(np.max([np.abs(value - other) for other in coarser], axis=0))
+
+
 def _through(sampled: Sampled, places: _Numbers, width: int) -> _Polynomials:
     """Return the polynomials through so many samples around one of each member."""
     times, count = sampled.times, len(sampled.times)
@@ -246,7 +266,9 @@ def _highest_peaks(values: Array) -> list[_Numbers]:
     is_peak = (here >= before) & (here >= after)
     heights = np.where(is_peak, here + rise, -np.inf)
     best = np.argsort(-heights, axis=1)[:, :_CANDIDATES]
-    return [inner[best[:, k]] for k in range(best.shape[1])] if len(inner) else []
+    peaks = [inner[best[:, k]] for k in range(best.shape[1])] if len(inner) else []
+    # Beside the first and the last sample three are not there to tell.
+    return [*peaks, *(np.full(len(values), k) for k in (0, count - 1))]
 
 
 def _peak(sampled: Sampled, places: _Numbers) -> Reduced:
@@ -258,7 +280,7 @@ def _peak(sampled: Sampled, places: _Numbers) -> Reduced:
 def _peak_at(sampled: Sampled, places: _Numbers) -> tuple[Array, Array, Array]:
     """The same with the times of these values."""
     times, count = sampled.times, len(sampled.times)
-    finer, coarser = (_through(sampled, places, width) for width in (_WIDTH, _WIDTH - 2))
+    finer, *coarser = (_through(sampled, places, width) for width in _WIDTHS)
     low, high = times[np.maximum(places - 1, 0)], times[np.minimum(places + 1, count - 1)]
     fractions = np.linspace(0, 1, 2 * _PLACES + 1)
     tried = low[:, None] + (high - low)[:, None] * fractions
@@ -273,21 +295,27 @@ def _peak_at(sampled: Sampled, places: _Numbers) -> tuple[Array, Array, Array]:
         left, right = np.where(rising, middle, left), np.where(rising, right, middle)
     at = (left + right) / 2
     top = finer(at)
-    return top, np.abs(top - coarser(at)), at
+    return top, _doubt(top, [polynomial(at) for polynomial in coarser]), at
 
 
 def _crossing(sampled: Sampled, below: _Numbers, above: Array) -> Reduced:
     """Return the roots between a sample where values are not positive and a time where they are."""
     rows = np.arange(len(below))
-    finer, coarser = (_through(sampled, below, width) for width in (_WIDTH, _WIDTH - 2))
+    finer, *coarser = (_through(sampled, below, width) for width in _WIDTHS)
     left, right = sampled.times[below], above
     for _ in range(_HALVINGS):
         middle = (left + right) / 2
         positive = finer(middle) > 0
         left, right = np.where(positive, left, middle), np.where(positive, middle, right)
-    doubt = np.abs(coarser(right)) + np.abs(finer(right)) + sampled.allowed[rows, below]
+    here = finer(right)
+    doubt = _doubt(here, [polynomial(right) for polynomial in coarser]) + np.abs(here)
+    doubt += sampled.allowed[rows, below]
     with np.errstate(divide="ignore", invalid="ignore"):
-        return right, doubt / np.abs(finer.rate()(right))
+        slopes = [np.abs(each.rate()(right)) for each in (finer, *coarser)]
+        off = doubt / np.min(slopes, axis=0)
+    apart = sampled.times[below + 1] - sampled.times[below]
+    # Where interpolation is off by so much, a line through the root says nothing of how far.
+    return right, np.where(off > _OPEN * apart, np.inf, off)
 
 
 def _weights(times: Array, width: int) -> Array:
