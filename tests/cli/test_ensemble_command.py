@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import lagrange_cli
 from tests.cli.terminal import lagrange, succeed
 
 pytestmark = pytest.mark.slow
@@ -236,6 +239,8 @@ def test_a_killed_run_goes_on_in_its_store(folder, jobs):
     process = subprocess.Popen(
         [sys.executable, "-m", "lagrange_cli", "simulate", "scene.yaml", *own],
         cwd=folder,
+        # The program of this process: one that is installed elsewhere is another version.
+        env={**os.environ, "PYTHONPATH": str(Path(lagrange_cli.__file__).parents[1])},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
