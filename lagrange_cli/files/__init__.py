@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         Interpolation,
         Recorded,
         Recording,
+        read_recorded_file,
         read_recording,
     )
 
@@ -44,6 +45,7 @@ __all__ = [
     "is_temporary",
     "lock_of",
     "read_bytes",
+    "read_recorded_file",
     "read_recording",
     "remove_abandoned_folders",
     "require_apart",
@@ -57,7 +59,14 @@ __all__ = [
     "write_files",
 ]
 
-_RECORDINGS = ("INTERPOLATIONS", "Interpolation", "Recorded", "Recording", "read_recording")
+_RECORDINGS = (
+    "INTERPOLATIONS",
+    "Interpolation",
+    "Recorded",
+    "Recording",
+    "read_recorded_file",
+    "read_recording",
+)
 
 
 def __getattr__(name: str) -> Any:

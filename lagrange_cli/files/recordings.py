@@ -101,8 +101,7 @@ def read_recording(recording: Recording) -> Recorded:
         Located in the scene: the file lies outside its folder, cannot be read, or has no
         such column. Located in the file: anything that is wrong with its rows.
     """
-    data = read_regular(_inside(recording), recording.mark, "a recording")
-    lines = decoded(data, recording.path, _RULE)
+    lines = decoded(read_recorded_file(recording), recording.path, _RULE)
     rows = CsvRows(lines, recording.path, _RULE)
     header = _header(rows, recording)
     time, value = header.index(_TIME), header.index(recording.column)
@@ -122,6 +121,11 @@ def read_recording(recording: Recording) -> Recorded:
         values.append(rows.number(row, value))
     _require_rows(len(times), recording, rows)
     return Recorded(tuple(times), tuple(values))
+
+
+def read_recorded_file(recording: Recording) -> bytes:
+    """Read the file of a recording; refuses it as :func:`read_recording`, but for its rows."""
+    return read_regular(_inside(recording), recording.mark, "a recording")
 
 
 def _inside(recording: Recording) -> str:

@@ -27,6 +27,7 @@ from lagrange_cli.simulate.ensemble.store import MemoryStore, Store
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import resolve
+from lagrange_cli.simulate.system.inputs import digest_of_files
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Scene
@@ -86,7 +87,7 @@ def plan_members(
     _require_columns(kept, model, extra)
     times = np.asarray(resolve(model, options).times)
     plan = Plan(
-        key=_key(recipe, options, extra, members, kept),
+        key=_key(recipe, model, options, extra, members, kept),
         recipe=recipe,
         names=members.names,
         member=values,
@@ -218,6 +219,7 @@ def _located(refusal: InputError, members: Members, member: int, scene: Scene) -
 
 def _key(
     recipe: Recipe,
+    model: Model,
     options: SimulationOptions,
     extra: tuple[str, ...],
     members: Members,
@@ -228,4 +230,5 @@ def _key(
     values = [sorted(texts.items()) for texts in (text.parameters, text.initial, text.times)]
     question = [values, recipe.formulation, extra, sorted(vars(options).items())]
     named = [members.identity(), kept.key]
-    return digest("ensemble", fingerprint(), text.data, *map(repr, (question, named)))
+    inputs = digest_of_files(model.recordings)
+    return digest("ensemble", fingerprint(), text.data, inputs, *map(repr, (question, named)))

@@ -8,6 +8,7 @@ a compiler, else interpreted, with projections, events, inputs and rounding mode
 __all__ = [
     "contacts",
     "functions",
+    "inputs",
     "libraries",
     "linearization",
     "parameters",

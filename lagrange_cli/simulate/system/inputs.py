@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.cache import digest
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp
@@ -66,6 +67,13 @@ class RecordedInputs:
             off_by_one_ulp(pieces.rows, pattern),
             tuple(partial(_beside, function, end) for function, end in functions),
         )
+
+
+def digest_of_files(recordings: Sequence[Recording]) -> str:
+    """Hash the files of recordings as they are now; refuses as :func:`read_recorded_inputs`."""
+    from lagrange_cli.files import read_recorded_file
+
+    return digest(*map(read_recorded_file, recordings))
 
 
 def _beside(function: Callable[[float], float], end: float, t: float) -> float:
