@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from os import PathLike, fspath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.api.derived import Derived
 from lagrange_cli.api.values import DrivenInputs, GivenValues, text_of, texts
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.model.sensitivities import SensitiveModels
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
+
+#: Members of an ensemble: all combinations of values, values one by one, or a lazy enumeration.
+GivenMembers: TypeAlias = "Mapping[str, Iterable[float | str]] | Sequence[GivenValues] | Members"
 
 
 def _sensitive_inputs() -> InputError:
@@ -61,6 +64,24 @@ def sampled(distributions: Mapping[str, str], members: int, *, seed: int = 0) ->
     from lagrange_cli.simulate.ensemble.sampling import sampled as drawn
 
     return drawn([f"{name} ~ {text}" for name, text in distributions.items()], members, seed)
+
+
+def members_given(given: GivenMembers) -> Members:
+    """Return the members that a caller gives, as :meth:`Moving.ensemble` takes them.
+
+    Raises
+    ------
+    InputError
+        Values are missing, or there are too many members.
+    """
+    from lagrange_cli.simulate.ensemble.enumeration import Members
+    from lagrange_cli.simulate.ensemble.input_file import members_of
+
+    if isinstance(given, Members):
+        return given
+    if isinstance(given, Mapping):
+        return members_of({name: list(map(text_of, axis)) for name, axis in given.items()})
+    return members_of([texts(member) for member in given])
 
 
 class Moving(Derived):
@@ -173,7 +194,7 @@ class Moving(Derived):
 
     def ensemble(
         self,
-        members: Mapping[str, Iterable[float | str]] | Sequence[GivenValues] | Members,
+        members: GivenMembers,
         *,
         until: float | None = None,
         accuracy: float | None = None,
@@ -219,7 +240,8 @@ class Moving(Derived):
             fsspec opens, as ``s3://bucket/out.zarr``. Arrays of the result are read from there
             when they are asked for; ``xarray.open_zarr`` opens a store itself.
         resume
-            Go on with what an interrupted run left there; it is refused otherwise.
+            Go on with what an interrupted run left there; it is refused otherwise, and where
+            ``functions`` are given: whether they are the same cannot be told.
         jobs
             Members that are simulated at a time: 1 in this process alone, more in threads and
             other processes, None as joblib is configured.
@@ -247,8 +269,6 @@ class Moving(Derived):
         >>> swings.reduced["max(theta)"].round(9).tolist()
         [0.1, 0.2]
         """
-        from lagrange_cli.simulate.ensemble.enumeration import Members
-        from lagrange_cli.simulate.ensemble.input_file import members_of
         from lagrange_cli.simulate.ensemble.kept import Kept
         from lagrange_cli.simulate.ensemble.planning import simulate_members
         from lagrange_cli.simulate.model.reductions import read_reduction
@@ -265,16 +285,9 @@ class Moving(Derived):
         )
         reductions = tuple(read_reduction(text, "reduce") for text in dict.fromkeys(reduce))
         names = None if columns is None else tuple(columns)
-        values: Members
-        if isinstance(members, Members):
-            values = members
-        elif isinstance(members, Mapping):
-            values = members_of({name: list(map(text_of, axis)) for name, axis in members.items()})
-        else:
-            values = members_of([texts(member) for member in members])
         return simulate_members(
             self._variants(frozenset(), reductions),
-            values,
+            members_given(members),
             options,
             extra=tuple(extra),
             kept=Kept(names, final, reductions, dict(functions or {})),

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.api.moving import Moving
-from lagrange_cli.api.values import GivenValues, text_of, texts
+from lagrange_cli.api.moving import GivenMembers, Moving, members_given
+from lagrange_cli.api.values import GivenValues, texts
 
 if TYPE_CHECKING:
     from lagrange_cli.api.analyzed import Analyzed
     from lagrange_cli.simulate import Trajectory
-    from lagrange_cli.simulate.ensemble.enumeration import Members
     from lagrange_cli.studies.fit.fit import Fit
     from lagrange_cli.studies.linear_motion import LinearMotion
     from lagrange_cli.studies.lyapunov import Lyapunov
@@ -255,10 +254,7 @@ class Studied(Moving):
     def section(
         self,
         condition: str,
-        members: Mapping[str, Iterable[float | str]]
-        | Sequence[GivenValues]
-        | Members
-        | None = None,
+        members: GivenMembers | None = None,
         *,
         until: float | None = None,
         accuracy: float | None = None,
@@ -300,8 +296,6 @@ class Studied(Moving):
         >>> round(float(section.columns["y"][1]), 6)
         0.342928
         """
-        from lagrange_cli.simulate.ensemble.enumeration import Members
-        from lagrange_cli.simulate.ensemble.input_file import members_of
         from lagrange_cli.simulate.ensemble.members import Recipe
         from lagrange_cli.simulate.ensemble.variants import variants_of
         from lagrange_cli.simulate.model.sections import WrittenCondition
@@ -319,13 +313,7 @@ class Studied(Moving):
             return single_section(known, options, RunContext(progress=progress))
         recipe = Recipe(self.source, self.forces, self.formulation, section=written)
         models = variants_of(self.equations, recipe, self.model)
-        values: Members
-        if isinstance(members, Members):
-            values = members
-        elif isinstance(members, Mapping):
-            values = members_of({name: list(map(text_of, axis)) for name, axis in members.items()})
-        else:
-            values = members_of([texts(member) for member in members])
+        values = members_given(members)
         return section_of_members(known, models, values, options, jobs=jobs, progress=progress)
 
     def path(

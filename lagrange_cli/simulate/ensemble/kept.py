@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from uuid import uuid4
 
 import numpy as np
 
@@ -58,9 +59,14 @@ class Kept:
 
     @property
     def key(self) -> object:
-        """Plain values that tell it from others, functions by their names."""
+        """Plain values that tell it from others; with functions it is like no other."""
         texts = [reduction.text for reduction in self.reductions]
-        return self.columns, self.final, texts, sorted(self.functions)
+        return self.columns, self.final, texts, self._token
+
+    @cached_property
+    def _token(self) -> str | None:
+        """Return what no other has: that two functions of one name are the same cannot be told."""
+        return uuid4().hex if self.functions else None
 
 
 @dataclass(frozen=True)

@@ -128,8 +128,12 @@ def simulate_members(
     ------
     InputError
         As :func:`plan_members`, :func:`.opening.open_store`; or samples of more members are wanted
-        than memory may hold.
+        than memory may hold; or functions of motions are to be resumed.
     """
+    if resume and kept.functions:
+        message = "an ensemble with functions of motions does not go on from an interrupted run"
+        hint = "whether they are the same functions cannot be told: run it without resume=True"
+        raise InputError(Problem(message, Mark("functions", 1, 1), hint, "ensemble"))
     if output is None and len(members) > MOST_LISTED and kept.columns != ():
         message = f"more than {MOST_LISTED:,} members, whose samples are to be in memory"
         hint = "columns=[] with final=True keeps a few numbers of each; store='out.zarr' all"

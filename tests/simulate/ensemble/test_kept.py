@@ -122,6 +122,26 @@ def test_functions_of_a_motion(oscillator):
     assert "reach" not in found.reduced_error
 
 
+def test_another_function_of_one_name_is_another(oscillator):
+    for function, expected in ((np.max, [1, 2]), (np.min, [-1, -2])):
+        found = oscillator.ensemble(
+            {"x": [1.0, 2.0]},
+            columns=[],
+            functions={"end": lambda motion, f=function: f(motion.columns["x"])},
+        )
+        assert np.allclose(found.reduced["end"], expected, rtol=1e-3)
+
+
+def test_functions_are_not_resumed_since_they_may_be_others(oscillator, tmp_path):
+    with pytest.raises(InputError, match="functions of motions does not go on"):
+        oscillator.ensemble(
+            {"x": [1.0]},
+            functions={"end": lambda motion: motion.t[-1]},
+            store=tmp_path / "out.npz",
+            resume=True,
+        )
+
+
 def test_a_member_that_ends_early_has_no_end_and_no_mean():
     scene = OSCILLATOR.replace("k*x^2/2", "-k*x^4/4").replace("until: 20", "until: 5")
     found = (
