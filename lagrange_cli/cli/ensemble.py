@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -11,8 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli import options as shared
-from lagrange_cli.cli.models import SceneRequest, SimulationRequest, model_of_scene
-from lagrange_cli.cli.remembered import Answer, remembered
+from lagrange_cli.cli.models import RememberedMembers, SimulationRequest, model_of_scene
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
@@ -21,9 +21,7 @@ from lagrange_cli.files import write_file
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.enumeration import Members
     from lagrange_cli.simulate.ensemble.kept import Kept
-    from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
     from lagrange_cli.simulate.ensemble.planes import Plane
-    from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.model.reductions import Reduction
     from lagrange_cli.simulate.results.plane import PlaneMap
 
@@ -36,7 +34,7 @@ MEMBER_OPTIONS = (
     *("final", "kept_columns", "reductions", "map_names", "jobs"),
 )
 
-_COUNT = re.compile(r"[0-9]{1,12}|[0-9](\.[0-9]+)?[eE]\+?[0-9]{1,2}", re.ASCII)
+_COUNT = re.compile(r"[0-9]{1,12}(\.[0-9]{1,12})?([eE]\+?[0-9]{1,2})?", re.ASCII)
 
 
 def _count(ctx: click.Context, option: click.Parameter, value: str | None) -> int | None:
@@ -327,7 +325,8 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
             " --columns all keeps these"
         )
     scene = replace(asked.scene, reductions=choice.reductions)
-    models, extra = _RememberedModels(session, scene), asked.columns
+    models = RememberedMembers(session, scene, partial(model_of_scene, session))
+    extra = asked.columns
     if "energy" in (choice.columns or ()) and "energy" not in extra:
         extra = (*extra, "energy")
     plan, times = plan_members(models, members, asked.options, extra=extra, kept=kept)
@@ -375,33 +374,3 @@ def _draw(drawn: PlaneMap, plot: str) -> None:
     from lagrange_cli.simulate.results.plot import draw_map
 
     write_file(plot, draw_map(drawn, Path(plot).suffix.lower().lstrip(".")))
-
-
-@dataclass(frozen=True)
-class _RememberedModels:
-    """Models of members, kept in the cache."""
-
-    session: Session
-    asked: SceneRequest
-
-    @property
-    def recipe(self) -> Recipe:
-        return self.asked.recipe()
-
-    def of(self, member: MemberValues) -> Model:
-        parameters = {**self.asked.parameters, **member.parameters}
-        initial = {**self.asked.initial, **member.initial}
-        request = replace(self.asked, parameters=parameters, initial=initial)
-        return model_of_scene(self.session, request)
-
-    def differ_in_numbers(self, member: MemberValues, model: Model) -> bool:
-        asked = self.asked
-
-        def work() -> Answer:
-            from lagrange_cli.simulate.ensemble.members import differ_in_numbers
-
-            return Answer(differ_in_numbers(asked.recipe(), member, model))
-
-        values = [sorted(texts.items()) for texts in (member.parameters, member.initial)]
-        question = [*asked.values, *values, asked.forces, asked.formulation]
-        return bool(remembered(self.session, "ensemble", asked.source, question, work))

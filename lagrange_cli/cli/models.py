@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cli.session import Session
     from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.scene.conditions import Formulation
-    from lagrange_cli.simulate.ensemble.members import Recipe
+    from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.model.reductions import Reduction
     from lagrange_cli.simulate.model.sections import WrittenCondition
@@ -188,6 +188,53 @@ def section_model_of_scene(
     from lagrange_cli.studies.section.models import SectionModel
 
     return SectionModel.from_json(value)
+
+
+@dataclass(frozen=True)
+class RememberedMembers:
+    """Models of members of an ensemble, kept in the cache.
+
+    Attributes
+    ----------
+    session
+        Has the cache.
+    scene
+        The scene of all members.
+    model
+        Returns the model of a scene, with the values of one member.
+    section
+        Condition whose values are further outputs of the models; None if there is none.
+    """
+
+    session: Session
+    scene: SceneRequest
+    model: Callable[[SceneRequest], Model]
+    section: WrittenCondition | None = None
+
+    @property
+    def recipe(self) -> Recipe:
+        """The scene, and what options say of all members."""
+        return replace(self.scene.recipe(), section=self.section)
+
+    def of(self, member: MemberValues) -> Model:
+        """Return the model of a member."""
+        parameters = {**self.scene.parameters, **member.parameters}
+        initial = {**self.scene.initial, **member.initial}
+        return self.model(replace(self.scene, parameters=parameters, initial=initial))
+
+    def differ_in_numbers(self, member: MemberValues, model: Model) -> bool:
+        """Tell if members differ from the model of one of them in numbers alone."""
+
+        def work() -> Answer:
+            from lagrange_cli.simulate.ensemble.members import differ_in_numbers
+
+            return Answer(differ_in_numbers(self.recipe, member, model))
+
+        scene = self.scene
+        values = [sorted(texts.items()) for texts in (member.parameters, member.initial)]
+        outputs = [*(r.text for r in scene.reductions), self.section and self.section.text]
+        question = [*scene.values, *values, scene.forces, scene.formulation, outputs]
+        return bool(remembered(self.session, "members", scene.source, question, work))
 
 
 def path_models_of_scene(session: Session, scene: SceneRequest) -> PathModels:

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import click
 
 from lagrange_cli.cli import options as shared
 from lagrange_cli.cli.ensemble import MemberChoice, chosen_members
-from lagrange_cli.cli.models import SceneRequest, SimulationRequest, section_model_of_scene
-from lagrange_cli.cli.remembered import Answer, remembered
+from lagrange_cli.cli.models import (
+    RememberedMembers,
+    SceneRequest,
+    SimulationRequest,
+    section_model_of_scene,
+)
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.interrupts import noted_interrupts
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.model.sections import WrittenCondition
     from lagrange_cli.studies.section.models import SectionModel
@@ -48,6 +50,7 @@ def require_fit(
         "--final": choice is not None and choice.final,
         "--columns": choice is not None and choice.columns is not None,
         "--reduce": choice is not None and bool(choice.reductions),
+        "--map": choice is not None and choice.map_names is not None,
     }
     for name, is_given in given.items():
         if is_given:
@@ -125,7 +128,10 @@ def _of_members(
     """Find the section of all members."""
     from lagrange_cli.studies.section.members import section_of_members
 
-    models = _RememberedModels(session, asked.scene, condition)
+    def model(scene: SceneRequest) -> Model:
+        return section_model_of_scene(session, scene, condition).model
+
+    models = RememberedMembers(session, asked.scene, model, condition)
     members = chosen_members(choice)
     with session.progress("integrating") as progress:
         section = section_of_members(
@@ -137,33 +143,3 @@ def _of_members(
             progress=progress,
         )
     return section, 0
-
-
-@dataclass(frozen=True)
-class _RememberedModels:
-    """Models of members with the outputs of a section, kept in the cache."""
-
-    session: Session
-    asked: SceneRequest
-    condition: WrittenCondition
-
-    @property
-    def recipe(self) -> Recipe:
-        return replace(self.asked.recipe(), section=self.condition)
-
-    def of(self, member: MemberValues) -> Model:
-        parameters = {**self.asked.parameters, **member.parameters}
-        initial = {**self.asked.initial, **member.initial}
-        request = replace(self.asked, parameters=parameters, initial=initial)
-        return section_model_of_scene(self.session, request, self.condition).model
-
-    def differ_in_numbers(self, member: MemberValues, model: Model) -> bool:
-        def work() -> Answer:
-            from lagrange_cli.simulate.ensemble.members import differ_in_numbers
-
-            return Answer(differ_in_numbers(self.recipe, member, model))
-
-        values = [sorted(texts.items()) for texts in (member.parameters, member.initial)]
-        question = [*self.asked.values, *values, self.asked.formulation, self.condition.text]
-        source = self.asked.source
-        return bool(remembered(self.session, "section-members", source, question, work))

@@ -152,6 +152,8 @@ def test_accuracy_is_that_of_each_member(folder):
         (("--sample", "mm ~ normal(0,1)", "--members", "3"), "unknown name 'mm'"),
         (("--sample", "m ~ normal(0,1)", "--members", "1e10"), "more than 1,000,000,000 members"),
         (("--sample", "m ~ normal(0,1)", "--members", "1.5"), "no whole number"),
+        (("--sample", "m ~ normal(0,1)", "--members", "1.25e1"), "no whole number"),
+        (("--sample", "m ~ cauchy(2,1)", "--members", "12e5"), "this is no distribution"),
         (("--ensemble", "none.csv"), "none.csv:1:1: no such file"),
         (("--ensemble", "scene.yaml"), "scene.yaml:2:1: there is no member"),
         (("--vary", "m=[-1]"), "the mass of 'bob' must be positive, found m = -1"),
