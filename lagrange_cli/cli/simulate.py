@@ -196,7 +196,8 @@ def simulate(
     outputs = {"-o": output, "--plot": plot, **checkpoint_files(state)}
     guard(source, parameters, outputs, {"the ensemble": member_file})
     about_members = {name: chosen.pop(name) for name in ensemble.MEMBER_OPTIONS}
-    drawn = plot if section is None else None
+    # A section has a picture of its own, beside which a map is refused.
+    drawn = plot if section is None or about_members["map_names"] else None
     members = ensemble.member_choice(
         member_file=member_file, resume=resume, checkpoint=checkpoint, plot=drawn, **about_members
     )
