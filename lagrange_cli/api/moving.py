@@ -84,6 +84,11 @@ def members_given(given: GivenMembers) -> Members:
     return members_of([texts(member) for member in given])
 
 
+def _sensitive_columns() -> InputError:
+    message = "momenta and conserved quantities have no derivatives by starts and parameters here"
+    return InputError(Problem(message, hint="leave out 'extra'", rule="sensitivity"))
+
+
 class Moving(Derived):
     """Integrates the equations; what is built and compiled for that is made once."""
 
@@ -94,6 +99,7 @@ class Moving(Derived):
         initial: GivenValues | None = None,
         inputs: DrivenInputs | None = None,
         sensitivity: Sequence[str] = (),
+        extra: Sequence[str] = (),
         until: float | None = None,
         accuracy: float | None = None,
         method: str | None = None,
@@ -128,6 +134,10 @@ class Moving(Derived):
             motion by these starts and parameters are columns ``d(theta)/d(m)`` and
             ``dot(d(theta)/d(m))`` beside it, and are promised as it is. The scene's coordinates
             are kept.
+        extra
+            Further columns: ``momenta``, ∂L/∂q̇ of each coordinate; ``conserved``, whatever
+            :meth:`analyze` finds conserved, with ``conserved_drift`` of each. The scene's
+            coordinates are kept.
         until, accuracy, method, rtol, atol, step, samples, budget, times
             See :class:`.simulate.request.SimulationOptions`; by default the scene's.
         progress, reached, stop, functions, cache, stream, checkpoint
@@ -149,6 +159,8 @@ class Moving(Derived):
         >>> swung = derivation.simulate(until=1.0, sensitivity=["l"])
         >>> round(swung.state["d(theta)/d(l)"], 6)
         1.559491
+        >>> derivation.simulate(until=1.0, extra=["conserved"]).conserved_drift.keys()
+        dict_keys(['energy'])
         """
         from lagrange_cli.simulate.charts.simulation import (
             simulate_past_singularities,
@@ -181,14 +193,14 @@ class Moving(Derived):
             reached=reached,
             stop=stop,
         )
-        variants = self._variants(frozenset(inputs or ()), ())
+        variants = self._variants(frozenset(inputs or ()), (), tuple(extra))
         values = MemberValues(texts(parameters), texts(initial))
         if sensitivity:
-            if inputs:
-                raise _sensitive_inputs()
+            if inputs or extra:
+                raise _sensitive_inputs() if inputs else _sensitive_columns()
             model = self._sensitive_models.of(sensitivity, values.parameters, values.initial)
             return simulate_with_sensitivities(model, options, context)
-        free = variants.recipe.formulation == "auto"
+        free = variants.recipe.formulation == "auto" and not extra
         maker = partial(variants.with_multipliers, values) if free else None
         return simulate_past_singularities(variants.of(values), options, maker, context)
 
@@ -286,7 +298,7 @@ class Moving(Derived):
         reductions = tuple(read_reduction(text, "reduce") for text in dict.fromkeys(reduce))
         names = None if columns is None else tuple(columns)
         return simulate_members(
-            self._variants(frozenset(), reductions),
+            self._variants(frozenset(), reductions, ()),
             members_given(members),
             options,
             extra=tuple(extra),
@@ -297,20 +309,21 @@ class Moving(Derived):
             progress=progress,
         )
 
-    def model(self, sensitivity: Sequence[str] = (), *, momenta: bool = False) -> Model:
+    def model(self, sensitivity: Sequence[str] = (), *, extra: Sequence[str] = ()) -> Model:
         """Return the equations as code, without symbols, as simulations run them.
 
         Parameters
         ----------
         sensitivity
             What the motion is differentiated by, as in :meth:`simulate`.
-        momenta
-            The momenta ∂L/∂q̇ are among the outputs, by names such as ``p_theta``.
+        extra
+            Further outputs, as in :meth:`simulate`.
         """
-        if momenta:
-            from lagrange_cli.analysis.momenta import with_momenta
+        if extra:
+            from lagrange_cli.simulate.model.further_outputs import with_further_outputs
 
-            return replace(self, equations=with_momenta(self.equations)).model(sensitivity)
+            equations = with_further_outputs(self.equations, extra)
+            return replace(self, equations=equations).model(sensitivity)
         return self._sensitive_models.of(sensitivity, {}, {}) if sensitivity else self._model
 
     @cached_property
@@ -344,15 +357,17 @@ class Moving(Derived):
         return KeptFunctions()
 
     @cached_property
-    def _variants(self) -> Callable[[frozenset[str], tuple[Reduction, ...]], Variants]:
-        """Names of inputs that are driven, and reductions → models with other values."""
+    def _variants(
+        self,
+    ) -> Callable[[frozenset[str], tuple[Reduction, ...], tuple[str, ...]], Variants]:
+        """Driven inputs, reductions and further outputs → models with other values."""
         from lagrange_cli.simulate.ensemble.members import Recipe
         from lagrange_cli.simulate.ensemble.variants import variants_of
 
         recipe = partial(Recipe, self.source, self.forces, self.formulation)
         return lru_cache(
-            lambda driven, reductions: variants_of(
-                self.equations, recipe(driven, reductions), self.model
+            lambda driven, reductions, extra: variants_of(
+                self.equations, recipe(driven, reductions, extra=extra), self.model
             )
         )
 

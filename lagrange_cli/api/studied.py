@@ -94,7 +94,7 @@ class Studied(Moving):
         """
         from lagrange_cli.studies.tradeoff.measure import trade
 
-        model = self._variants(frozenset(), ()).model
+        model = self._variants(frozenset(), (), ()).model
         return trade(
             model,
             methods=methods,

@@ -44,8 +44,8 @@ class SceneRequest:
         The way of the steps that are wanted too; None for none.
     reductions
         Numbers of motions for which the model has outputs.
-    momenta
-        True if momenta are wanted among the columns of a motion.
+    extra
+        Further outputs of the model, as ``momenta`` and ``conserved``.
     """
 
     source: SceneSource
@@ -57,7 +57,7 @@ class SceneRequest:
     sensitivity: tuple[str, ...] = ()
     steps: Way | None = None
     reductions: tuple[Reduction, ...] = ()
-    momenta: bool = False
+    extra: tuple[str, ...] = ()
 
     @property
     def values(self) -> list[list[tuple[str, str]]]:
@@ -159,11 +159,11 @@ def model_of_scene(session: Session, scene: SceneRequest) -> Model:
 
             model = model_of(scene.recipe().prepared(derivation.equations))
         else:
-            model = derivation.model(scene.sensitivity, momenta=scene.momenta)
+            model = derivation.model(scene.sensitivity, extra=scene.extra)
         return answer_of(derivation, model.to_json())
 
     texts = [reduction.text for reduction in scene.reductions]
-    asked = [scene.forces, scene.formulation, scene.sensitivity, scene.momenta, texts]
+    asked = [scene.forces, scene.formulation, scene.sensitivity, scene.extra, texts]
     question = [*scene.values, *asked]
     value = remembered(session, "simulate", scene.source, question, work)
     from lagrange_cli.simulate.model.model import Model

@@ -44,7 +44,7 @@ def require_fit(
         "--samples": options.samples is not None,
         "--step": options.step is not None,
         "--sensitivity": bool(asked.scene.sensitivity),
-        "--with forces": "forces" in asked.columns,
+        **{f"--with {name}": name in asked.columns for name in ("forces", "momenta", "conserved")},
         "--checkpoint": checkpoint is not None,
         "--resume": resume is not None,
         "--final": choice is not None and choice.final,

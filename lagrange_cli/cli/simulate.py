@@ -45,7 +45,10 @@ _LEAST_BUDGET = 1e-3
 _FILES, _FILES_OF_MEMBERS = (".csv", ".npz"), (".parquet", ".zarr")
 
 #: Columns beyond the state that files can have.
-FILE_COLUMNS = ("energy", "positions", "forces", "momenta")
+FILE_COLUMNS = ("energy", "positions", "forces", "momenta", "conserved")
+
+#: Those of them that are outputs of the model.
+OUTPUT_COLUMNS = ("momenta", "conserved")
 
 
 def _names(ctx: click.Context, option: click.Parameter, value: str | None) -> tuple[str, ...]:
@@ -118,8 +121,9 @@ def _further_columns(
     callback=_further_columns,
     metavar="NAMES",
     help="Further columns of the file, their last values shown: energy; forces, those of "
-    "constraints and their multipliers; momenta of the coordinates; positions, which are there "
-    "anyway. With commas between them.  [default: none]",
+    "constraints and their multipliers; momenta of the coordinates; conserved, whatever analyze "
+    "finds conserved, with its drift; positions, which are there anyway. With commas between "
+    "them.  [default: none]",
 )
 @click.option(
     "--sensitivity",
@@ -206,12 +210,12 @@ def simulate(
         raise click.UsageError(f"-o: '{output}' does not end in {' or '.join(_FILES)}")
     if members is not None and sensitivity:
         raise click.UsageError("--sensitivity is of one motion, not of an ensemble")
-    forces, momenta = "forces" in columns, "momenta" in columns
-    if momenta and (members is not None or sensitivity):
+    forces, extra = "forces" in columns, tuple(n for n in OUTPUT_COLUMNS if n in columns)
+    if extra and (members is not None or sensitivity):
         other = "--sensitivity" if sensitivity else "an ensemble"
-        raise click.UsageError(f"--with momenta is of one motion, without {other}")
+        raise click.UsageError(f"--with {extra[0]} is of one motion, without {other}")
     scene_asked = SceneRequest(
-        source, parameters, initial, times, forces, formulation, sensitivity, momenta=momenta
+        source, parameters, initial, times, forces, formulation, sensitivity, extra=extra
     )
     if plot_of is not None and plot is None:
         raise click.UsageError("--plot-of needs --plot FILE")
@@ -300,7 +304,7 @@ def _integrated(
     cartesian = replace(asked.scene, formulation="multiplier")
     make_other_model = partial(model_of_scene, session, cartesian)
     # Momenta are those of the coordinates, which are kept for them.
-    formulation = model.formulation if asked.scene.momenta else asked.scene.formulation
+    formulation = model.formulation if asked.scene.extra else asked.scene.formulation
     options = replace(asked.options, budget=budget)
     stream = Stream(asked.output, asked.columns, _drawn(model, asked))
     with session.progress("integrating") as progress, noted_interrupts() as interrupt:

@@ -21,6 +21,7 @@ from lagrange_cli.mechanics.findings import (
     Conserved,
     EnergyBalance,
     Facts,
+    FollowedQuantity,
     FormulationChoice,
     SingularConfiguration,
 )
@@ -438,6 +439,9 @@ class Equations:
         One-sided constraints, whose λ is zero while the gap is open.
     outputs
         Expressions that the scene asks for, by name, over (q, v, t).
+    followed
+        Conserved quantities among the outputs whose drift a simulation measures; None unless they
+        were asked for.
     suggested
         Values of coordinates that could be given if ``initial`` is None.
     constraint_forces
@@ -511,6 +515,7 @@ class Equations:
     closures: tuple[Closure, ...] = ()
     contacts: tuple[Contact, ...] = ()
     outputs: tuple[tuple[str, Expr], ...] = ()
+    followed: tuple[FollowedQuantity, ...] | None = None
     suggested: tuple[tuple[str, str], ...] = ()
     inputs: tuple[Input, ...] = ()
     constraint_forces: ConstraintForces | None = None

@@ -115,6 +115,25 @@ class Conserved:
 
 
 @dataclass(frozen=True)
+class FollowedQuantity:
+    """A conserved quantity that simulations evaluate along motions.
+
+    Attributes
+    ----------
+    name
+        Name of its column.
+    expression
+        The quantity over q, v and t.
+    terms
+        Its changes are compared with the sum of the sizes of these.
+    """
+
+    name: str
+    expression: Expr
+    terms: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
 class EnergyBalance:
     """The rate of an energy that is not conserved.
 

@@ -44,8 +44,10 @@ from lagrange_cli.simulate.system.functions import (
 )
 from lagrange_cli.simulate.system.singular_guard import guard_signs
 from lagrange_cli.simulate.verification.branching import without_branches
+from lagrange_cli.simulate.verification.conserved_drift import conserved_drifts
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions, functions_along
 from lagrange_cli.simulate.verification.disproof import cut_at_disproof, energy_drift
+from lagrange_cli.simulate.verification.energy_drift import EnergyDrift
 from lagrange_cli.simulate.verification.uniqueness import require_unique_start, unbounded_slopes
 from lagrange_cli.stages import is_to_end
 
@@ -362,6 +364,7 @@ def _trajectory(
         multipliers=part.multipliers,
         symbols=dict(zip((*model.multipliers, *model.contacts), model.symbols, strict=True)),
         forces=part.forces,
+        conserved_drift=_conserved_drift(model, seen, drift, times, states),
         events=_events(model, functions, measured),
         exempt=tuple(measured.exempt.tolist()),
         remarks=unseen_forces(model, functions, problem, states) if promised else (),
@@ -378,6 +381,22 @@ def _trajectory(
             "estimate": measured.estimate_seconds,
         },
     )
+
+
+def _conserved_drift(
+    model: Model,
+    seen: MotionFunctions,
+    energy: EnergyDrift | None,
+    times: RowSequence,
+    states: RowSequence,
+) -> dict[str, float | None] | None:
+    """Name of each conserved quantity → its drift; None unless quantities are followed."""
+    if model.quantities is None:
+        return None
+    drifts = conserved_drifts(model, seen.functions, times, states)
+    if energy is not None:
+        drifts["jacobi" if "jacobi" in model.conserved else "energy"] = energy.drift
+    return drifts
 
 
 def _implementation(functions: RightHandSide, measured: Measured) -> str:

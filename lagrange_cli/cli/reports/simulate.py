@@ -25,6 +25,13 @@ _STATE = (TableColumn(), TableColumn("value", 16, ">"), TableColumn("rate", 16, 
 #: Name and value.
 _FURTHER = (TableColumn(), TableColumn("", 16, ">"))
 
+#: Name of a conserved quantity, value, drift.
+_CONSERVED = (
+    TableColumn("conserved"),
+    TableColumn("value", 16, ">"),
+    TableColumn("relative drift", 16, ">"),
+)
+
 #: Time, name, values.
 _EVENTS = (TableColumn("", 16), TableColumn(before=" "), TableColumn())
 
@@ -68,7 +75,8 @@ def _number(value: float | None, form: str) -> str:
 
 def _state(trajectory: Trajectory) -> list[Row]:
     """Write the last state as a table: each name with its value and its rate, if it has one."""
-    state = trajectory.state
+    followed = trajectory.conserved_drift or {}
+    state = {name: x for name, x in trajectory.state.items() if name not in followed}
     rates = {name: state.get(f"dot({name})") for name in state if not name.startswith("dot(")}
     rows = [
         [name, f"{state[name]:.9g}", *([] if rate is None else [f"{rate:.9g}"])]
@@ -80,6 +88,28 @@ def _state(trajectory: Trajectory) -> list[Row]:
 def _further(values: Mapping[str, float]) -> list[Row]:
     """Write one value a line."""
     return table(_FURTHER, [[n, f"{value:.9g}"] for n, value in values.items()], heading=False)
+
+
+def _beside(simulated: Simulated) -> dict[str, float]:
+    """Return the last values of further columns that no other table has."""
+    followed = simulated.trajectory.conserved_drift or {}
+    return {name: x for name, x in simulated.further().items() if name not in followed}
+
+
+def _conserved(simulated: Simulated) -> list[Row]:
+    """Write conserved quantities with their values at the end and their drifts."""
+    trajectory = simulated.trajectory
+    if trajectory.conserved_drift is None:
+        return []
+    values = trajectory.state | simulated.further()
+    rows = [
+        [name, f"{values[name]:.9g}", _number(drift, ".1e")]
+        for name, drift in trajectory.conserved_drift.items()
+    ]
+    if not rows:
+        said = "nothing was found among energies and momenta of linear symmetries"
+        return labelled(("Conserved", said), width=9)
+    return table(_CONSERVED, rows)
 
 
 def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[Row]:
@@ -133,7 +163,8 @@ def _text(simulated: Simulated) -> Page:
         [
             [sentence_row(f"{trajectory.name} at t = {trajectory.t[-1]:.9g}", "heading")],
             _state(trajectory),
-            _further(simulated.further()),
+            _further(_beside(simulated)),
+            _conserved(simulated),
             _events(trajectory, (*model.coordinates, *model.outputs)),
             labelled(*known, width=8),
         ]

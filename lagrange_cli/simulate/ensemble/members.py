@@ -73,6 +73,8 @@ class Recipe:
         Numbers of motions for which the model has outputs.
     section
         Condition whose values are further outputs; None if there is none.
+    extra
+        Further outputs, as :data:`.further_outputs.FURTHER` names them.
     """
 
     text: SceneText
@@ -81,6 +83,7 @@ class Recipe:
     driven: frozenset[str] = frozenset()
     reductions: tuple[Reduction, ...] = ()
     section: WrittenCondition | None = None
+    extra: tuple[str, ...] = ()
 
     def scene(self, member: MemberValues | None = None) -> Scene:
         """Read the scene with the values of a member.
@@ -121,6 +124,7 @@ class Recipe:
             Located: a reduction or a section is of nothing that the equations have; or a driven
             input is none.
         """
+        from lagrange_cli.simulate.model.further_outputs import with_further_outputs
         from lagrange_cli.simulate.model.inputs import with_driven_inputs
         from lagrange_cli.simulate.model.reductions import with_reductions
         from lagrange_cli.simulate.model.sections import with_section
@@ -128,7 +132,7 @@ class Recipe:
         equations = with_reductions(equations, self.reductions)
         if self.section is not None:
             equations = with_section(equations, self.section)
-        return with_driven_inputs(equations, self.driven)
+        return with_further_outputs(with_driven_inputs(equations, self.driven), self.extra)
 
 
 def numeric_values(scene: Scene) -> tuple[dict[str, float | None], dict[str, float | None]]:

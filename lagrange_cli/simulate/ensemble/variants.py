@@ -85,7 +85,7 @@ def variants_of(equations: Equations, recipe: Recipe, make: Callable[[], Model])
     equations
         If the choice of their formulation was the program's, the scene's comes first.
     recipe
-        With the inputs that are driven, numbers of motions, and a section.
+        With the inputs that are driven, numbers of motions, a section, and further outputs.
     make
         Makes their model if there are none of these.
 
@@ -99,7 +99,7 @@ def variants_of(equations: Equations, recipe: Recipe, make: Callable[[], Model])
     if recipe.formulation == "auto" and equations.simulate.formulation == "multiplier":
         chosen = replace(recipe, formulation="multiplier")
         return Variants(chosen, lambda: chosen.model(MemberValues()))
-    if not (recipe.driven or recipe.reductions or recipe.section):
+    if not (recipe.driven or recipe.reductions or recipe.section or recipe.extra):
         return Variants(recipe, make)
     prepared = recipe.prepared(equations)
     return Variants(recipe, lambda: model_of(prepared))

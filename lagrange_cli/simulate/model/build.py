@@ -30,7 +30,7 @@ from lagrange_cli.simulate.model.charts import (
 from lagrange_cli.simulate.model.expressions import outputs_program, with_accelerations
 from lagrange_cli.simulate.model.inputs import substitute_inputs
 from lagrange_cli.simulate.model.labels import labels_of
-from lagrange_cli.simulate.model.model import Code, Model, ModelParameter
+from lagrange_cli.simulate.model.model import Code, Model, ModelParameter, ModelQuantity
 from lagrange_cli.simulate.model.peak_exponents import peak_exponents
 from lagrange_cli.simulate.model.switching_surfaces import (
     OneSided,
@@ -97,6 +97,9 @@ def _model_of(equations: Equations) -> Model:
         symbols=tuple(c.multiplier.name for c in equations.pushing),
         residuals=sum(1 + (c.kind == "position") for c in equations.closures),
         outputs=tuple(name for name, _ in equations.outputs),
+        quantities=None
+        if equations.followed is None
+        else tuple(ModelQuantity(f.name, len(f.terms)) for f in equations.followed),
         suggested=equations.suggested,
         forces=tuple(name for name, _ in force_columns(equations)),
         contacts=tuple(c.name for c in equations.contacts),
@@ -184,6 +187,7 @@ def _sided_programs(equations: Equations) -> dict[str, Program]:
 
 def _code(equations: Equations) -> Code:
     forces = _forces(equations)
+    equations = _with_terms(equations)
     sided = _sided_programs(equations)
     equations = _evaluated(equations)
     programs = _programs(equations) | sided
@@ -212,6 +216,14 @@ def _code(equations: Equations) -> Code:
         positive=positive_source(equations),
         steep=steep_source(equations),
     )
+
+
+def _with_terms(equations: Equations) -> Equations:
+    """Add the terms of quantities that are followed to the outputs."""
+    terms = (
+        (f"term({k}, {f.name})", e) for f in equations.followed or () for k, e in enumerate(f.terms)
+    )
+    return replace(equations, outputs=(*equations.outputs, *terms))
 
 
 def _watched(equations: Equations) -> dict[str, Program]:

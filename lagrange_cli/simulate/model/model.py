@@ -136,6 +136,22 @@ class FormerChart:
 
 
 @dataclass(frozen=True)
+class ModelQuantity:
+    """A conserved quantity among the outputs of a model.
+
+    Attributes
+    ----------
+    name
+        The output.
+    terms
+        Number of terms with whose sizes its changes are compared.
+    """
+
+    name: str
+    terms: int
+
+
+@dataclass(frozen=True)
 class Model:
     """A system of second order in time, M(q, t) a = f(q, v, t), ready to be integrated.
 
@@ -172,6 +188,9 @@ class Model:
         Numbers that the code's function ``constraints`` gives.
     outputs
         Names of what the scene asks for besides; the code's function ``outputs`` gives them.
+    quantities
+        Conserved quantities among these, beside the energy; their terms follow the outputs, as
+        further ones without a name. None unless they were asked for.
     suggested
         Coordinates with values that could be given as the start.
     forces
@@ -221,6 +240,7 @@ class Model:
     symbols: tuple[str, ...] = ()
     residuals: int = 0
     outputs: tuple[str, ...] = ()
+    quantities: tuple[ModelQuantity, ...] | None = None
     suggested: tuple[tuple[str, str], ...] = ()
     forces: tuple[str, ...] = ()
     recordings: tuple[Recording, ...] = ()
@@ -241,6 +261,11 @@ class Model:
     def state_names(self) -> tuple[str, ...]:
         """Names of the numbers of a state: coordinates, then their ``dot``."""
         return (*self.coordinates, *(f"dot({name})" for name in self.coordinates))
+
+    @property
+    def output_count(self) -> int:
+        """Number of values that the code's function ``outputs`` gives."""
+        return len(self.outputs) + sum(quantity.terms for quantity in self.quantities or ())
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -286,6 +311,8 @@ class Model:
         fields["suggested"] = tuple((name, value) for name, value in fields["suggested"])
         fields["initial"] = None if fields["initial"] is None else tuple(fields["initial"])
         fields["recordings"] = tuple(_recording(**r) for r in fields["recordings"])
+        if fields["quantities"] is not None:
+            fields["quantities"] = tuple(ModelQuantity(**q) for q in fields["quantities"])
         fields["defaults"] = _defaults(**fields["defaults"])
         fields["code"] = Code(**fields["code"])
         fields["labels"] = Labels(**fields["labels"])

@@ -60,4 +60,5 @@ def state_columns(
         values = table(t, states)
         for i, name in enumerate(model.cartesian):
             columns.setdefault(form.format(name), values[:, i].copy())
-    return columns | dict(zip(model.outputs, functions.outputs(t, states).T.copy(), strict=True))
+    named = functions.outputs(t, states)[:, : len(model.outputs)]
+    return columns | dict(zip(model.outputs, named.T.copy(), strict=True))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.results.decimation import Decimated
 
 #: Columns that can be asked for; every component of a particle is there without asking.
-EXTRA_COLUMNS = ("energy", "positions", "forces")
+EXTRA_COLUMNS = ("energy", "positions", "forces", "conserved")
 
 
 def require_forces(name: str, forces: Collection[str]) -> None:
@@ -134,6 +134,10 @@ class Trajectory:
         What changes of the energy are compared with in ``energy_drift``; None where it is.
     labels
         Names and units of the columns in pictures.
+    conserved_drift
+        Name of each conserved quantity → its largest change over the largest sum of the sizes of
+        its terms, for ``energy`` and ``jacobi`` as in ``energy_drift``; None where a number is
+        not finite. None unless it was asked for.
     """
 
     name: str
@@ -167,6 +171,7 @@ class Trajectory:
     decimated: Decimated | None = None
     energy_scale: float | None = None
     labels: Labels = field(default_factory=Labels)
+    conserved_drift: Mapping[str, float | None] | None = None
 
     @property
     def exit_code(self) -> int:
@@ -205,6 +210,7 @@ class Trajectory:
             },
             "holds_until": self.holds_until,
             "energy_drift": self.energy_drift,
+            **self._conserved(),
             "constraint_drift": self.constraint_drift,
             "method": self.method,
             "implementation": self.implementation,
@@ -217,12 +223,24 @@ class Trajectory:
             "seconds": {"derive": derive_seconds, **self.seconds},
         }
 
+    def _energies(self, extra: Collection[str]) -> list[str]:
+        """Names of the columns of the energy function."""
+        followed = (self.conserved_drift or {}) if "conserved" in extra else {}
+        conserved = [name for name in ("energy", "jacobi") if name in followed]
+        return list(dict.fromkeys([*(["energy"] if "energy" in extra else []), *conserved]))
+
+    def _conserved(self) -> dict[str, Any]:
+        drifts = self.conserved_drift
+        return {} if drifts is None else {"conserved_drift": dict(drifts)}
+
     def table(self, extra: Collection[str] = ()) -> dict[str, Array]:
         """Column name → values: ``t``, the state, and of :data:`EXTRA_COLUMNS` what is asked for.
 
         ``energy``; ``positions``, which are part of the state; ``forces``,
         constraint forces as ``force_x(PARTICLE)`` where they were derived, and multipliers
-        of constraints as ``lambda_NAME``, as the equations have them.
+        of constraints as ``lambda_NAME``, as the equations have them. Momenta and conserved
+        quantities are part of the state where the motion was asked for them, but for ``energy``
+        or ``jacobi``, which ``conserved`` adds.
 
         Raises
         ------
@@ -230,12 +248,11 @@ class Trajectory:
             The scene has a coordinate of its own named ``energy``, or no forces.
         """
         table = {"t": self.t, **self.columns}
-        if "energy" in extra:
-            if "energy" in table:
-                raise InputError(
-                    Problem("the scene has a name 'energy' of its own", rule="column-clash")
-                )
-            table["energy"] = self.energy
+        for name in self._energies(extra):
+            if name in table:
+                said = f"the scene has a name '{name}' of its own"
+                raise InputError(Problem(said, rule="column-clash"))
+            table[name] = self.energy
         if "forces" in extra:
             require_forces(self.name, [*self.multipliers, *self.forces])
             table |= {self.symbols[name]: values for name, values in self.multipliers.items()}

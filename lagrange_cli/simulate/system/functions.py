@@ -103,7 +103,7 @@ class RightHandSide:
     constraints
         Residuals φ, then φ̇ and ψ, of the closure equations.
     outputs
-        Outputs that the scene asks for.
+        Outputs that the scene asks for, then terms of conserved quantities.
     implementation
         Says in words what evaluates the functions.
     native
@@ -315,7 +315,7 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         velocities=table("velocities", len(model.cartesian)),
         multipliers=table("multipliers", len(model.multipliers)),
         constraints=table("constraints", model.residuals),
-        outputs=table("outputs", len(model.outputs)),
+        outputs=table("outputs", model.output_count),
         exponents=table("landmarks", model.landmarks),
         implementation="compiled C",
         native=True,
@@ -435,7 +435,7 @@ def interpreted(
         velocities=table("velocities", len(model.cartesian)),
         multipliers=table("multipliers", len(model.multipliers)),
         constraints=table("constraints", model.residuals),
-        outputs=table("outputs", len(model.outputs)),
+        outputs=table("outputs", model.output_count),
         exponents=table("landmarks", model.landmarks),
         implementation=f"interpreted Python: {reason}",
         recorded_inputs=inputs,
