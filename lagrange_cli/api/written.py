@@ -103,15 +103,10 @@ class Written(Derived):
         chosen = {"sections": ",".join(sections)} if sections else {}
         return Shown(*self.emit("markdown", **chosen, **options).values())
 
-    def _repr_markdown_(self) -> str | None:
-        from lagrange_cli.emit.latex.markdown import is_readable
+    def _repr_markdown_(self) -> str:
+        return self.emit("markdown").popitem()[1]
 
-        return self.emit("markdown").popitem()[1] if is_readable(self.equations) else None
-
-    def _repr_latex_(self) -> str | None:
+    def _repr_latex_(self) -> str:
         from lagrange_cli.emit.latex.equations import equations_latex
-        from lagrange_cli.emit.latex.markdown import is_readable
 
-        if not is_readable(self.equations):
-            return None
         return f"$$\n{equations_latex(self.equations)}\n$$"

@@ -68,7 +68,8 @@ _LANGUAGE = Option(
 
 
 _WRITTEN_OUT = Option(
-    "written_out", "every element of indexed families, in place of sums and indices"
+    "written_out",
+    "elements of indexed families in place of sums and indices, and expressions of any length",
 )
 
 

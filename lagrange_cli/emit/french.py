@@ -18,6 +18,10 @@ FRENCH = {
     "There are none.": "Il n'y en a pas.",
     "There are {listed}.": "Il y a {listed}.",
     "Here": "Ici",
+    "({count} operations)": "({count} opérations)",
+    "Expressions of more than {most} operations are left out; {option} prints them.": (
+        "Les expressions de plus de {most} opérations sont omises\u00a0; {option} les écrit."
+    ),
     "System": "Système",
     "Sketch": "Croquis",
     "Particle: {listed}.": "Particule\u00a0: {listed}.",

@@ -16,6 +16,10 @@ GERMAN = {
     "There are none.": "Es gibt keine.",
     "There are {listed}.": "Es gibt {listed}.",
     "Here": "Dabei ist",
+    "({count} operations)": "({count} Rechenoperationen)",
+    "Expressions of more than {most} operations are left out; {option} prints them.": (
+        "Ausdrücke mit mehr als {most} Rechenoperationen sind weggelassen; {option} gibt sie aus."
+    ),
     # -- system
     "System": "System",
     "Sketch": "Skizze",

@@ -29,10 +29,13 @@ class Language:
         ``en``, ``de`` or the like.
     phrases
         English phrase → the same in this language, with the same parts in braces. English has none.
+    thousands
+        What stands between the thousands of a number.
     """
 
     code: str
     phrases: Mapping[str, str] = field(default_factory=dict, repr=False)
+    thousands: str = ","
 
     def __call__(self, english: str, **parts: object) -> str:
         """Say a phrase, its parts put in their places.
@@ -51,6 +54,10 @@ class Language:
         """Say a phrase of one thing or of several, with ``{count}`` as one of its parts."""
         return self(one if count == 1 else many, count=count, **parts)
 
+    def number(self, value: int) -> str:
+        """A whole number, its thousands apart."""
+        return f"{value:,}".replace(",", self.thousands)
+
     def first(self, is_first: bool, first: str, later: str, **parts: object) -> str:
         """Say the first member of a list, or a later one, which may be shorter."""
         return self(first if is_first else later, **parts)
@@ -58,8 +65,12 @@ class Language:
     def in_ascii(self) -> Language:
         """The same in plain ASCII: ``ae`` for the German ä, e for the French é."""
         own = _UMLAUTS if self.code == "de" else dict[int, str]()
-        return replace(self, phrases={k: _plain(v, own) for k, v in self.phrases.items()})
+        phrases = {k: _plain(v, own) for k, v in self.phrases.items()}
+        return replace(self, phrases=phrases, thousands=_plain(self.thousands, own))
 
+
+#: Language → what stands between the thousands of a number.
+_THOUSANDS = {"de": ".", "fr": "\u00a0"}
 
 _UMLAUTS = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"}
@@ -79,7 +90,8 @@ def language(code: str) -> Language:
         getattr(import_module(f"lagrange_cli.emit.{module}"), name)
         for module, name in _TABLES[code]
     )
-    return Language(code, {k: phrase for table in tables for k, phrase in table.items()})
+    phrases = {k: phrase for table in tables for k, phrase in table.items()}
+    return Language(code, phrases, _THOUSANDS[code])
 
 
 #: The language of the program, whose phrases stand in the code.

@@ -11,6 +11,7 @@ __all__ = [
     "latex",
     "latex_escape",
     "layout",
+    "omission",
     "one_line",
     "ordering",
     "page",

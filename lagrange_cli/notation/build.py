@@ -72,12 +72,23 @@ def display(expression: sympy.Expr, words: Vocabulary) -> DisplayNode:
         The expression holds a symbol, number or function that has no place in
         the scene language.
     """
+    return _left_out((expression,), words) or _whole(expression, words)
+
+
+def _whole(expression: sympy.Expr, words: Vocabulary) -> DisplayNode:
     return ordering.signed(_term(expression, words))
+
+
+def _left_out(parts: Sequence[sympy.Expr], words: Vocabulary) -> DisplayNode | None:
+    """What stands in place of a sum of parts that is too long to be read."""
+    return None if words.omission is None else words.omission.instead(parts)
 
 
 def display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> DisplayNode:
     """The sum of expressions, kept in the order given."""
-    return ordering.sum_of([_term(e, words) for e in expressions], ordered=True)
+    parts = tuple(expressions)
+    left_out = _left_out(parts, words)
+    return left_out or ordering.sum_of([_term(e, words) for e in parts], ordered=True)
 
 
 def display_row(shown: ShownEquation, words: Vocabulary) -> DisplayNode:
@@ -87,6 +98,9 @@ def display_row(shown: ShownEquation, words: Vocabulary) -> DisplayNode:
     factor (factor 1), which may be sums, are in the order of a sum; those with
     multipliers follow them. A positive acceleration leads where there is one.
     """
+    left_out = _left_out([e for term in shown.terms for e in term if e != 1], words)
+    if left_out is not None:
+        return left_out
     alone = [k for k, (_, factor) in enumerate(shown.terms) if factor == 1]
     last = alone[-1] if alone else len(shown.terms)
     products = [(k, term) for k, term in enumerate(shown.terms) if term[1] != 1]
@@ -331,7 +345,7 @@ def _multiply_power(gathered: _Factors, expression: sympy.Expr, words: Vocabular
             term = _oriented(term, base, words)
         gathered.multiply(term, power)
     else:
-        node = ordering.power_of(display(base, words), display(exponent, words))
+        node = ordering.power_of(_whole(base, words), _whole(exponent, words))
         gathered.multiply(SignedNode(False, node))
 
 
@@ -369,7 +383,7 @@ def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
         return _product((sympy.Pow(base, -1, evaluate=False),), words)
     if is_unknown(expression):
         function, order = name_and_order(expression)
-        arguments = tuple(display(a, words) for a in expression.args)
+        arguments = tuple(_whole(a, words) for a in expression.args)
         latex = words.functions.get(function)
         return SignedNode(False, ordering.call_of(function, arguments, order, latex))
     name = FUNCTION_NAMES.get(type(expression))
@@ -378,11 +392,11 @@ def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
     if name in ODD_FUNCTIONS or name in EVEN_FUNCTIONS:
         (argument,) = expression.args
         parts = _parts(argument)
-        node = display(
+        node = _whole(
             sympy.Add(*(parts * a for a in argument.args)) if parts > 1 else argument, words
         )
         return _called(name, [node], parts)
-    return _called(name, [display(a, words) for a in expression.args])
+    return _called(name, [_whole(a, words) for a in expression.args])
 
 
 def _parts(argument: sympy.Expr) -> int:

@@ -284,8 +284,15 @@ def _stands_beside(factor: DisplayNode) -> bool:
     return isinstance(factor, DisplaySeries) or factor.traits.level >= Dependence.VELOCITY
 
 
+#: Words in upright letters, in LaTeX and in Typst.
+_UPRIGHT = re.compile(r"(?:\\text\{|\")(.*)[}\"]")
+
+
 def _symbol_width(node: DisplaySymbol) -> float:
     if node.spelled:
+        words = _UPRIGHT.fullmatch(node.name)
+        if words is not None:
+            return len(words[1])
         return 1.2 * len(re.sub(r"\\?[A-Za-z.]{2,}|[{}_^\s]", "x", node.name))
     if node.latex is not None:
         return 1.2 * len(re.sub(r"\\[A-Za-z]+|[{}_^\s]", "x", node.latex))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import sympy
 
 from lagrange_cli.notation import ordering
+from lagrange_cli.notation.omission import Omission
 from lagrange_cli.notation.symbols import multiplier_name, split_name
 from lagrange_cli.notation.tree import (
     Dependence,
@@ -48,6 +49,8 @@ class Vocabulary:
         Sum → its terms in the order of the scene, and true if it is minus their sum.
     named
         Expression → the product that it is of an abbreviation of the scene, each factor to a power.
+    omission
+        Leaves out expressions that are too long to be read; None if all are wanted.
     """
 
     atoms: Mapping[sympy.Symbol, DisplaySymbol]
@@ -55,6 +58,7 @@ class Vocabulary:
     functions: Mapping[str, str | None] = field(default_factory=dict)
     sums: Mapping[sympy.Expr, tuple[tuple[sympy.Expr, ...], bool]] = field(default_factory=dict)
     named: Mapping[sympy.Expr, tuple[NamedFactor, ...]] = field(default_factory=dict)
+    omission: Omission | None = None
 
     @cached_property
     def products(self) -> list[tuple[Mapping[sympy.Expr, sympy.Expr], tuple[NamedFactor, ...]]]:
@@ -70,10 +74,19 @@ class Vocabulary:
         ]
 
 
-def vocabulary(equations: Equations, *, abbreviating: bool = False) -> Vocabulary:
+def vocabulary(
+    equations: Equations, *, abbreviating: bool = False, omission: Omission | None = None
+) -> Vocabulary:
     """Parameters, multipliers, time, inputs and coordinates, in order of declaration.
 
-    ``abbreviating``: with the scene's abbreviations in place of their expressions.
+    Parameters
+    ----------
+    equations
+        The equations.
+    abbreviating
+        True if the scene's abbreviations stand in place of their expressions.
+    omission
+        Leaves out expressions that are too long to be read; None if all are wanted.
     """
     masses = {s for particle in equations.particles for s in particle.mass.free_symbols}
     atoms = {
@@ -102,7 +115,8 @@ def vocabulary(equations: Equations, *, abbreviating: bool = False) -> Vocabular
             level = Dependence(Dependence.COORDINATE + order)
             atoms[symbol] = ordering.symbol_of(c.name, level, rank, order=order, latex=c.latex)
     functions = {f.name: f.latex for f in equations.functions}
-    words = Vocabulary(atoms, dict(equations.literals), functions, _written(equations.sums))
+    sums = _written(equations.sums)
+    words = Vocabulary(atoms, dict(equations.literals), functions, sums, omission=omission)
     return replace(words, named=_named(equations, words)) if abbreviating else words
 
 

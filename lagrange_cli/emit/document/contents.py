@@ -18,7 +18,7 @@ from lagrange_cli.emit.document.system import inputs, outputs, system
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.forms.contents import FORMS, form_sections
 from lagrange_cli.emit.steps.board import conclusions, working
-from lagrange_cli.emit.steps.sections import Picture, Section, Words, formulas, section
+from lagrange_cli.emit.steps.sections import Block, Picture, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter
 
 if TYPE_CHECKING:
@@ -58,16 +58,20 @@ def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
     if steps is None:
         above, below = _above(writer, parts, form), _below(writer, parts, form)
     else:
-        board = StepsWriter(writer.equations, writer.letters, writer.say, steps=steps)
+        board = StepsWriter(
+            writer.equations, writer.letters, writer.say, steps=steps, omission=writer.omission
+        )
         above = _above_with_steps(writer, board, parts, form)
         below = _below_with_steps(writer, board, parts, form)
     first, last = list(_chosen(above, parts)), list(_chosen(below, parts))
-    # What is abbreviated is known when all else is written.
+    # What is abbreviated and what is left out is known when all else is written.
     rows = writer.abbreviations()
+    below_all: list[Block] = [Words(writer.say("Here")), formulas(rows)] if rows else []
+    told = writer.left_out()
+    below_all += [] if told is None else [told]
     whole = first or last
-    if rows and whole:
-        here = Words(writer.say("Here")), formulas(rows)
-        whole[-1] = replace(whole[-1], blocks=(*whole[-1].blocks, *here))
+    if below_all and whole:
+        whole[-1] = replace(whole[-1], blocks=(*whole[-1].blocks, *below_all))
     return [*first, *last]
 
 

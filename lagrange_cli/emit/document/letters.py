@@ -38,6 +38,10 @@ class DocumentLetters(Letters):
         """Words of the program within a formula."""
 
     @abstractmethod
+    def typed(self, text: str) -> str:
+        """What is typed on a command line, within a sentence."""
+
+    @abstractmethod
     def statement(self, text: str) -> str:
         """An equation or inequality as the scene writes it, within a sentence."""
 

@@ -11,12 +11,14 @@ import sympy
 
 from lagrange_cli.emit.document.letters import DocumentLetters
 from lagrange_cli.emit.family_wording import with_families
-from lagrange_cli.emit.steps.sections import Formula
+from lagrange_cli.emit.omission_wording import omission_told, operations_told
+from lagrange_cli.emit.steps.sections import Formula, Words
 from lagrange_cli.emit.steps.writer import Writer
 from lagrange_cli.mechanics.families.families import Families, families_in
 from lagrange_cli.mechanics.families.forms import FamilyRow, Form
 from lagrange_cli.notation.build import display, display_sum
 from lagrange_cli.notation.families import FamilyNotation
+from lagrange_cli.notation.omission import Omission
 from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
 from lagrange_cli.notation.vocabulary import Vocabulary, unabbreviated, vocabulary
 
@@ -35,7 +37,7 @@ class DocumentWriter(Writer):
     abbreviating
         True if the scene's abbreviations stand for their expressions.
     written_out
-        True if every element of indexed families is shown.
+        True if every element of indexed families is shown, and expressions of any length.
     abbreviated
         Names of the abbreviations that what was written so far holds.
     """
@@ -49,7 +51,23 @@ class DocumentWriter(Writer):
     def words(self) -> Vocabulary:
         """Display names of all symbols; steps are written without abbreviations."""
         abbreviating = self.abbreviating and self.equations.steps is None
-        return vocabulary(self.equations, abbreviating=abbreviating)
+        return vocabulary(self.equations, abbreviating=abbreviating, omission=self.omission)
+
+    # -- what is left out -----------------------------------------------------------
+
+    @cached_property
+    def omission(self) -> Omission | None:
+        """Leaves out expressions that are too long to be read; None if all are wanted."""
+        return None if self.written_out else Omission(self._operations)
+
+    def _operations(self, count: int) -> str:
+        return self.letters.upright(operations_told(count, self.say))
+
+    def left_out(self) -> Words | None:
+        """What is to be said of expressions that were left out; None if there are none."""
+        if self.omission is None or not self.omission.counts:
+            return None
+        return Words(omission_told(self.letters.typed("--written-out"), self.say))
 
     # -- families -------------------------------------------------------------------
 

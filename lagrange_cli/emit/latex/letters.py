@@ -89,6 +89,9 @@ class LatexLetters(DocumentLetters):
     def named(self, name: str) -> str:
         return rf"\text{{{latex_text(name)}}}"
 
+    def typed(self, text: str) -> str:
+        return rf"\texttt{{{latex_text(text)}}}"
+
     def upright(self, phrase: str) -> str:
         return rf"\text{{{phrase}}}"
 

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, islice
 from typing import TYPE_CHECKING
-
-from sympy import preorder_traversal
 
 from lagrange_cli.emit.document.contents import Content, derivation_content
 from lagrange_cli.emit.document.writer import DocumentWriter
@@ -32,9 +29,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 
-#: Nodes of the expressions in equations that a person would read.
-_MOST_NODES = 20_000
-
 #: Punctuation that is markup anywhere in a line, and at its beginning.
 _MARKUP = re.compile(r"([\\`*_{}\[\]<>#$|~&!])")
 _OPENING = re.compile(r"^(\d*)([-+=.):])")
@@ -46,6 +40,9 @@ class MarkdownLetters(LatexLetters):
     def words(self, text: str) -> str:
         plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
         return _OPENING.sub(r"\1\\\2", _MARKUP.sub(r"\\\1", plain))
+
+    def typed(self, text: str) -> str:
+        return f"`{text}`"
 
     def statement(self, text: str) -> str:
         return self._formula_or_words(super().statement(text), text)
@@ -92,13 +89,6 @@ def emit_sections(
     for section in content.sections(writer, Typesetter().columns):
         paragraphs += _section(section)
     return {f"{equations.name}.md": "\n\n".join(paragraphs) + "\n"}
-
-
-def is_readable(equations: Equations) -> bool:
-    """Tell whether a person would read the equations; those of a bicycle take half a minute."""
-    expressions = (equations.kinetic, *(shown.residual for shown in equations.shown))
-    nodes = chain.from_iterable(map(preorder_traversal, expressions))
-    return next(islice(nodes, _MOST_NODES, None), None) is None
 
 
 def _section(section: Section) -> Iterator[str]:

@@ -33,6 +33,8 @@ def latex_snippet(equations: Equations, options: LatexOptions) -> str:
         rows += writer.abbreviations()
         shown = setter.rows(formulas(rows))
         body = setter.display(shown, "equations", numbered=options.numbered)
+        told = writer.left_out()
+        body += [] if told is None else [told.text]
     else:
         # Headings within the text fit into any section.
         body = [

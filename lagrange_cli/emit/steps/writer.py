@@ -14,6 +14,7 @@ from lagrange_cli.emit.language import ENGLISH, Language
 from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.emit.steps.sections import Formula, Title, Words
 from lagrange_cli.notation.build import display
+from lagrange_cli.notation.omission import Omission
 from lagrange_cli.notation.ordering import spelled_symbol, symbol_of
 from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
@@ -115,10 +116,13 @@ class StepsWriter(Writer):
     ----------
     steps
         The steps that lead to the equations.
+    omission
+        Leaves out expressions that are too long to be read; None if all are wanted.
     """
 
     _: KW_ONLY
     steps: DerivationSteps
+    omission: Omission | None = None
 
     @cached_property
     def words(self) -> Vocabulary:
@@ -135,7 +139,7 @@ class StepsWriter(Writer):
         for rank, c in enumerate(self.equations.coordinates):
             text = self.letters.virtual(self.coordinate(c))
             atoms[displacement(c)] = spelled_symbol(text, Dependence.ACCELERATION, rank)
-        return Vocabulary(atoms, usual.literals)
+        return Vocabulary(atoms, usual.literals, omission=self.omission)
 
     # -- labels ---------------------------------------------------------------------
 

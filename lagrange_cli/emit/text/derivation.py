@@ -14,6 +14,7 @@ from lagrange_cli.emit.constraint_wording import (
 from lagrange_cli.emit.document_options import TEXT_OPTIONS, sections_of
 from lagrange_cli.emit.initial_state import multiple_of_pi
 from lagrange_cli.emit.language import language
+from lagrange_cli.emit.omission_wording import omission_told, operations_told
 from lagrange_cli.emit.text.conserved import conserved, energy
 from lagrange_cli.emit.text.constraints import closures, constraint_forces, contacts
 from lagrange_cli.emit.text.energies import energies, forces, inputs, outputs
@@ -23,6 +24,7 @@ from lagrange_cli.emit.text.writer import DEFAULT_PARTS, TextWriter, heading_row
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.families import families_in
 from lagrange_cli.notation.families import FamilyNotation
+from lagrange_cli.notation.omission import Omission
 from lagrange_cli.notation.page import USUAL_WIDTH, Block, Page, Row, page, words
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.unicode import UnicodePrinter
@@ -78,16 +80,17 @@ def derivation_page(
         An expression has no exact form in print.
     """
     steps = equations.steps
-    letters = vocabulary(equations, abbreviating=steps is None)
     chosen = completed("text", TEXT_OPTIONS, options or {})
     is_written = steps is not None or chosen["written_out"]
     families = None if is_written else families_in(equations)
     printer = ScenePrinter() if ascii else UnicodePrinter(lowered=families is not None)
+    say = language(str(chosen["language"]))
+    say = say.in_ascii() if ascii else say
+    omission = None if chosen["written_out"] else Omission(partial(operations_told, say=say))
+    letters = vocabulary(equations, abbreviating=steps is None, omission=omission)
     over_letters = None if families is None else FamilyNotation(families, letters)
     forces = equations.constraint_forces is not None
     parts = frozenset(sections_of(chosen, forces=forces))
-    say = language(str(chosen["language"]))
-    say = say.in_ascii() if ascii else say
     writer = TextWriter(equations, letters, printer, over_letters, parts=parts, say=say)
     rows = whole(writer, form) if steps is None else with_steps(writer, form, steps)
     return page(rows, ascii=ascii)
@@ -116,7 +119,7 @@ def whole(writer: TextWriter, form: str) -> Iterator[Iterable[Row | Block]]:
     )
     first, last = list(chosen(writer, above)), list(chosen(writer, below))
     # What is abbreviated is known when all else is written.
-    return iter([heading(writer), *first, abbreviations(writer), *last])
+    return iter([heading(writer), *first, abbreviations(writer), left_out(writer), *last])
 
 
 def with_steps(
@@ -128,25 +131,26 @@ def with_steps(
     from lagrange_cli.emit.steps_text import section_writers, text_letters
 
     letters = text_letters(ascii=isinstance(writer.printer, ScenePrinter))
-    board = StepsWriter(writer.equations, letters, writer.say, steps=steps)
-    yield heading(writer)
-    yield from chosen(
-        writer,
-        (
-            ("system", partial(parameters, writer)),
-            ("account constraints", lambda: account(writer, positions=False)),
-            ("system energies", partial(inputs, writer)),
-            *section_writers(working(board), writer.printer),
-            *(equations_in(writer, form) if form != "lagrange" else ()),
-            ("equations constraints", partial(contacts, writer)),
-            ("result", lambda: result(writer, form)),
-            ("forces", partial(constraint_forces, writer)),
-            *section_writers(conclusions(board), writer.printer),
-            ("initial", partial(initial, writer)),
-            ("equations", partial(outputs, writer)),
-            ("certificate", partial(certificate, writer)),
-        ),
+    omission = writer.words.omission
+    board = StepsWriter(writer.equations, letters, writer.say, steps=steps, omission=omission)
+    above: _Parts = (
+        ("system", partial(parameters, writer)),
+        ("account constraints", lambda: account(writer, positions=False)),
+        ("system energies", partial(inputs, writer)),
+        *section_writers(working(board), writer.printer),
+        *(equations_in(writer, form) if form != "lagrange" else ()),
+        ("equations constraints", partial(contacts, writer)),
     )
+    below: _Parts = (
+        ("result", lambda: result(writer, form)),
+        ("forces", partial(constraint_forces, writer)),
+        *section_writers(conclusions(board), writer.printer),
+        ("initial", partial(initial, writer)),
+        ("equations", partial(outputs, writer)),
+        ("certificate", partial(certificate, writer)),
+    )
+    first, last = list(chosen(writer, above)), list(chosen(writer, below))
+    return iter([heading(writer), *first, left_out(writer), *last])
 
 
 def chosen(writer: TextWriter, sections: _Parts) -> Iterator[Iterable[Row | Block]]:
@@ -216,6 +220,14 @@ def equations_in(writer: TextWriter, form: str) -> _Parts:
             blocks = tuple(b for b in whole.blocks if not isinstance(b, Law))
             rows = section_rows(replace(whole, blocks=blocks), writer.printer, indent=2)
             yield "equations", partial(list[Row], rows)
+
+
+def left_out(writer: TextWriter) -> list[Row]:
+    """What is to be said of expressions that were left out."""
+    omission = writer.words.omission
+    if omission is None or not omission.counts:
+        return []
+    return [Row("", "", words(omission_told("--written-out", writer.say)))]
 
 
 def abbreviations(writer: TextWriter) -> list[Row]:

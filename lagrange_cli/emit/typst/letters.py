@@ -91,6 +91,9 @@ class TypstLetters(DocumentLetters):
     def named(self, name: str) -> str:
         return typst_string(name)
 
+    def typed(self, text: str) -> str:
+        return f"#raw({typst_string(text)})"
+
     def upright(self, phrase: str) -> str:
         return typst_string(phrase)
 
