@@ -7,6 +7,7 @@ found unless it is asked for. Read :mod:`.analyze` first; :mod:`.symmetries` has
 
 __all__ = [
     "analyze",
+    "brackets",
     "constants_of_motion",
     "energies",
     "hamiltonian",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Self
 
 from lagrange_cli.api.derived import Derived
 
@@ -26,6 +26,32 @@ class Shown:
 
 class Written(Derived):
     """Writes the equations."""
+
+    def with_brackets(self, *brackets: str) -> Self:
+        """Return the derivation with Poisson brackets in its Hamilton's form.
+
+        Parameters
+        ----------
+        brackets
+            Each two functions, ``"L_z, H"``, as ``lagrange derive --bracket`` takes them.
+
+        Raises
+        ------
+        InputError
+            Located: a text is not two functions over (q, p, t); or there is no Hamiltonian.
+
+        Examples
+        --------
+        >>> derivation = load("systems/celestial/two_bodies.yaml").derive()
+        >>> derivation.with_brackets("boost_x, P_x").report(form="hamiltonian")["brackets"][0]
+        {'first': 'boost_x', 'second': 'P_x', 'value': 'm1 + m2', 'rate': None, 'conserved': None}
+        """
+        if not brackets:
+            return self
+        from lagrange_cli.analysis.brackets import WrittenBracket, with_brackets
+
+        written = [WrittenBracket(text, "--bracket") for text in brackets]
+        return replace(self, equations=with_brackets(self.equations, written))
 
     def report(self, *, form: str = "lagrange", latex: bool = False) -> dict[str, Any]:
         """Return what ``lagrange derive --format json`` writes, ``--with latex`` too.

@@ -49,6 +49,14 @@ if TYPE_CHECKING:
     help="Constraint forces and multipliers too.  [default: off]",
 )
 @options.steps
+@click.option(
+    "--bracket",
+    "brackets",
+    multiple=True,
+    metavar="'F, G'",
+    help="With --form hamiltonian: the Poisson bracket of two functions of coordinates, momenta "
+    "(p_x), what linear symmetries conserve (L_z), H; repeatable.",
+)
 @options.of_formats(DERIVED)
 @click.option(
     "--digits",
@@ -77,6 +85,7 @@ def derive(
     forces: bool,
     steps: bool,
     by: Way | None,
+    brackets: tuple[str, ...],
     digits: int,
     ascii_only: bool,
     plot: str | None,
@@ -89,6 +98,8 @@ def derive(
     guard(source, parameters, {"-o": output, "--plot": plot})
     if plot is not None and form != "routhian":
         raise click.UsageError("--plot draws an effective potential: --form routhian has one")
+    if brackets and form != "hamiltonian":
+        raise click.UsageError("--bracket is of Hamilton's equations: --form hamiltonian")
     format_ = "json" if as_json else format_
     # Files are in UTF-8; terminals may show less.
     encoding = "utf-8" if output is not None else page_encoding()
@@ -105,11 +116,12 @@ def derive(
 
     def work() -> Answer:
         derivation = derivation_of_scene(session, request, digits)
+        derivation = derivation.with_brackets(*brackets)
         announce("writing the derivation")
         written = FORMATS[format_](derivation, form, written_with, ascii_only, encoding)
         return answer_of(derivation, written.to_json() if isinstance(written, Page) else written)
 
-    question = format_, form, formulation, forces, way, digits, ascii_only, encoding
+    question = brackets, format_, form, formulation, forces, way, digits, ascii_only, encoding
     asked = (*question, list(parameters.items()), sorted(written_with.items()))
     result = remembered(session, "derive", source, asked, work)
     if plot is not None:

@@ -175,4 +175,14 @@ FRENCH_OF_ANALYSES = {
     ),
     "not conserved: {reason}": "non conservée\u00a0: {reason}",
     "It is not conserved: {reason}.": "Elle n'est pas conservée\u00a0: {reason}.",
+    "Poisson brackets": "Crochets de Poisson",
+    "with": "avec",
+    "Compared at {count} state with difference quotients, to {digits} digits.": (
+        "Comparé en {count} état aux quotients de différences, à {digits} chiffres."
+    ),
+    "Compared at {count} states with difference quotients, to {digits} digits.": (
+        "Comparé en {count} états aux quotients de différences, à {digits} chiffres."
+    ),
+    "{function} is conserved: {rate} vanishes.": "{function} est conservé\u00a0: {rate} s'annule.",
+    "{function} is not conserved.": "{function} n'est pas conservé.",
 }

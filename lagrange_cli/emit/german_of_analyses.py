@@ -176,4 +176,14 @@ GERMAN_OF_ANALYSES = {
     ),
     "not conserved: {reason}": "nicht erhalten: {reason}",
     "It is not conserved: {reason}.": "Sie ist nicht erhalten: {reason}.",
+    "Poisson brackets": "Poisson-Klammern",
+    "with": "mit",
+    "Compared at {count} state with difference quotients, to {digits} digits.": (
+        "Verglichen an {count} Zustand mit Differenzenquotienten, auf {digits} Stellen."
+    ),
+    "Compared at {count} states with difference quotients, to {digits} digits.": (
+        "Verglichen an {count} Zuständen mit Differenzenquotienten, auf {digits} Stellen."
+    ),
+    "{function} is conserved: {rate} vanishes.": "{function} ist erhalten: {rate} verschwindet.",
+    "{function} is not conserved.": "{function} ist nicht erhalten.",
 }

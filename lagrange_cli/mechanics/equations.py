@@ -23,6 +23,7 @@ from lagrange_cli.mechanics.findings import (
     Facts,
     FollowedQuantity,
     FormulationChoice,
+    PoissonBrackets,
     SingularConfiguration,
 )
 from lagrange_cli.mechanics.sparse import entries
@@ -442,6 +443,8 @@ class Equations:
     followed
         Conserved quantities among the outputs whose drift a simulation measures; None unless they
         were asked for.
+    brackets
+        Poisson brackets that were asked for, None if none were.
     suggested
         Values of coordinates that could be given if ``initial`` is None.
     constraint_forces
@@ -516,6 +519,7 @@ class Equations:
     contacts: tuple[Contact, ...] = ()
     outputs: tuple[tuple[str, Expr], ...] = ()
     followed: tuple[FollowedQuantity, ...] | None = None
+    brackets: PoissonBrackets | None = None
     suggested: tuple[tuple[str, str], ...] = ()
     inputs: tuple[Input, ...] = ()
     constraint_forces: ConstraintForces | None = None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from sympy import Expr
+    from sympy import Expr, Symbol
 
 
 @dataclass(frozen=True)
@@ -131,6 +131,67 @@ class FollowedQuantity:
     name: str
     expression: Expr
     terms: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
+class NamedQuantity:
+    """A function over coordinates and momenta that has a name.
+
+    Attributes
+    ----------
+    name, symbol
+        Its name, and what stands for it in expressions.
+    expression, over_velocities
+        The function over (q, p, t), and over (q, v, t).
+    """
+
+    name: str
+    symbol: Symbol
+    expression: Expr
+    over_velocities: Expr
+
+
+@dataclass(frozen=True)
+class PoissonBracket:
+    """{first, second} = value.
+
+    Attributes
+    ----------
+    first, second
+        The functions as they were written, names of quantities as symbols.
+    value
+        The bracket over (q, p, t), or the name of the quantity that it is.
+    rate
+        The rate of the first, {first, H} + ∂first/∂t, if the second is H and no forces or
+        constraints act; else None.
+    conserved
+        Whether that is zero; None if it is neither proven nor refuted.
+    """
+
+    first: Expr
+    second: Expr
+    value: Expr
+    rate: Expr | None
+    conserved: bool | None
+
+
+@dataclass(frozen=True)
+class PoissonBrackets:
+    """Brackets that were asked for.
+
+    Attributes
+    ----------
+    brackets
+        In the order in which they were asked for.
+    quantities
+        Named quantities in these, H apart.
+    certificate
+        The comparison with difference quotients.
+    """
+
+    brackets: tuple[PoissonBracket, ...]
+    quantities: tuple[NamedQuantity, ...]
+    certificate: Certificate
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,9 @@ import sympy as sp
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.symbols.convert import to_sympy, total_derivative
 from lagrange_cli.scene.language.expression import Expression
+from lagrange_cli.scene.language.families import Budget, written_expression
+from lagrange_cli.scene.language.grammar import parse_expression
+from lagrange_cli.scene.language.written_text import WrittenText
 
 
 def interpret(
@@ -46,3 +49,47 @@ def interpret(
         lambda expr: total_derivative(expr, equations.t, chain),
         {f.name: f for f in equations.functions},
     )
+
+
+def expression_of(equations: Equations, written: WrittenText, start: int, end: int) -> Expression:
+    """Read a part of a text as an expression of the scene language.
+
+    Raises
+    ------
+    InputError
+        Located: it is none.
+    """
+    mark, functions = written.mark(start, end), {f.name for f in equations.functions}
+    parsed = parse_expression(written.text[start:end].strip(), mark, functions=functions)
+    return written_expression(parsed, dict(equations.sizes), Budget())
+
+
+def value_of(
+    equations: Equations,
+    written: WrittenText,
+    start: int,
+    end: int,
+    further: Mapping[str, sp.Expr] = MappingProxyType({}),
+) -> sp.Expr:
+    """Read a part of a text as an expression over the symbols of the equations.
+
+    Parameters
+    ----------
+    equations, written
+        The equations and the text.
+    start, end
+        Bounds of the part.
+    further
+        Names that may be used beside those of the equations.
+
+    Raises
+    ------
+    InputError
+        Located: it is no such expression, or has accelerations or multipliers in it.
+    """
+    value = interpret(equations, expression_of(equations, written, start, end), further)
+    unknown = {c.a for c in equations.coordinates} | {c.multiplier for c in equations.pushing}
+    if not value.free_symbols.isdisjoint(unknown):
+        said = "neither accelerations nor multipliers belong to a state"
+        raise written.refusal(said, start, end, "write it with coordinates and their dot(...)")
+    return value

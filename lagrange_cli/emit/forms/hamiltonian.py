@@ -8,6 +8,7 @@ import sympy
 
 from lagrange_cli.analysis.hamiltonian import Hamiltonian, hamiltonian_form
 from lagrange_cli.emit.constraint_wording import is_generalized_potential
+from lagrange_cli.emit.forms.brackets import bracket_sections
 from lagrange_cli.emit.forms.certified import certified
 from lagrange_cli.emit.forms.writer import FormWriter
 from lagrange_cli.emit.steps.sections import Law, Section, Words, formulas
@@ -52,6 +53,7 @@ def hamiltonian_sections(writer: FormWriter) -> list[Section]:
                 Words(certified(form.certificate, say)),
             ),
         ),
+        *bracket_sections(writer),
     ]
 
 

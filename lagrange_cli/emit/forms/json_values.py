@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.analysis.hamiltonian import Hamiltonian, hamiltonian_form
 from lagrange_cli.analysis.routhian import routhian_form
 from lagrange_cli.analysis.small_oscillations import small_oscillations
+from lagrange_cli.emit.forms.brackets import bracket_report
 from lagrange_cli.emit.forms.first_order import velocity_letter, with_velocities
 from lagrange_cli.emit.forms.small_oscillations import ModeLetters, with_displacements
 from lagrange_cli.emit.forms.writer import with_momenta
@@ -57,6 +58,7 @@ def hamiltonian_report(equations: Equations, say: Speaker) -> dict[str, Any]:
             "conserved": form.conserved is not None,
             "certificate": asdict(form.certificate),
         },
+        **bracket_report(equations.brackets, say),
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -51,6 +51,11 @@ class FormWriter(Writer):
     def knowing(self, momenta: Sequence[Momentum]) -> FormWriter:
         """The writer with names of momenta."""
         return replace(self, vocabulary=with_momenta(self.words, momenta))
+
+    def naming(self, names: Mapping[Symbol, str]) -> FormWriter:
+        """The writer with names of quantities."""
+        further = [(symbol, name, None) for symbol, name in names.items()]
+        return replace(self, vocabulary=with_symbols(self.words, further))
 
     def also(self, symbol: Symbol, name: str) -> FormWriter:
         """The writer with one further letter."""

@@ -59,6 +59,9 @@ class LatexLetters(DocumentLetters):
     def partial(self, of: str, by: str) -> str:
         return rf"\frac{{\partial {of}}}{{\partial {by}}}"
 
+    def bracket(self, first: str, second: str) -> str:
+        return rf"\lbrace {first}, {second}\rbrace"
+
     def rate(self, of: str) -> str:
         return rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}} t}} {of}"
 

@@ -35,6 +35,10 @@ class Letters(ABC):
         """A partial derivative."""
 
     @abstractmethod
+    def bracket(self, first: str, second: str) -> str:
+        """A Poisson bracket."""
+
+    @abstractmethod
     def rate(self, of: str) -> str:
         """A total time derivative."""
 
@@ -100,6 +104,9 @@ class UnicodeLetters(Letters):
 
     def partial(self, of: str, by: str) -> str:
         return f"∂{of}/∂{by}"
+
+    def bracket(self, first: str, second: str) -> str:
+        return f"{{{first}, {second}}}"
 
     def rate(self, of: str) -> str:
         return f"d/dt {of}"

@@ -61,6 +61,9 @@ class TypstLetters(DocumentLetters):
     def partial(self, of: str, by: str) -> str:
         return f"frac(partial {of}, partial {by})"
 
+    def bracket(self, first: str, second: str) -> str:
+        return f"{{{first}, {second}}}"
+
     def rate(self, of: str) -> str:
         return f"{_PRINTER.ddt} {of}"
 

@@ -10,13 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from lagrange_cli.simulate.model.written_values import (
-    INEQUALITIES,
-    WrittenText,
-    output_names,
-    value_of,
-    with_values,
-)
+from lagrange_cli.scene.language.written_text import INEQUALITIES, WrittenText
+from lagrange_cli.simulate.model.written_values import output_names, with_values
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -92,6 +87,8 @@ def with_reductions(equations: Equations, reductions: Sequence[Reduction]) -> Eq
 
 
 def _value(equations: Equations, reduction: Reduction) -> Expr:
+    from lagrange_cli.mechanics.interpretation import value_of
+
     further = {**dict(equations.outputs), "energy": equations.energy}
     start, end = reduction.start, reduction.end
     if reduction.kind != "first":

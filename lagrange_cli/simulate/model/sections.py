@@ -11,13 +11,8 @@ from functools import reduce
 from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.simulate.model.written_values import (
-    INEQUALITIES,
-    WrittenText,
-    output_names,
-    value_of,
-    with_values,
-)
+from lagrange_cli.scene.language.written_text import INEQUALITIES, WrittenText
+from lagrange_cli.simulate.model.written_values import output_names, with_values
 
 if TYPE_CHECKING:
     from sympy import Expr, Rational
@@ -128,6 +123,8 @@ def _relation(
     if len(signs) != 1:
         said = "an equation or inequality has one of =, <, <=, >, >="
         raise condition.refusal(said, start, end, _EXAMPLE)
+    from lagrange_cli.mechanics.interpretation import value_of
+
     (sign,) = signs
     if sign[0] != "=" and sign[0] not in INEQUALITIES:
         raise condition.refusal(f"'{sign[0]}' is none of =, <, <=, >, >=", *sign.span())

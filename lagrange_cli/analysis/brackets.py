@@ -1,0 +1,362 @@
+"""Poisson brackets {f, g} = Σ ∂f/∂q ∂g/∂p − ∂f/∂p ∂g/∂q of functions over (q, p, t).
+
+Functions are written in the scene language over coordinates, momenta, what linear symmetries
+conserve, and H. Without forces and constraints df/dt = {f, H} + ∂f/∂t (H. Goldstein, C. Poole and
+J. Safko, Classical Mechanics, 3rd ed., section 9.6). Each bracket is compared with one of
+difference quotients in many digits, of the functions as they were written, in which velocities
+are found from the momenta and H is Σ p q̇ − L.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
+
+import mpmath
+import sympy as sp
+from mpmath import mpf
+
+from lagrange_cli.analysis.form_states import Evaluated, Pair, State, certify_form
+from lagrange_cli.analysis.hamiltonian import Hamiltonian, hamiltonian_form
+from lagrange_cli.analysis.legendre import collected
+from lagrange_cli.analysis.symmetries import linear_symmetries
+from lagrange_cli.errors import InternalError
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
+from lagrange_cli.mechanics.algebra.shorten import shortened
+from lagrange_cli.mechanics.findings import (
+    Certificate,
+    NamedQuantity,
+    PoissonBracket,
+    PoissonBrackets,
+)
+from lagrange_cli.mechanics.interpretation import expression_of, interpret
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.mechanics.proofs.zero_test import vanish
+from lagrange_cli.scene.language.expression import TIME_DERIVATIVES, Call, names_in, walk
+from lagrange_cli.scene.language.written_text import WrittenText
+
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.momenta import Momentum
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.scene.language.expression import Expression
+
+#: Name of Hamilton's function, unless the scene has one of its own.
+_H = "H"
+
+_EXAMPLE = "'L_x, L_y', 'x*p_y - y*p_x, H'"
+
+#: Part of the sizes of its terms that a rate is more than, if it is not zero.
+_NOTHING = mpf(10) ** -20
+
+
+class WrittenBracket(WrittenText):
+    """Two functions as they were written."""
+
+    rule: ClassVar[str] = "bracket"
+
+
+def with_brackets(equations: Equations, brackets: Sequence[WrittenBracket]) -> Equations:
+    """Return equations that hold these brackets, which Hamilton's form then prints.
+
+    Raises
+    ------
+    InputError
+        Located: a text is not two functions over (q, p, t); or there is no Hamiltonian.
+    InternalError
+        A bracket is not that of difference quotients.
+    """
+    if not brackets:
+        return equations
+    form = hamiltonian_form(equations)
+    reader = _Reader(equations, form)
+    found, certificates = [], []
+    for written in brackets:
+        first, second = reader.sides(written)
+        value = reader.bracket(first, second)
+        comparison = _Comparison(equations, form, reader.known, (first, second), value)
+        certificates.append(_certified(equations, written, comparison))
+        found.append(reader.told(first, second, value))
+    named = tuple(q for q in reader.known.values() if _is_told(q, found))
+    certificate = Certificate(
+        min(c.points for c in certificates),
+        certificates[0].digits,
+        max(c.mismatch for c in certificates),
+    )
+    return replace(equations, brackets=PoissonBrackets(tuple(found), named, certificate))
+
+
+def _certified(
+    equations: Equations, written: WrittenBracket, comparison: _Comparison
+) -> Certificate:
+    """Compare a bracket at random states.
+
+    Raises
+    ------
+    InputError
+        Located: it has no value at any of them.
+    InternalError
+        It is not that of difference quotients.
+    """
+    try:
+        return certify_form(equations, "a Poisson bracket", comparison)
+    except InternalError as error:
+        if comparison.states:
+            raise
+        said = "these functions have no real value at any state that was tried"
+        raise written.refusal(said, 0, len(written.text)) from error
+
+
+def _is_told(quantity: NamedQuantity, brackets: Sequence[PoissonBracket]) -> bool:
+    """Tell whether a quantity stands in some bracket, H apart, which Hamilton's form tells."""
+    told = (e for b in brackets for e in (b.first, b.second, b.value))
+    return quantity.name != _H and any(quantity.symbol in e.free_symbols for e in told)
+
+
+class _Reader:
+    """Reads functions, and finds their brackets."""
+
+    def __init__(self, equations: Equations, form: Hamiltonian) -> None:
+        self.equations, self.form = equations, form
+        self.momenta: list[Momentum] = [pair.momentum for pair in form.pairs]
+        self.known: dict[str, NamedQuantity] = {}
+        if not form.coupled:
+            self.known[_H] = _named(_H, form.expression, equations.energy)
+        self.velocities = {
+            pair.momentum.coordinate.v: pair.velocity
+            for pair in form.pairs
+            if pair.velocity is not None
+        }
+
+    @cached_property
+    def _symmetries(self) -> Mapping[str, NamedQuantity]:
+        """Quantities of linear symmetries: Σ ξ p − F."""
+        symbols = [m.symbol for m in self.momenta]
+        found = {}
+        for s in linear_symmetries(self.equations).found:
+            moments = (x * p for x, p in zip(s.field, symbols, strict=True))
+            over_momenta = collected(sp.Add(*moments, -s.gauge), symbols)
+            found[s.name] = _named(s.name, over_momenta, s.expression)
+        return found
+
+    # -- reading ------------------------------------------------------------------------
+
+    def sides(self, written: WrittenBracket) -> tuple[sp.Expr, sp.Expr]:
+        """Read two functions; names of quantities stand in them as symbols.
+
+        Raises
+        ------
+        InputError
+            Located: there are not two, or one is no function over (q, p, t).
+        """
+        parts = written.parts()
+        if len(parts) != 2:
+            said = "a bracket is of two functions with a comma between them"
+            raise written.refusal(said, 0, len(written.text), _EXAMPLE)
+        first, second = (self._function(written, *part) for part in parts)
+        return first, second
+
+    def _function(self, written: WrittenBracket, start: int, end: int) -> sp.Expr:
+        parsed = expression_of(self.equations, written, start, end)
+        self._require_no_rates(written, parsed, start, end)
+        asked = {name.name for name in names_in(parsed.node)}
+        if self.form.coupled and _H in asked - self._names_of_the_scene:
+            said = "H holds velocities that have no closed form over the momenta here"
+            raise written.refusal(said, start, end, "write functions of coordinates and momenta")
+        own = {m.name: m.symbol for m in self.momenta}
+        if asked - own.keys() - self.known.keys() - self._names_of_the_scene:
+            self.known |= {n: q for n, q in self._symmetries.items() if n in asked}
+        further = own | {name: quantity.symbol for name, quantity in self.known.items()}
+        function = interpret(self.equations, parsed, further)
+        unknown = {c.a for c in self.equations.coordinates}
+        unknown |= {closure.multiplier for closure in self.equations.pushing}
+        if not function.free_symbols.isdisjoint(unknown):
+            said = "accelerations and multipliers are no functions of coordinates and momenta"
+            raise written.refusal(said, start, end, _EXAMPLE)
+        left = {c.v for c in self.equations.coordinates} - self.velocities.keys()
+        if not function.free_symbols.isdisjoint(left):
+            said = "these velocities have no closed form over the momenta here"
+            raise written.refusal(said, start, end, "write it with momenta")
+        return function
+
+    @cached_property
+    def _names_of_the_scene(self) -> set[str]:
+        equations = self.equations
+        names = {c.name for c in equations.coordinates} | {p.name for p in equations.parameters}
+        names |= {c.name for c in equations.cartesian_names} | {u.name for u in equations.inputs}
+        return names | {name for name, _ in equations.abbreviations} | {"t", "pi"}
+
+    def _require_no_rates(
+        self, written: WrittenBracket, parsed: Expression, start: int, end: int
+    ) -> None:
+        """Refuse rates of momenta and quantities, which are brackets themselves."""
+        named = {m.name for m in self.momenta} | {_H} | self._symmetry_names(parsed)
+        for node in walk(parsed.node):
+            if isinstance(node, Call) and node.function in TIME_DERIVATIVES:
+                held = {n.name for n in names_in(node)} - self._names_of_the_scene
+                for name in sorted(held & named):
+                    said = f"the rate of '{name}' is a bracket itself"
+                    raise written.refusal(said, start, end, f"'{name}, H'")
+
+    def _symmetry_names(self, parsed: Expression) -> set[str]:
+        asked = {name.name for name in names_in(parsed.node)} - self._names_of_the_scene
+        return set(self._symmetries) if asked - {m.name for m in self.momenta} - {_H} else set()
+
+    # -- brackets -----------------------------------------------------------------------
+
+    def over_momenta(self, function: sp.Expr) -> sp.Expr:
+        """The function over (q, p, t), without velocities and names of quantities."""
+        values = {q.symbol: q.expression for q in self.known.values()}
+        return function.xreplace(values).xreplace(self.velocities)
+
+    def bracket(self, first: sp.Expr, second: sp.Expr) -> sp.Expr:
+        """{f, g} over (q, p, t), in the shortest of some forms."""
+        f, g = self.over_momenta(first), self.over_momenta(second)
+        terms = []
+        for m in self.momenta:
+            q, p = m.coordinate.q, m.symbol
+            terms.append(derivative(f, q) * derivative(g, p))
+            terms.append(-derivative(f, p) * derivative(g, q))
+        return self._short(sp.Add(*terms))
+
+    def _short(self, value: sp.Expr) -> sp.Expr:
+        if vanish(value):
+            return sp.Integer(0)
+        symbols = [m.symbol for m in self.momenta]
+        forms = (value, shortened(value), collected(value, symbols))
+        return min(forms, key=printed_length)
+
+    def told(self, first: sp.Expr, second: sp.Expr, value: sp.Expr) -> PoissonBracket:
+        """A bracket by the name that it has, with the rate that it says."""
+        rate, conserved = None, None
+        if second == self._symbol(_H) and self._is_free(first):
+            explicit = derivative(self.over_momenta(first), self.equations.t)
+            rate = self._short(sp.Add(value, explicit))
+            conserved = True if rate == 0 else self._found_to_change(rate)
+        return PoissonBracket(first, second, self._by_name(value), rate, conserved)
+
+    def _symbol(self, name: str) -> sp.Symbol | None:
+        return self.known[name].symbol if name in self.known else None
+
+    def _is_free(self, function: sp.Expr) -> bool:
+        """Tell whether the bracket with H is all of the rate."""
+        equations = self.equations
+        inputs = {u.symbol for u in equations.inputs}
+        moved = equations.forces or equations.pushing or equations.dissipation != 0
+        return not moved and self.over_momenta(function).free_symbols.isdisjoint(inputs)
+
+    def _by_name(self, value: sp.Expr) -> sp.Expr:
+        """The quantity that a bracket is, up to its sign, by its name."""
+        if value.is_number or value in {m.symbol for m in self.momenta}:
+            return value
+        self.known |= {n: q for n, q in self._candidates() if n not in self.known}
+        for quantity in self.known.values():
+            for sign in (1, -1):
+                if vanish(value - sign * quantity.expression):
+                    return sign * quantity.symbol
+        return value
+
+    def _candidates(self) -> Iterator[tuple[str, NamedQuantity]]:
+        """Quantities that a bracket of quantities may be."""
+        if set(self.known) - {_H}:
+            taken = self._names_of_the_scene
+            yield from ((n, q) for n, q in self._symmetries.items() if n not in taken)
+
+    def _found_to_change(self, rate: sp.Expr) -> bool | None:
+        """False if the rate is not zero at some state; None if that is not found."""
+        if self.equations.sources is None:
+            return None
+        with mpmath.workdps(60):
+            state = _with_momenta(self.form, self.equations.sources.state)
+            terms = sp.Add.make_args(sp.expand(rate))
+            try:
+                values = Evaluated(terms).at(state)
+            except (DomainError, ZeroDivisionError, OverflowError):
+                return None
+            changes = abs(mpmath.fsum(values)) > _NOTHING * mpmath.fsum(map(abs, values))
+        return False if changes else None
+
+
+def _named(name: str, expression: sp.Expr, over_velocities: sp.Expr) -> NamedQuantity:
+    return NamedQuantity(name, sp.Symbol(f"{name} "), expression, over_velocities)
+
+
+def _with_momenta(form: Hamiltonian, state: State) -> dict[sp.Symbol, mpf]:
+    """A state of coordinates and velocities, with the momenta that it has."""
+    values = Evaluated([pair.momentum.expression for pair in form.pairs]).at(state)
+    symbols = [pair.momentum.symbol for pair in form.pairs]
+    return {**state, **dict(zip(symbols, values, strict=True))}
+
+
+# -- certificate ------------------------------------------------------------------------
+
+
+class _Comparison:
+    """A bracket beside that of difference quotients of the functions as they were written.
+
+    ``states``: the number of states at which both have a value.
+    """
+
+    def __init__(
+        self,
+        equations: Equations,
+        form: Hamiltonian,
+        known: Mapping[str, NamedQuantity],
+        sides: tuple[sp.Expr, sp.Expr],
+        value: sp.Expr,
+    ) -> None:
+        self.equations, self.form = equations, form
+        held = {s for side in sides for s in side.free_symbols}
+        self.known = [q for q in known.values() if q.symbol in held]
+        self._functions, self._bracket = Evaluated(sides), Evaluated([value])
+        self.states = 0
+
+    def __call__(self, state: State) -> Iterator[Pair]:
+        start = _with_momenta(self.form, state)
+        (value,) = self._bracket.at(start)
+        with mpmath.workdps(3 * mpmath.mp.dps):
+            slopes = [
+                [self._slopes(start, s) for s in (m.coordinate.q, m.symbol)] for m in self._momenta
+            ]
+        terms = [by_q[0] * by_p[1] for by_q, by_p in slopes]
+        terms += [-by_p[0] * by_q[1] for by_q, by_p in slopes]
+        self.states += 1
+        yield value, mpmath.fsum(terms), mpmath.fsum(map(abs, terms)) + abs(value)
+
+    @cached_property
+    def _momenta(self) -> list[Momentum]:
+        return [pair.momentum for pair in self.form.pairs]
+
+    @cached_property
+    def _solved(self) -> tuple[list[sp.Symbol], Evaluated]:
+        pairs = [p for p in self.form.pairs if p.velocity is not None]
+        velocities = [p.velocity for p in pairs if p.velocity is not None]
+        return [p.momentum.coordinate.v for p in pairs], Evaluated(velocities)
+
+    @cached_property
+    def _quantities(self) -> tuple[list[sp.Symbol], Evaluated]:
+        """Named quantities over velocities, H as Σ p q̇ − L; over momenta if these have no form."""
+        known = self.known
+        if self.form.coupled:
+            return [q.symbol for q in known], Evaluated([q.expression for q in known])
+        work = [m.symbol * m.coordinate.v for m in self._momenta]
+        energy = sp.Add(*work, -self.equations.lagrangian)
+        each = [energy if q.name == _H else q.over_velocities for q in known]
+        return [q.symbol for q in known], Evaluated(each)
+
+    def _slopes(self, state: State, symbol: sp.Symbol) -> list[mpf]:
+        """Central differences of both functions by a coordinate or a momentum."""
+        # Three times as many digits: a third is left of the difference, a third is its error.
+        step = mpf(10) ** (-mpmath.mp.dps // 3)
+        above, below = (
+            self._at({**state, symbol: state[symbol] + sign * step}) for sign in (1, -1)
+        )
+        return [(a - b) / (2 * step) for a, b in zip(above, below, strict=True)]
+
+    def _at(self, state: dict[sp.Symbol, mpf]) -> list[mpf]:
+        """The functions, with velocities from the momenta."""
+        for symbols, expressions in (self._solved, self._quantities):
+            state |= dict(zip(symbols, expressions.at(state), strict=True))
+        return self._functions.at(state)

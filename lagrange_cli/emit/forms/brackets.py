@@ -1,0 +1,99 @@
+"""Poisson brackets as a section, and as JSON values."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.emit.steps.sections import Block, Section, Words, formulas
+from lagrange_cli.notation.vocabulary import with_symbols
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from sympy import Symbol
+
+    from lagrange_cli.emit.forms.writer import FormWriter
+    from lagrange_cli.emit.speaker import Speaker
+    from lagrange_cli.mechanics.findings import PoissonBracket, PoissonBrackets
+
+
+def bracket_sections(writer: FormWriter) -> list[Section]:
+    """The section on brackets, if any were asked for.
+
+    ``writer``: with the names of momenta.
+    """
+    found = writer.equations.brackets
+    if found is None:
+        return []
+    writer = writer.naming(_names(found))
+    rows = [writer.row(_label(writer, b), b.value) for b in found.brackets]
+    blocks: list[Block] = [formulas(rows, result=True), *_rates(writer, found)]
+    if found.quantities:
+        named = [
+            writer.row(writer.letters.formula(writer.tree(q.symbol)), q.expression)
+            for q in found.quantities
+        ]
+        blocks += [Words(writer.say("with")), formulas(named, result=True)]
+    told = writer.say.counted(
+        found.certificate.points,
+        "Compared at {count} state with difference quotients, to {digits} digits.",
+        "Compared at {count} states with difference quotients, to {digits} digits.",
+        digits=found.certificate.digits,
+    )
+    return [Section(writer.say("Poisson brackets"), (*blocks, Words(told)))]
+
+
+def _label(writer: FormWriter, bracket: PoissonBracket) -> str:
+    sides = (writer.letters.formula(writer.tree(e)) for e in (bracket.first, bracket.second))
+    return writer.letters.bracket(*sides)
+
+
+def _rates(writer: FormWriter, found: PoissonBrackets) -> Iterator[Block]:
+    """Say what brackets with H say of conservation."""
+    letters, time = writer.letters, writer.letters.symbol("t")
+    sentences = []
+    for b in found.brackets:
+        function = letters.formula(writer.tree(b.first))
+        said = {
+            "function": letters.inline(function),
+            "rate": letters.inline(f"{_label(writer, b)} + {letters.partial(function, time)}"),
+        }
+        if b.conserved:
+            sentences.append(writer.say("{function} is conserved: {rate} vanishes.", **said))
+        elif b.conserved is False:
+            sentences.append(writer.say("{function} is not conserved.", **said))
+    words = writer.told(*dict.fromkeys(sentences))
+    if words is not None:
+        yield words
+
+
+def _names(found: PoissonBrackets) -> dict[Symbol, str]:
+    """Symbols that stand for quantities, with their names."""
+    symbols = {q.symbol: q.name for q in found.quantities}
+    for b in found.brackets:
+        held = b.first.free_symbols | b.second.free_symbols | b.value.free_symbols
+        symbols |= {s: s.name.strip() for s in held if s.name.endswith(" ")}
+    return symbols
+
+
+def bracket_report(found: PoissonBrackets | None, say: Speaker) -> dict[str, Any]:
+    """The brackets in the scene language; empty if none were asked for."""
+    if found is None:
+        return {}
+    names = [(symbol, name, None) for symbol, name in _names(found).items()]
+    say = say.knowing(with_symbols(say.words, names))
+    return {
+        "brackets": [
+            {
+                "first": say(b.first),
+                "second": say(b.second),
+                "value": say(b.value),
+                "rate": None if b.rate is None else say(b.rate),
+                "conserved": b.conserved,
+            }
+            for b in found.brackets
+        ],
+        "quantities": {q.name: say(q.expression) for q in found.quantities},
+        "bracket_certificate": asdict(found.certificate),
+    }
