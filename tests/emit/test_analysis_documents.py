@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lagrange_cli import InputError, load
+from lagrange_cli import InputError, load, loads
 from tests.emit.emit_scenes import chain_pendulum
+from tests.emit.test_documents import log_of, sticking_out
 from tests.notation.formula_readers import TypstReader
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
@@ -120,6 +121,27 @@ def test_what_does_not_fit_is_left_to_json():
     (text,) = found.emit("latex", style="beamer").values()
     assert r"$\mathbf{A}$ has 16 rows and 16 columns; JSON holds it." in text
     assert "pmatrix" not in text.partition("State space")[2]
+
+
+ROW_OF_SPRINGS = """
+    sizes: {n: 12}
+    parameters: {m: 1, k: 2}
+    coordinates: ["u[i=1..n]"]
+    definitions: {"u[0]": 0, "u[n+1]": 0}
+    kinetic: {masses: "sum(m*dot(u[i])^2/2, i=1..n)"}
+    potentials: {springs: "sum(k*(u[i+1] - u[i])^2/2, i=0..n)"}
+"""
+
+
+@pytest.mark.latex
+@pytest.mark.parametrize("options", [{}, {"width": "column"}, {"style": "beamer"}])
+def test_a_matrix_of_twelve_columns_and_a_vector_of_twenty_four_fit(options, tmp_path):
+    """More columns than ``pmatrix`` has, and more components than a line."""
+    found = loads(ROW_OF_SPRINGS, file="row.yaml").derive().analyze("linearization")
+    (text,) = found.emit("latex", **options).values()
+    assert ("{cccccccccccc}" in text) == ("width" not in options)
+    assert r"\mathbf{x} & = (u_{1}," in text
+    assert max(sticking_out(log_of(tmp_path, text)), default=0) < 5
 
 
 def test_sections_are_those_that_were_asked_for():

@@ -117,8 +117,8 @@ class _LinearContents:
 
     def _named(self, letter: str, names: Sequence[str]) -> Formula:
         """``x = (θ, θ̇)``."""
-        shown = ", ".join(map(self._state, names))
-        return Formula(self.writer.letters.bold(letter), (), middle=f"({shown})")
+        components = tuple(map(self._state, names))
+        return Formula(self.writer.letters.bold(letter), (), components=components)
 
     def _state(self, name: str) -> str:
         letters = self.writer.letters

@@ -96,6 +96,7 @@ class RowSetter(ABC):
         if not row.label:
             return [FormulaRow(label, _equated(bodies))]
         middle = [[Piece(row.middle, self.room(row.middle))]] if row.middle else []
+        middle += [self._vector(row.components)] if row.components else []
         sides = [prefixed(side, "= ", 3) for side in (*middle, *bodies)] or [[Piece("", 0)]]
         whole = [piece for side in sides for piece in (replace(side[0], separator=" "), *side[1:])]
         if self.room(label) > WIDEST_LABEL * self.columns and (apart := self.alone(label)):
@@ -109,6 +110,13 @@ class RowSetter(ABC):
             FormulaRow(shown, side, ends=number == last)
             for number, (shown, side) in enumerate(zip(labels, sides, strict=True))
         ]
+
+    def _vector(self, components: Sequence[str]) -> list[Piece]:
+        """Components in parentheses; a line may end after each comma."""
+        texts = [f"{component}," for component in components]
+        texts[0], texts[-1] = f"({texts[0]}", f"{texts[-1][:-1]})"
+        first, *others = (Piece(text, self.room(text) + 1, "", "", 0) for text in texts)
+        return [replace(first, depth=None), *(replace(piece, separator=" ") for piece in others)]
 
 
 def _equated(bodies: Sequence[list[Piece]]) -> list[Piece]:

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.families.forms import Range
 
+#: Columns of a matrix of amsmath, unless a document asks for more.
+_MOST_COLUMNS = 10
+
 
 class LatexLetters(DocumentLetters):
     """Letters of mathematics in LaTeX."""
@@ -51,7 +54,10 @@ class LatexLetters(DocumentLetters):
         lines = [" & ".join(row) for row in rows]
         tall = any(r"\frac" in line for line in lines)
         body = (r" \\[0.5em] " if tall else r" \\ ").join(lines)
-        return rf"\begin{{pmatrix}} {body} \end{{pmatrix}}"
+        if len(rows[0]) <= _MOST_COLUMNS:
+            return rf"\begin{{pmatrix}} {body} \end{{pmatrix}}"
+        columns = "c" * len(rows[0])
+        return rf"\left(\!\begin{{array}}{{{columns}}} {body} \end{{array}}\!\right)"
 
     def room(self, node: DisplayNode) -> float:
         return width(self._printer.pieces(node))

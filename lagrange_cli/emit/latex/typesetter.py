@@ -73,7 +73,7 @@ class Typesetter(RowSetter):
     @cached_property
     def printer(self) -> LatexPrinter:
         # Parts that are not broken, as fractions, leave room for what stands beside them.
-        widest = min(WIDEST_PART, 0.6 * self.columns - 5)
+        widest = min(WIDEST_PART, 0.65 * self.columns - 9.5)
         return LatexPrinter(widest) if self.macros is None else MacroPrinter(self.macros, widest)
 
     def room(self, formula: str) -> float:

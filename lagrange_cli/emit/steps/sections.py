@@ -54,6 +54,8 @@ class Formula:
         True if the rate of the chain vanishes: ``d/dt (first) = 0``.
     ranges
         The values of its indices in the letters of the format, or empty.
+    components
+        Those of a vector that the label is, in the letters of the format, or none.
     """
 
     label: str
@@ -63,6 +65,7 @@ class Formula:
     multiplier: str = ""
     is_rate: bool = False
     ranges: str = ""
+    components: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
