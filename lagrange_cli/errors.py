@@ -10,7 +10,7 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +78,17 @@ class LagrangeError(Exception):
     def __init__(self, *problems: Problem) -> None:
         super().__init__("\n".join(render(p) for p in problems))
         self.problems = problems
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let it be raised in another process: it is made of problems there too, not of a text."""
+        return _remade, (type(self), self.problems), vars(self)
+
+
+def _remade(kind: type[LagrangeError], problems: tuple[Problem, ...]) -> LagrangeError:
+    """Make an error of its problems, whatever else its own kind is made of."""
+    error = kind.__new__(kind)
+    LagrangeError.__init__(error, *problems)
+    return error
 
 
 class InputError(LagrangeError):

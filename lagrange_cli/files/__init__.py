@@ -15,6 +15,7 @@ from lagrange_cli.files.refusals import cannot_write
 from lagrange_cli.files.temporary import (
     discard,
     is_temporary,
+    remove_abandoned_files,
     remove_abandoned_folders,
     temporary_file,
     temporary_folder,
@@ -24,21 +25,26 @@ from lagrange_cli.files.writing import check_writable, whole_file, write_file, w
 if TYPE_CHECKING:
     from lagrange_cli.files.recordings import (
         INTERPOLATIONS,
+        CarriedFile,
         Interpolation,
         Recorded,
         Recording,
+        carried_files,
         read_recorded_file,
         read_recording,
+        reading_carried,
     )
 
 __all__ = [
     "INTERPOLATIONS",
     "MAX_BYTES",
+    "CarriedFile",
     "Interpolation",
     "Named",
     "Recorded",
     "Recording",
     "cannot_write",
+    "carried_files",
     "check_writable",
     "discard",
     "is_address",
@@ -47,6 +53,8 @@ __all__ = [
     "read_bytes",
     "read_recorded_file",
     "read_recording",
+    "reading_carried",
+    "remove_abandoned_files",
     "remove_abandoned_folders",
     "require_apart",
     "same_file",
@@ -61,11 +69,14 @@ __all__ = [
 
 _RECORDINGS = (
     "INTERPOLATIONS",
+    "CarriedFile",
     "Interpolation",
     "Recorded",
     "Recording",
+    "carried_files",
     "read_recorded_file",
     "read_recording",
+    "reading_carried",
 )
 
 

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Literal
 
@@ -77,6 +80,9 @@ class Recording:
     @property
     def stamp(self) -> tuple[int, ...]:
         """Numbers that differ once the file is another one, as a rule; none if it is missing."""
+        carried = _carried.get()
+        if carried is not None and self in carried:
+            return carried[self].stamp
         try:
             status = os.stat(self.path)
         except OSError:
@@ -90,6 +96,52 @@ class Recorded:
 
     times: tuple[float, ...]
     values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class CarriedFile:
+    """The file of a recording as it was read where a run began, for processes that run elsewhere.
+
+    Attributes
+    ----------
+    content
+        Its bytes; empty if it was refused.
+    refusal
+        Why it could not be read; None if it could.
+    """
+
+    content: bytes
+    refusal: InputError | None = None
+
+    @property
+    def stamp(self) -> tuple[int, ...]:
+        """Numbers that tell it from other contents, as a rule."""
+        return len(self.content), zlib.crc32(self.content)
+
+
+#: Contents that stand for the files of recordings in this context; None to read files.
+_carried: ContextVar[Mapping[Recording, CarriedFile] | None] = ContextVar("carried", default=None)
+
+
+def carried_files(recordings: Iterable[Recording]) -> dict[Recording, CarriedFile]:
+    """Read the files of recordings, or find why they cannot be read, to carry them elsewhere."""
+    files: dict[Recording, CarriedFile] = {}
+    for recording in recordings:
+        try:
+            files[recording] = CarriedFile(read_recorded_file(recording))
+        except InputError as refusal:
+            files[recording] = CarriedFile(b"", refusal)
+    return files
+
+
+@contextmanager
+def reading_carried(files: Mapping[Recording, CarriedFile]) -> Iterator[None]:
+    """Read no recordings from this machine's folders but these contents of them."""
+    token = _carried.set(files)
+    try:
+        yield
+    finally:
+        _carried.reset(token)
 
 
 def read_recording(recording: Recording) -> Recorded:
@@ -125,7 +177,20 @@ def read_recording(recording: Recording) -> Recorded:
 
 def read_recorded_file(recording: Recording) -> bytes:
     """Read the file of a recording; refuses it as :func:`read_recording`, but for its rows."""
+    carried = _carried.get()
+    if carried is not None:
+        return _content(carried, recording)
     return read_regular(_inside(recording), recording.mark, "a recording")
+
+
+def _content(carried: Mapping[Recording, CarriedFile], recording: Recording) -> bytes:
+    """Return what was carried of a file; refuses it as where it was read."""
+    if recording not in carried:
+        raise _in_scene(f"'{recording.file}' was not sent along with the scene", recording.mark)
+    file = carried[recording]
+    if file.refusal is not None:
+        raise file.refusal
+    return file.content
 
 
 def _inside(recording: Recording) -> str:

@@ -48,7 +48,7 @@ def temporary_file(folder: str | os.PathLike[str]) -> Iterator[Temporary]:
     OSError
         It cannot be made.
     """
-    _remove_abandoned(os.fspath(folder))
+    remove_abandoned_files(os.fspath(folder))
     made = _new_file(os.fspath(folder))
     try:
         yield made
@@ -109,7 +109,7 @@ def _new_file(folder: str) -> Temporary:
         os.close(handle)
 
 
-def _remove_abandoned(folder: str) -> None:
+def remove_abandoned_files(folder: str) -> None:
     """Remove temporary files that no living process writes, and folders left half removed."""
     for entry in _entries(folder):
         named = _FILE.fullmatch(entry.name)
