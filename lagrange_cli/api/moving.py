@@ -13,9 +13,12 @@ from lagrange_cli.api.values import DrivenInputs, GivenValues, text_of, texts
 from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from lagrange_cli.cache import Cache
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+    from lagrange_cli.simulate.ensemble.cluster import ClusterEngine
     from lagrange_cli.simulate.ensemble.enumeration import Members
     from lagrange_cli.simulate.ensemble.kept import MotionFunction
     from lagrange_cli.simulate.ensemble.result import Ensemble
@@ -34,6 +37,16 @@ def _sensitive_inputs() -> InputError:
     message = "the motion's derivatives are not found with inputs that are Python functions"
     hint = "write the input in the scene, as an expression or a file"
     return InputError(Problem(message, hint=hint, rule="sensitivity"))
+
+
+def _engine(client: Client) -> ClusterEngine:
+    """Return what runs members on a user's cluster; remarks on it become warnings."""
+    import warnings
+
+    from lagrange_cli.simulate.cluster import Cluster
+    from lagrange_cli.simulate.ensemble.cluster import ClusterEngine
+
+    return ClusterEngine(Cluster(client, lambda text: warnings.warn(text, stacklevel=2)))
 
 
 def sampled(distributions: Mapping[str, str], members: int, *, seed: int = 0) -> Members:
@@ -223,6 +236,7 @@ class Moving(Derived):
         store: str | PathLike[str] | None = None,
         resume: bool = False,
         jobs: int | None = 1,
+        client: Client | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Ensemble:
         """Simulate many motions, each with an accuracy of its own.
@@ -257,6 +271,9 @@ class Moving(Derived):
         jobs
             Members that are simulated at a time: 1 in this process alone, more in threads and
             other processes, None as joblib is configured.
+        client
+            A ``distributed.Client`` of a Dask cluster, whose workers run the members in place of
+            this machine and write them into the store, in a folder that they share.
         progress
             Called with the part of the members that are finished.
 
@@ -265,7 +282,8 @@ class Moving(Derived):
         InputError
             None of a few members can be derived, or an option is wrong. Others that cannot be
             begun have the status ``refused``. The store is of another ensemble, or cannot be
-            written.
+            written. Workers of the cluster are unlike this process, or were lost; what is finished
+            is kept, and ``resume`` goes on.
 
         Examples
         --------
@@ -306,6 +324,7 @@ class Moving(Derived):
             output=None if store is None else fspath(store),
             resume=resume,
             jobs=jobs,
+            engine=None if client is None else _engine(client),
             progress=progress,
         )
 

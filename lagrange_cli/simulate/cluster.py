@@ -44,6 +44,9 @@ _Result = TypeVar("_Result")
 #: Libraries that results and their way to this process depend on.
 _LIBRARIES = ("numpy", "scipy", "sympy", "mpmath", "dask", "distributed", "cloudpickle")
 
+#: Rules of problems that are those of a worker, whatever is run on it.
+_OF_WORKERS = {"cluster", "output"}
+
 #: Seconds until a scheduler that does not answer is refused.
 _PATIENCE = 5.0
 
@@ -352,7 +355,7 @@ class Cluster:
         LagrangeError
             That of a task.
         """
-        from distributed import CommClosedError
+        from distributed.comm import CommClosedError
         from distributed.client import ClosedClientError
 
         address = getattr(self.client.scheduler, "address", "its address")
@@ -398,15 +401,15 @@ class Cluster:
         """Yield the results of tasks, of which as many are under way as keep workers busy."""
         from distributed import as_completed
 
-        pending = set[Any]()
+        pending, numbers = set[Any](), itertools.count()
         completed = as_completed(loop=self.client.loop, with_results=True, raise_errors=False)
         # A task, not scattered: what a lost worker held is sent again.
         shared = self._submit(_itself, parcel, key=f"lagrange-{parcel.token}")
         try:
             self._prepare(shared)
-            for number in itertools.count():
+            while True:
                 for task in islice(waiting, max(0, self._many() - len(pending))):
-                    key = f"lagrange-{parcel.token}-{number}-{len(pending)}"
+                    key = f"lagrange-{parcel.token}-{next(numbers)}"
                     future = self._submit(_do, shared, task, key=key)
                     pending.add(future)
                     completed.add(future)
@@ -484,9 +487,11 @@ def _received(future: Any, result: Any) -> Any:
 
 
 def _of_worker(error: LagrangeError, worker: str) -> LagrangeError:
-    """Return an error with the worker that it occurred on in its first problem."""
+    """Say on which worker an error occurred, if it is not one of the scene."""
     first, *others = error.problems
-    return type(error)(replace(first, message=f"the worker at {worker}: {first.message}"), *others)
+    if first.rule not in _OF_WORKERS:
+        return error
+    return InputError(replace(first, message=f"the worker at {worker}: {first.message}"), *others)
 
 
 def _unusable(worker: str, error: object) -> ClusterError:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -91,6 +91,10 @@ class Members(ABC):
     def description(self) -> dict[str, object]:
         """Say in a few JSON values where members come from."""
 
+    def without_places(self) -> Members:
+        """Return members of the same values, to be sent elsewhere."""
+        return self
+
     def values(self, member: int) -> dict[str, str]:
         """Return name → text of a member."""
         (row,) = self.rows(member, member + 1)
@@ -122,6 +126,10 @@ class ListedMembers(Members):
     def cells(self) -> Iterator[Cell]:
         for row in self.table:
             yield from row
+
+    def without_places(self) -> Members:
+        nowhere = Mark("", 1, 1)
+        return replace(self, table=tuple(tuple((text, nowhere) for text in r) for r in self.rows()))
 
     def identity(self) -> object:
         return self.names, tuple(self.rows())

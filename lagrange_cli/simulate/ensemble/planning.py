@@ -22,7 +22,7 @@ from lagrange_cli.simulate.ensemble.members import (
 )
 from lagrange_cli.simulate.ensemble.opening import open_store
 from lagrange_cli.simulate.ensemble.result import Ensemble
-from lagrange_cli.simulate.ensemble.run import Plan, blocks_of, run_members
+from lagrange_cli.simulate.ensemble.run import Engine, Plan, blocks_of, run_members
 from lagrange_cli.simulate.ensemble.store import MemoryStore, Store
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
@@ -111,6 +111,7 @@ def simulate_members(
     output: str | None = None,
     resume: bool = False,
     jobs: int | None = 1,
+    engine: Engine | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Ensemble:
     """Simulate all members.
@@ -121,7 +122,7 @@ def simulate_members(
         As for :func:`plan_members`.
     output, resume
         As for :func:`.opening.open_store`; None for a result in memory.
-    jobs, progress
+    jobs, engine, progress
         As for :func:`.run.run_members`.
 
     Raises
@@ -145,7 +146,7 @@ def simulate_members(
             store: Store = MemoryStore(blocks.size)
         else:
             store = open_store(output, blocks, resume=resume)
-        if not run_members(blocks, store, jobs=jobs, progress=progress):
+        if not run_members(blocks, store, jobs=jobs, engine=engine, progress=progress):
             raise KeyboardInterrupt
         store.complete(times)
     return store.ensemble(plan.model.name, times)

@@ -7,13 +7,14 @@ blocks are kept beside the result (:mod:`.store`), so that an interrupted run go
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,7 +132,7 @@ class _Runner:
         self.plan = plan
         self.scene = plan.recipe.scene()
         self._numbers = NumericMembers(plan.recipe, plan.member, plan.model) if plan.alone else None
-        self._bound = KeptFunctions()
+        self.functions = KeptFunctions()
         request = resolve(plan.model, plan.options)
         self._keeper = Keeper.of(request, plan.model, plan.kept)
         sizes = {size.name for size in self.scene.sizes}
@@ -208,7 +209,7 @@ class _Runner:
         model = self._numbers.of(self._own(texts))
         assert model is not None
         request = replace(batched.request, initial=np.array(model.initial, dtype=float))
-        result = trajectory_of(model, request, self._bound(model), measured)
+        result = trajectory_of(model, request, self.functions(model), measured)
         return self._part(number, texts, model, result)
 
     def single(self, number: int, texts: Sequence[str]) -> BlockPart:
@@ -216,7 +217,7 @@ class _Runner:
         member = self._own(texts)
         try:
             model = None if self._numbers is None else self._numbers.of(member)
-            functions = None if model is None else self._bound(model)
+            functions = None if model is None else self.functions(model)
             model = model or self.plan.recipe.model(member)
             result = self._simulated(member, model, functions)
         except InputError as refusal:
@@ -288,19 +289,35 @@ def _runner(plan: Plan) -> _Runner:
     return _Runner(plan)
 
 
-def run_block(task: Task) -> MemberBlock | None:
-    """Run the members of a task; None if an interrupt reached it."""
+#: Threads of a process run members by themselves in turn: most of that is Python's.
+_one_by_one = threading.Lock()
+
+
+def compile_ahead(plan: Plan) -> None:
+    """Compile what the members of a plan are run by, as far as that is known before they are."""
+    runner = _runner(plan)
+    if runner.batched is None and plan.alone:
+        runner.functions(plan.model)
+
+
+def run_block(task: Task, between: Callable[[], None] = lambda: None) -> MemberBlock | None:
+    """Run the members of a task; None if an interrupt reached it.
+
+    ``between``: called now and then; what it raises ends the run.
+    """
     runner = _runner(task.plan)
     builder = runner.gathering(task)
     try:
-        runner.decide(task, builder, lambda: None)
+        runner.decide(task, builder, between)
     except KeyboardInterrupt:
         return None
-    for single in _singles(task, builder):
-        part = _run_single(single)
-        if part.words["status"] == "stopped":
-            return None
-        builder.take(part)
+    with _one_by_one:
+        for single in _singles(task, builder):
+            between()
+            part = _run_single(single)
+            if part.words["status"] == "stopped":
+                return None
+            builder.take(part)
     return builder.block(task.number)
 
 
@@ -373,6 +390,15 @@ class Blocks:
         return Task(self.plan, number, rows, self.members.numbers(first, last))
 
 
+class Engine(Protocol):
+    """Runs blocks somewhere."""
+
+    def __call__(
+        self, blocks: Blocks, numbers: Iterable[int], store: Store, /
+    ) -> Generator[KeptBlock | None, None, None]:
+        """Yield the blocks of some numbers as they are kept; None for one that was interrupted."""
+
+
 def blocks_of(plan: Plan, members: Members) -> Blocks:
     """Divide members into blocks."""
     many = plan.alone and bool(plan.model.code.taylor)
@@ -387,6 +413,7 @@ def run_members(
     store: Store,
     *,
     jobs: int | None = 1,
+    engine: Engine | None = None,
     budget: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> bool:
@@ -396,15 +423,18 @@ def run_members(
     ----------
     jobs
         How many blocks at a time, see :func:`.simulate.parallel.in_any_order`.
+    engine
+        Runs blocks elsewhere than on this machine, in place of ``jobs``.
     budget
         Seconds after which no further block is waited for.
     progress
         Called with the part of the blocks that are finished.
     """
     started = time.perf_counter()
-    waiting = (blocks.task(k) for k in range(len(blocks)) if k not in store.finished)
+    waiting = (k for k in range(len(blocks)) if k not in store.finished)
+    run = (engine or partial(_run_here, jobs))(blocks, waiting, store)
     try:
-        for kept in _kept(blocks.plan, waiting, store, jobs):
+        for kept in _kept(run):
             store.finish(kept)
             if progress is not None:
                 progress(len(store.finished) / len(blocks))
@@ -437,9 +467,16 @@ def _run_and_keep(keep: Callable[[MemberBlock], _Result], task: Task) -> _Result
     return None if block is None else keep(block)
 
 
-def _kept(plan: Plan, tasks: Iterable[Task], store: Store, jobs: int | None) -> Iterator[KeptBlock]:
+def _run_here(
+    jobs: int | None, blocks: Blocks, numbers: Iterable[int], store: Store
+) -> Generator[KeptBlock | None, None, None]:
+    """Run blocks on this machine."""
+    return run_blocks(blocks.plan, map(blocks.task, numbers), jobs, store.writer)
+
+
+def _kept(run: Generator[KeptBlock | None, None, None]) -> Iterator[KeptBlock]:
     """Yield what is known of each block as soon as it is kept."""
-    with closing(run_blocks(plan, tasks, jobs, store.writer)) as finished:
+    with closing(run) as finished:
         for kept in finished:
             if kept is None:
                 raise KeyboardInterrupt

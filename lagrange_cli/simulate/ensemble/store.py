@@ -76,6 +76,16 @@ class Store(ABC):
     def writer(self) -> BlockWriter:
         """What keeps a block; it can be sent to other processes."""
 
+    @property
+    def place(self) -> str | None:
+        """The folder or address that the writer writes into; None if blocks stay in memory."""
+        return None
+
+    @property
+    def far_writer(self) -> BlockWriter:
+        """The writer for processes that are in other folders; its paths are absolute."""
+        return self.writer
+
     def finish(self, kept: KeptBlock) -> None:
         """Count a block as finished, which the writer has kept."""
         self.finished[kept.number] = kept.summary
@@ -189,6 +199,14 @@ class PartsStore(Store):
     @property
     def writer(self) -> BlockWriter:
         return self._files
+
+    @property
+    def place(self) -> str:
+        return str(parts_of(self.output).absolute())
+
+    @property
+    def far_writer(self) -> BlockWriter:
+        return BlockFiles(Path(self.place), self.size)
 
     @property
     def _files(self) -> BlockFiles:

@@ -14,14 +14,14 @@ import secrets
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import cannot_write, is_address
+from lagrange_cli.files import cannot_write, is_address, remove_abandoned_files
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.block_files import COLUMN, TEXTS, arrays_of, written_name
 from lagrange_cli.simulate.ensemble.blocks import MemberBlock
@@ -187,6 +187,14 @@ class ZarrStore(Store):
         return self.writer_of_run
 
     @property
+    def place(self) -> str:
+        return self.path if is_address(self.path) else os.path.abspath(self.path)
+
+    @property
+    def far_writer(self) -> ZarrWriter:
+        return replace(self.writer, path=self.place)
+
+    @property
     def _group(self) -> Any:
         return _opened(self.path, self.writer.token).group
 
@@ -199,6 +207,8 @@ class ZarrStore(Store):
         """Mark the store as complete, with all that there is to open it at once."""
         import zarr
 
+        if not is_address(self.path):
+            remove_abandoned_files(self.path)
         with _writing(self.path), warnings.catch_warnings():
             # Which readers of other languages do not look for.
             warnings.filterwarnings("ignore", message=".*[Cc]onsolidated")
@@ -267,7 +277,10 @@ class ZarrArrays(Mapping[str, Any]):
 
 def _arrays_of(group: Any) -> dict[str, Any]:
     """Return the arrays of a store by their names in an NPZ."""
-    named = ((array.attrs.get(_NAME), array) for _, array in group.arrays())
+    with warnings.catch_warnings():
+        # A run that was killed may have left a temporary file.
+        warnings.filterwarnings("ignore", message="Object at .* is not recognized")
+        named = [(array.attrs.get(_NAME), array) for _, array in group.arrays()]
     return {str(name): array for name, array in named if name is not None}
 
 
