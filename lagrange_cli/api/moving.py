@@ -43,7 +43,7 @@ def _engine(client: Client) -> ClusterEngine:
     """Return what runs members on a user's cluster; remarks on it become warnings."""
     import warnings
 
-    from lagrange_cli.simulate.cluster import Cluster
+    from lagrange_cli.simulate.cluster.tasks import Cluster
     from lagrange_cli.simulate.ensemble.cluster import ClusterEngine
 
     return ClusterEngine(Cluster(client, lambda text: warnings.warn(text, stacklevel=2)))

@@ -11,17 +11,21 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.cli import engines
 from lagrange_cli.cli import options as shared
 from lagrange_cli.cli.models import RememberedMembers, SimulationRequest, model_of_scene
 from lagrange_cli.cli.session import INTERRUPTED, Session
+from lagrange_cli.cli.terminal.interrupts import Terminated
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
 
 if TYPE_CHECKING:
+    from lagrange_cli.simulate.cluster.tasks import Cluster
     from lagrange_cli.simulate.ensemble.enumeration import Members
     from lagrange_cli.simulate.ensemble.kept import Kept
     from lagrange_cli.simulate.ensemble.planes import Plane
+    from lagrange_cli.simulate.ensemble.store import Store
     from lagrange_cli.simulate.model.reductions import Reduction
     from lagrange_cli.simulate.results.plane import PlaneMap
 
@@ -31,7 +35,7 @@ MOST_WITH_SAMPLES = 10_000
 #: Arguments of the command that are passed on to :func:`member_choice` as they are.
 MEMBER_OPTIONS = (
     *("vary", "sample", "number", "seed"),
-    *("final", "kept_columns", "reductions", "map_names", "jobs"),
+    *("final", "kept_columns", "reductions", "map_names", "jobs", "scheduler"),
 )
 
 _COUNT = re.compile(r"[0-9]{1,12}(\.[0-9]{1,12})?([eE]\+?[0-9]{1,2})?", re.ASCII)
@@ -128,6 +132,7 @@ ensemble_options = shared.in_order(
             "[default: none]",
         ),
         shared.jobs("Members that are simulated"),
+        engines.on("Simulate members"),
         click.option(
             "--resume",
             is_flag=False,
@@ -166,6 +171,8 @@ class MemberChoice:
         Names of the axes of the map that is drawn; None for no map.
     jobs
         Number of members at a time; None for the number of cores.
+    scheduler
+        Address of the scheduler of the cluster that runs them; None for this machine.
     resume
         True to go on with the members that are still to be simulated.
     """
@@ -180,6 +187,7 @@ class MemberChoice:
     reductions: tuple[Reduction, ...]
     map_names: tuple[str, ...] | None
     jobs: int | None
+    scheduler: str | None
     resume: bool
 
 
@@ -195,6 +203,7 @@ def member_choice(
     reductions: tuple[str, ...],
     map_names: tuple[str, ...] | None,
     jobs: int | None,
+    scheduler: str | None,
     resume: str | None,
     checkpoint: str | None,
     plot: str | None,
@@ -217,6 +226,7 @@ def member_choice(
             "--columns": kept_columns,
             "--reduce": reductions or None,
             "--map": map_names,
+            "--on": scheduler,
         }
         for option, value in of_ensembles.items():
             if value is not None:
@@ -248,9 +258,8 @@ def member_choice(
 
     read = tuple(read_reduction(text) for text in dict.fromkeys(reductions))
     drawn = sample, number, seed
-    return MemberChoice(
-        member_file, vary, *drawn, final, kept_columns, read, map_names, jobs, resume is not None
-    )
+    run = jobs, scheduler, resume is not None
+    return MemberChoice(member_file, vary, *drawn, final, kept_columns, read, map_names, *run)
 
 
 _SOURCES = "--ensemble FILE, --vary NAME=RANGE or --sample 'NAME ~ uniform(0,1)' --members N"
@@ -307,13 +316,21 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
     Raises
     ------
     InputError
-        The scene, the members or the options are wrong.
+        The scene, the members or the options are wrong, or the cluster.
     """
+    with engines.cluster(session, choice.scheduler, choice.jobs) as cluster:
+        return _simulate(session, choice, asked, cluster)
+
+
+def _simulate(
+    session: Session, choice: MemberChoice, asked: SimulationRequest, cluster: Cluster | None
+) -> int:
     from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
+    from lagrange_cli.simulate.ensemble.cluster import ClusterEngine
     from lagrange_cli.simulate.ensemble.opening import open_store
     from lagrange_cli.simulate.ensemble.planning import plan_members
     from lagrange_cli.simulate.ensemble.run import blocks_of, run_members
-    from lagrange_cli.simulate.ensemble.store import MemoryStore, Store
+    from lagrange_cli.simulate.ensemble.store import MemoryStore
 
     started = perf_counter()
     members = _members(choice, asked.output)
@@ -340,10 +357,20 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
     else:
         store = open_store(asked.output, blocks, resume=choice.resume)
     begun = perf_counter()
-    with session.progress("integrating") as move:
-        jobs = choice.jobs or shared.cores()
-        budget = asked.options.budget
-        complete = run_members(blocks, store, jobs=jobs, budget=budget, progress=move)
+    budget = asked.options.budget
+    try:
+        with session.progress("integrating") as move:
+            complete = run_members(
+                blocks,
+                store,
+                jobs=choice.jobs or shared.cores(),
+                engine=None if cluster is None else ClusterEngine(cluster),
+                budget=budget,
+                progress=move,
+            )
+    except Terminated:
+        _say_how_to_go_on(session, asked.output)
+        raise
     if complete:
         store.complete(times)
     seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
@@ -354,9 +381,13 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
         _draw(plane.map_of(arrays, drawn, plan, float(times[-1])), asked.plot)
     if complete:
         return 0 if set(report.counts()) == {"ok"} else 1
-    if asked.output is not None:
-        session.remark(f"stopped; --resume -o {asked.output} goes on with the other members")
+    _say_how_to_go_on(session, asked.output)
     return INTERRUPTED if budget is None else 1
+
+
+def _say_how_to_go_on(session: Session, output: str | None) -> None:
+    if output is not None:
+        session.remark(f"stopped; --resume -o {output} goes on with the other members")
 
 
 def _plane(choice: MemberChoice, members: Members, plot: str | None) -> Plane | None:

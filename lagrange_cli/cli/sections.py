@@ -51,6 +51,7 @@ def require_fit(
         "--columns": choice is not None and choice.columns is not None,
         "--reduce": choice is not None and bool(choice.reductions),
         "--map": choice is not None and choice.map_names is not None,
+        "--on": choice is not None and choice.scheduler is not None,
     }
     for name, is_given in given.items():
         if is_given:

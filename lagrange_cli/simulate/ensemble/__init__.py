@@ -5,6 +5,7 @@ stepped side by side in vectors where that is faster. Read :mod:`.run` first.
 """
 
 __all__ = [
+    "cluster",
     "enumeration",
     "input_file",
     "kept",

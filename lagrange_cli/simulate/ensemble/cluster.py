@@ -25,7 +25,9 @@ from lagrange_cli.files import (
     reading_carried,
     temporary_file,
 )
-from lagrange_cli.simulate.cluster import Cluster, exists, refusal
+from lagrange_cli.simulate.cluster.refusals import ClusterError, refusal
+from lagrange_cli.simulate.cluster.tasks import Cluster
+from lagrange_cli.simulate.cluster.workers import exists
 from lagrange_cli.simulate.ensemble.run import Blocks, compile_ahead, run_block
 from lagrange_cli.simulate.ensemble.store import BlockWriter, Store
 from lagrange_cli.simulate.ensemble.summaries import KeptBlock
@@ -118,6 +120,12 @@ class ClusterEngine:
         files = carried_files(blocks.plan.model.recordings)
         sent = replace(blocks, members=blocks.members.without_places())
         with _watched(store.place) as watched:
+            try:
+                self.cluster.admit(watched)
+            except ClusterError:
+                if not store.finished:
+                    store.give_up()
+                raise
             work = _BlockWork(sent, store.far_writer, files, watched)
             with _hinted(store.place):
                 yield from self.cluster.in_any_order(work, numbers, watched)

@@ -117,6 +117,11 @@ class Store(ABC):
             Times of the samples.
         """
 
+    def give_up(self) -> None:
+        """Remove what was begun, while no block is finished."""
+        # Nothing is begun in memory.
+        return
+
     def counts(self) -> dict[str, int]:
         """Return status → number of members of finished blocks."""
         total = Counter[str]()
@@ -222,6 +227,9 @@ class PartsStore(Store):
     def complete(self, t: Array) -> None:
         with whole_file(self.output) as stream:
             self._write(stream, t)
+        discard(parts_of(self.output))
+
+    def give_up(self) -> None:
         discard(parts_of(self.output))
 
     @abstractmethod

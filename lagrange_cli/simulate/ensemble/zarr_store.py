@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import cannot_write, is_address, remove_abandoned_files
+from lagrange_cli.files import cannot_write, discard, is_address, remove_abandoned_files
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.block_files import COLUMN, TEXTS, arrays_of, written_name
 from lagrange_cli.simulate.ensemble.blocks import MemberBlock
@@ -214,6 +214,10 @@ class ZarrStore(Store):
             warnings.filterwarnings("ignore", message=".*[Cc]onsolidated")
             self._group.attrs["complete"] = 1
             zarr.consolidate_metadata(self._group.store, path=self._group.path)
+
+    def give_up(self) -> None:
+        if not is_address(self.path):
+            discard(self.path)
 
     def load(self, blocks: Blocks) -> None:
         """Count the blocks that an earlier run marked as finished and that can be read."""

@@ -1,0 +1,61 @@
+"""Connect to a scheduler of the user's."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import Problem
+from lagrange_cli.simulate.cluster.refusals import EXTRA, ClusterError, refusal
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+#: Seconds until a scheduler that does not answer is refused.
+_PATIENCE = 5.0
+
+#: Seconds that are left to a connection to be closed.
+_FAREWELL = 2.0
+
+
+@contextmanager
+def connected(address: str) -> Iterator[Client]:
+    """Connect to a scheduler for a while.
+
+    Raises
+    ------
+    ClusterError
+        There is none at this address, or Dask is not installed.
+    """
+    if find_spec("distributed") is None:
+        raise ClusterError(
+            Problem("a cluster needs dask and distributed", hint=EXTRA, rule="missing-extra")
+        )
+    from distributed import Client
+
+    _silence()
+    try:
+        with warnings.catch_warnings():
+            # Versions that differ are refused later, by name.
+            warnings.simplefilter("ignore")
+            client = Client(address, timeout=_PATIENCE, set_as_default=False, name="lagrange")
+    except (OSError, ValueError, RuntimeError, TypeError) as error:
+        hint = "'dask scheduler' starts one and says its address; --on local runs here"
+        reason = str(error).strip().splitlines()[:1] or [type(error).__name__]
+        raise refusal(f"no Dask scheduler answers at {address}: {reason[0]}", hint) from None
+    try:
+        yield client
+    finally:
+        with suppress(Exception):
+            client.close(timeout=_FAREWELL)
+
+
+def _silence() -> None:
+    """Let nothing but this program speak of lost connections."""
+    for name in [*logging.root.manager.loggerDict]:
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)

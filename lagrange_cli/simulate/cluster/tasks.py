@@ -1,0 +1,260 @@
+"""Tasks on the workers of a cluster, which are all alike and as this process is."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import time
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from itertools import islice
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from lagrange_cli.errors import InputError, LagrangeError
+from lagrange_cli.simulate.cluster.installed import difference, installed
+from lagrange_cli.simulate.cluster.refusals import EXTRA, ClusterError, refusal
+from lagrange_cli.simulate.cluster.workers import (
+    Answer,
+    Findings,
+    Parcel,
+    Work,
+    do,
+    findings,
+    itself,
+    packed,
+    prepare,
+    without_compiler,
+)
+from lagrange_cli.version import __version__
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+_Task = TypeVar("_Task")
+_Result = TypeVar("_Result")
+
+#: Rules of problems that are those of a worker, whatever is run on it.
+_OF_WORKERS = {"cluster", "output"}
+
+#: Tasks that are given to each thread of the cluster, so that none waits for the next one.
+_AHEAD = 3
+
+#: The same of a cluster that has few threads, or none yet.
+_FEWEST_AHEAD = 8
+
+#: Seconds between two looks at how many threads there are.
+_GLANCE = 2.0
+
+#: Seconds in which a new file must be seen by all workers, and between two looks.
+_SEEN_WITHIN, _LOOK_AGAIN = 3.0, 0.25
+
+
+@dataclass
+class Cluster:
+    """Workers that are all alike, and as this process is.
+
+    Attributes
+    ----------
+    client
+        The connection to their scheduler, which is not closed here.
+    tell
+        Called with remarks for the user.
+    """
+
+    client: Client
+    tell: Callable[[str], None] = lambda text: None
+    _looked: float = field(default=-math.inf, init=False)
+    _wanted: int = field(default=0, init=False)
+
+    def admit(self, watched: str | None = None) -> None:
+        """Require workers that are as this process is; say which of them compile nothing.
+
+        Parameters
+        ----------
+        watched
+            A file, or its address, that all workers must see.
+
+        Raises
+        ------
+        ClusterError
+            One of them differs, or the scheduler was lost.
+        """
+        with self._lost_is_told():
+            self._require_alike_workers(watched)
+
+    def in_any_order(
+        self, work: Work[_Task, _Result], tasks: Iterable[_Task], watched: str | None = None
+    ) -> Generator[_Result, None, None]:
+        """Yield the results of tasks as they are found; closing the iterator cancels the others.
+
+        Parameters
+        ----------
+        work
+            Sent to workers once.
+        tasks
+            Asked for as they can be begun.
+        watched
+            As for :meth:`admit`, of workers that come later.
+
+        Raises
+        ------
+        ClusterError
+            A worker that came later differs, or the scheduler was lost.
+        LagrangeError
+            That of a task.
+        """
+        with self._lost_is_told():
+            yield from self._results(packed(work, watched), iter(tasks))
+
+    @contextmanager
+    def _lost_is_told(self) -> Iterator[None]:
+        """Say in words that the scheduler is gone, or has cancelled the run."""
+        from distributed.client import ClosedClientError
+        from distributed.comm import CommClosedError
+
+        address = getattr(self.client.scheduler, "address", "its address")
+        try:
+            yield
+        except (ClosedClientError, CommClosedError, TimeoutError, ConnectionError) as error:
+            raise refusal(f"the scheduler at {address} was lost") from error
+        except _CancelledError:
+            raise refusal(f"the scheduler at {address} was lost, or cancelled the run") from None
+
+    def _require_alike_workers(self, watched: str | None) -> None:
+        """Refuse the cluster if a worker is unlike this process; say which interpret."""
+        found = self._found(watched)
+        for worker, own in found.items():
+            different = difference(installed(), own.installed)
+            if different:
+                hint = "the same environment everywhere gives the same results everywhere"
+                raise refusal(f"the worker at {worker} has {different}", hint)
+            if watched is not None and not own.sees:
+                raise _unseen(worker, os.path.dirname(watched))
+        interpreting = [worker for worker, own in found.items() if own.lacks]
+        if interpreting and not without_compiler():
+            reason = found[interpreting[0]].lacks
+            self.tell(f"interpreted, and slower, on {', '.join(interpreting)}: {reason}")
+        if not found:
+            self.tell("the cluster has no workers yet: waiting for them")
+
+    def _found(self, watched: str | None) -> dict[str, Findings]:
+        """Ask all workers what they are; again while one does not see a file that is new."""
+        given_up = time.monotonic() + _SEEN_WITHIN
+        while True:
+            found = self.client.run(findings, watched, on_error="return")
+            for worker, own in found.items():
+                if not isinstance(own, Findings):
+                    raise _unusable(worker, own)
+            seen = all(own.sees for findings in found.values())
+            if seen or time.monotonic() > given_up:
+                return dict(found)
+            time.sleep(_LOOK_AGAIN)
+
+    def _results(self, parcel: Parcel, waiting: Iterator[_Task]) -> Generator[Any, None, None]:
+        """Yield the results of tasks, of which as many are under way as keep workers busy."""
+        from distributed import as_completed
+
+        pending, numbers = set[Any](), itertools.count()
+        completed = as_completed(loop=self.client.loop, with_results=True, raise_errors=False)
+        # A task, not scattered: what a lost worker held is sent again.
+        shared = self._submit(itself, parcel, key=f"lagrange-{parcel.token}")
+        try:
+            self._prepare(shared)
+            while True:
+                for task in islice(waiting, max(0, self._many() - len(pending))):
+                    key = f"lagrange-{parcel.token}-{next(numbers)}"
+                    future = self._submit(do, shared, task, key=key)
+                    pending.add(future)
+                    completed.add(future)
+                if not pending:
+                    return
+                future, result = next(completed)
+                pending.discard(future)
+                yield _received(future, result)
+        finally:
+            if self.client.status == "running":
+                with suppress(Exception):
+                    self.client.cancel([shared, *pending])
+
+    def _submit(self, function: Callable[..., Any], *args: Any, **options: Any) -> Any:
+        with warnings.catch_warnings():
+            # That a model of many equations is large.
+            warnings.filterwarnings("ignore", message="Sending large graph")
+            return self.client.submit(function, *args, pure=False, **options)
+
+    def _prepare(self, shared: Any) -> None:
+        """Let one worker of each host compile, so that the others find it done."""
+        hosts = {worker.rpartition(":")[0]: worker for worker in self.client.nthreads()}
+        futures = [
+            self._submit(prepare, shared, workers=[worker], allow_other_workers=True)
+            for worker in hosts.values()
+        ]
+        from distributed import as_completed
+
+        ready = as_completed(futures, loop=self.client.loop, with_results=True, raise_errors=False)
+        for future, result in ready:
+            _received(future, result)
+
+    def _many(self) -> int:
+        """Return how many tasks keep all workers busy; looked up now and then."""
+        now = time.monotonic()
+        if now - self._looked > _GLANCE:
+            self._looked = now
+            threads = sum(self.client.nthreads().values())
+            self._wanted = max(_FEWEST_AHEAD, _AHEAD * threads)
+        return self._wanted
+
+
+class _CancelledError(Exception):
+    """A task was cancelled, not by this process."""
+
+
+def _received(future: Any, result: Any) -> Any:
+    """Return the result of a task that has ended.
+
+    Raises
+    ------
+    ClusterError
+        It ended several workers.
+    LagrangeError
+        That of the task, with the worker's address.
+    """
+    from distributed import KilledWorker
+
+    if future.status == "finished":
+        assert isinstance(result, Answer)
+        if result.refusal is not None:
+            raise _of_worker(result.refusal, result.worker)
+        return result.result
+    if future.status != "error":
+        raise _CancelledError
+    error = result[1]
+    if isinstance(error, KilledWorker):
+        hint = "as with too little memory: --memory-limit of dask worker, its log"
+        raise refusal("a task ended one worker after the other that was given it", hint)
+    if isinstance(error, OSError):
+        raise refusal(f"a task failed on its worker: {type(error).__name__}: {error}")
+    raise error
+
+
+def _of_worker(error: LagrangeError, worker: str) -> LagrangeError:
+    """Say on which worker an error occurred, if it is not one of the scene."""
+    first, *others = error.problems
+    if first.rule not in _OF_WORKERS:
+        return error
+    return InputError(replace(first, message=f"the worker at {worker}: {first.message}"), *others)
+
+
+def _unusable(worker: str, error: object) -> ClusterError:
+    hint = f"{EXTRA}, of version {__version__}, in the environment of the workers"
+    return refusal(f"the worker at {worker} cannot load lagrange_cli: {error}", hint)
+
+
+def _unseen(worker: str, folder: str) -> ClusterError:
+    return refusal(
+        f"the worker at {worker} does not see '{folder}', where results are to be written",
+        "name an output in a folder that this machine and all workers share",
+    )
