@@ -23,8 +23,8 @@ _FAREWELL = 2.0
 
 
 @contextmanager
-def connected(address: str) -> Iterator[Client]:
-    """Connect to a scheduler for a while.
+def connected(address: str, patience: float = _PATIENCE) -> Iterator[Client]:
+    """Connect to a scheduler for a while, if it answers within ``patience`` seconds.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def connected(address: str) -> Iterator[Client]:
         with warnings.catch_warnings():
             # Versions that differ are refused later, by name.
             warnings.simplefilter("ignore")
-            client = Client(address, timeout=_PATIENCE, set_as_default=False, name="lagrange")
+            client = Client(address, timeout=patience, set_as_default=False, name="lagrange")
     except (OSError, ValueError, RuntimeError, TypeError) as error:
         hint = "'dask scheduler' starts one and says its address; --on local runs here"
         reason = str(error).strip().splitlines()[:1] or [type(error).__name__]
