@@ -211,7 +211,8 @@ def linearization(system: RestSystem, point: Equilibrium) -> Linearization:
     exact = exact_matrices(system, point)
     space = state_space(system, linear, point)
     coordinates = tuple(names[j] for j in linear.independent)
-    return Linearization(point, coordinates, mass, damping, stiffness, space, exact)
+    directions = in_doubles(linear.positions)
+    return Linearization(point, coordinates, mass, damping, stiffness, space, exact, directions)
 
 
 def _modes(system: RestSystem, linear: Linearization, chosen: bool) -> tuple[Mode, ...]:

@@ -201,6 +201,9 @@ class Linearization:
         The same of first order.
     exact
         M, C, K in closed form; None if they are known in numbers alone.
+    directions
+        Displacements of all coordinates, one column for each that positions of the state space
+        are of.
     """
 
     at: Equilibrium
@@ -210,6 +213,7 @@ class Linearization:
     stiffness: Matrix
     state_space: StateSpace
     exact: ExactMatrices | None = None
+    directions: Matrix = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
 
     @property
     def dissipative(self) -> Matrix:

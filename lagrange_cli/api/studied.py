@@ -210,9 +210,40 @@ class Studied(Moving):
         )
 
         found = effective_potential(self.equations)
-        ending = os.path.splitext(os.fspath(path))[1].lower().lstrip(".")
-        write_file(path, draw(picture_of_potential(found), ending))
+        write_file(path, draw(picture_of_potential(found), _ending(path)))
         return found.told
+
+    def plot_modes(self, path: str | os.PathLike[str], *, at: GivenValues | None = None) -> str:
+        """Draw the shapes of the modes; return a remark on what is not drawn, or an empty one.
+
+        Parameters
+        ----------
+        path
+            A picture by matplotlib.
+        at
+            As of :meth:`analyze`.
+
+        Raises
+        ------
+        InputError
+            There are no modes, or the system cannot be drawn; matplotlib is not installed, or
+            cannot write such a file.
+        """
+        from lagrange_cli.files import write_file
+        from lagrange_cli.studies.mode_pictures import draw_modes, mode_pictures
+
+        pictures = mode_pictures(self.equations, texts(at), moving=False)
+        write_file(path, draw_modes(pictures, _ending(path)))
+        return pictures.remark
+
+    def animate_modes(self, path: str | os.PathLike[str], *, at: GivenValues | None = None) -> str:
+        """Draw the modes moving, as ``.svg`` or ``.gif``; as :meth:`plot_modes`."""
+        from lagrange_cli.files import write_file
+        from lagrange_cli.studies.mode_pictures import animated_modes, mode_pictures
+
+        pictures = mode_pictures(self.equations, texts(at), moving=True)
+        write_file(path, animated_modes(pictures, _ending(path)))
+        return pictures.remark
 
     def linearize(
         self,
@@ -382,3 +413,8 @@ class Studied(Moving):
         acting = replace(self, equations=with_action(self.equations))
         rates = [f"dot({c.name})" for c in self.equations.coordinates]
         return PathModels(acting.model(), acting.model(rates), periodic_coordinates(self.equations))
+
+
+def _ending(path: str | os.PathLike[str]) -> str:
+    """Return the ending of a file's name, without its dot."""
+    return os.path.splitext(os.fspath(path))[1].lower().lstrip(".")

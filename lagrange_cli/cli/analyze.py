@@ -82,6 +82,14 @@ if TYPE_CHECKING:
     "  [default: off]",
 )
 @options.at
+@options.plot(
+    "With --modes: draw the shapes of the modes, as .svg, .pdf or .png, by matplotlib.",
+)
+@options.file(
+    "--animate",
+    "With --modes: draw the modes moving, as .svg, or as .gif by matplotlib.  [default: none]",
+    callback=options.writable_as(".svg", ".gif"),
+)
 @click.option(
     "--format",
     "format_",
@@ -111,6 +119,8 @@ def analyze(
     samples: int | None,
     steady: bool,
     at: dict[str, str],
+    plot: str | None,
+    animate: str | None,
     format_: str,
     ascii_only: bool,
     parameters: dict[str, str],
@@ -121,7 +131,8 @@ def analyze(
     """Analyze the equations of motion of SCENE, a YAML file or - for standard input."""
     session: Session = ctx.obj
     source = read_source(scene)
-    guard(source, parameters, {"-o": output})
+    guard(source, parameters, {"-o": output, "--plot": plot, "--animate": animate})
+    _require_modes({"--plot": plot, "--animate": animate}, modes=modes, steady=steady)
     asked = {
         "symmetries": symmetries,
         "equilibria": equilibria,
@@ -173,6 +184,8 @@ def analyze(
         write_file(output, npz_of(_with_matrices(report)) if as_arrays else analysis_json(report))
     shown = value["shown"]
     content = shown if isinstance(shown, str) else Page.from_json(shown)
+    if plot is not None or animate is not None:
+        _draw_modes(session, request, plot, animate, at)
     deliver(content, format_, None if as_report else output, width=USUAL_WIDTH)
     if along is not None and report["along"]["status"] != "ok":
         ctx.exit(1)
@@ -195,6 +208,30 @@ def _require_used(
             raise click.UsageError(f"{option} is for --along")
     if at and alone:
         raise click.UsageError("--at is for parts at an equilibrium; a motion begins at 'initial'")
+
+
+def _require_modes(pictures: dict[str, str | None], *, modes: bool, steady: bool) -> None:
+    """Refuse pictures of modes where there are none."""
+    for option, path in pictures.items():
+        if path is not None and not modes:
+            raise click.UsageError(f"{option} draws the shapes of modes; add --modes")
+        if path is not None and steady:
+            raise click.UsageError(f"{option} draws modes at rest, not those of steady motions")
+
+
+def _draw_modes(
+    session: Session,
+    request: SceneRequest,
+    plot: str | None,
+    animate: str | None,
+    at: dict[str, str],
+) -> None:
+    """Draw the modes, still and moving, and say what is not drawn."""
+    derivation = derivation_of_scene(session, request)
+    remarks = [] if plot is None else [derivation.plot_modes(plot, at=at)]
+    remarks += [] if animate is None else [derivation.animate_modes(animate, at=at)]
+    for remark in dict.fromkeys(filter(None, remarks)):
+        session.remark(remark)
 
 
 def _analyzed(

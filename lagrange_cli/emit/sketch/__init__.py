@@ -3,7 +3,7 @@
 :mod:`.configurations` evaluates positions at the start and around it; :mod:`.angles`,
 :mod:`.links`, :mod:`.gravity` and :mod:`.guides` find what can be drawn and verify it there;
 :mod:`.composition` lays it out as a :class:`~.sketch.Sketch`, which :mod:`.tikz` and :mod:`.svg`
-print. Read :mod:`.sketch` first.
+print; :mod:`.displaced` draws shapes of modes. Read :mod:`.sketch` first.
 """
 
-__all__ = ["svg", "tikz"]
+__all__ = ["displaced", "sketch", "svg", "tikz"]

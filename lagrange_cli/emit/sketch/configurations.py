@@ -103,7 +103,7 @@ class Configurations:
     @property
     def size(self) -> float:
         """A length that distances are relative to: the extent at the start, or else 1."""
-        return _size(self.places[0])
+        return size_of(self.places[0])
 
     def moved(self, q: Array, t: float, values: Mapping[Symbol, float] | None = None) -> Array:
         """Return the positions of the bodies, shape (bodies, 3)."""
@@ -166,7 +166,7 @@ def configurations(equations: Equations) -> Configurations:
     def places(q: Array, t: float) -> Array:
         return positions([*q, t, *values.values()]).reshape(-1, 3)
 
-    size = _size(places(q, t))
+    size = size_of(places(q, t))
     states = [(q, t, places(q, t)), *_nearby(equations, values, q, t, size, places)]
     return Configurations(
         equations,
@@ -195,7 +195,8 @@ def _refusal(message: str, hint: str) -> InputError:
     return InputError(Problem(message, hint=hint, rule="sketch"))
 
 
-def _size(places: Array) -> float:
+def size_of(places: Array) -> float:
+    """Return the extent of places, or their distance from the origin, or 1."""
     extent = float(np.ptp(places, axis=0).max())
     far = float(np.abs(places).max())
     return extent if extent > 1e-9 * far else far or 1.0
@@ -244,6 +245,17 @@ def _nearby(
 def _spread(k: int, i: int) -> float:
     """The ``i``-th number of the ``k``-th of some points spread evenly over −1 to 1 (Weyl)."""
     return 2 * math.modf((k + 0.31) * math.sqrt(2 + i) * (1 + math.sqrt(5)) / 2)[0] - 1
+
+
+def feasible_near(known: Configurations, q: Array) -> Array:
+    """Return coordinates moved onto the closures between positions; as they are if that fails."""
+    equations = known.equations
+    closures = [c for c in equations.closures if c.kind == "position"]
+    length = known.size / max(1, len(equations.particles))
+    reach = np.array([_FARTHEST * (1 if c.is_angle else length) for c in equations.coordinates])
+    feasible = _Feasible(equations, closures, known.values)
+    near = feasible.nearest(np.asarray(q, dtype=float), float(known.times[0]), reach)
+    return q if near is None else near
 
 
 class _Feasible:

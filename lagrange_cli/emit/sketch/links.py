@@ -75,7 +75,12 @@ def _springs(known: Findings) -> Iterator[Link]:
     if known.declared <= MOST_SOUGHT:
         pairs += list(combinations(range(known.declared), 2))
     pairs = [ends for ends in dict.fromkeys(pairs) if not _has_spring(known, ends)]
+    stated = [link.ends for link in known.links if link.kind == "spring"]
     for values in _potentials(configurations):
+        drawn = next((ends for ends in stated if _is_spring(values, known.distances(*ends))), None)
+        if drawn is not None:
+            stated.remove(drawn)  # that of a spring of a helper, which others may look like
+            continue
         ends = next((ends for ends in pairs if _is_spring(values, known.distances(*ends))), None)
         if ends is not None:
             pairs.remove(ends)

@@ -28,8 +28,18 @@ def spring(start: Array, end: Array) -> Array:
     length = float(np.linalg.norm(end - start))
     if length < 4 * _HALF_WIDTH:
         return np.array([start, end])
-    along = (end - start) / length
-    turns = min(14, max(3, round(0.75 * length / _TURN)))
+    return coiled(start, end, coils(length))
+
+
+def coils(length: float) -> int:
+    """Return the number of turns of a spring."""
+    return min(14, max(3, round(0.75 * length / _TURN)))
+
+
+def coiled(start: Array, end: Array, turns: int) -> Array:
+    """Return the zigzag of a spring of so many turns, shape (2 turns + 4, 2)."""
+    length = float(np.linalg.norm(end - start))
+    along = (end - start) / length if length > 0 else np.array([1.0, 0.0])
     lead = 0.125 * length
     marks = lead + (length - 2 * lead) * (np.arange(2 * turns) + 0.5) / (2 * turns)
     sides = _HALF_WIDTH * (-1.0) ** np.arange(2 * turns)

@@ -1,0 +1,235 @@
+"""Lines and bodies of a sketch at other configurations than the start: shapes of modes.
+
+Links are found once, at all configurations that are drawn, and then drawn at each of them; curves
+that hold particles stay where they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.emit.sketch import shapes
+from lagrange_cli.emit.sketch.configurations import configurations, feasible_near, size_of
+from lagrange_cli.emit.sketch.findings import Findings, Link
+from lagrange_cli.emit.sketch.gravity import gravity
+from lagrange_cli.emit.sketch.guides import Guide, frame_of, guides
+from lagrange_cli.emit.sketch.links import findings
+from lagrange_cli.emit.sketch.sketch import StrokeKind
+from lagrange_cli.emit.sketch.view import View, view_of
+from lagrange_cli.emit.sketch.wheels import Wheel, find_wheels
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.emit.sketch.configurations import Configurations
+    from lagrange_cli.mechanics.equations import Equations
+
+    Array: TypeAlias = NDArray[np.float64]
+
+#: Largest extent of the bodies of a picture, in centimetres, and half the length of ground.
+_EXTENT, _GROUND = 5.5, 0.28
+
+#: Links above which springs and dampers are lines.
+_MOST_COILS = 40
+
+#: Angles of a rim.
+_ROUND = np.linspace(0, 2 * np.pi, 49)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One configuration in centimetres, y upwards.
+
+    Attributes
+    ----------
+    strokes
+        Kind of each line, with its places, shape (P, 2).
+    bodies
+        Places of the particles, shape (particles, 2).
+    """
+
+    strokes: tuple[tuple[StrokeKind, Array], ...]
+    bodies: Array
+
+
+@dataclass(frozen=True)
+class DisplacedSketch:
+    """A system in its rest position and beside it.
+
+    Attributes
+    ----------
+    rest
+        The rest position.
+    still
+        Supports and curves, which do not move.
+    moved
+        One for each configuration that was asked for.
+    is_line
+        True if everything is and stays on one line.
+    """
+
+    rest: Drawn
+    still: tuple[tuple[StrokeKind, Array], ...]
+    moved: tuple[Drawn, ...]
+    is_line: bool
+
+
+class RestingSketch:
+    """A system at rest, to be drawn with displacements.
+
+    Parameters
+    ----------
+    equations
+        The equations of motion.
+    rest
+        Coordinates at rest, shape (n,).
+
+    Raises
+    ------
+    InputError
+        There are no particles, or too many bodies, or no values that could be drawn.
+    """
+
+    def __init__(self, equations: Equations, rest: Array) -> None:
+        self._around, self._rest = configurations(equations), rest
+        self._time = float(self._around.times[0])
+        self._known = known = findings(self._with([rest]))
+        down = gravity(known.configurations)
+        self._wheels = find_wheels(known.configurations, down)
+        self._view = view_of(known.configurations, down)
+        self._guides = guides(known, self._view, frame_of(known))
+
+    def _with(self, shown: Sequence[Array]) -> Configurations:
+        """Return configurations that begin with some, those near the start behind them."""
+        around = self._around
+        places = [around.moved(q, self._time) for q in shown]
+        return replace(
+            around,
+            q=np.concatenate([shown, around.q]),
+            times=np.concatenate([np.full(len(shown), self._time), around.times]),
+            places=np.concatenate([places, around.places]),
+        )
+
+    def speed(self, direction: Array) -> float:
+        """Return how far the fastest particle moves for a unit of a displacement, over the extent
+        of the system."""
+        step = 1e-4 / max(1e-300, float(np.abs(direction).max()))
+        places = [
+            self._around.moved(self._rest + part * step * direction, self._time)
+            for part in (-1, 0, 1)
+        ]
+        across = np.linalg.norm(places[2] - places[0], axis=1)[: self._around.particles]
+        return float(across.max()) / (2 * step) / size_of(places[1])
+
+    def displaced(self, moved: Sequence[Array]) -> DisplacedSketch:
+        """Draw it at rest and at other configurations, each of shape (n,), which are moved onto
+        the constraints."""
+        shown = [self._rest, *(feasible_near(self._around, q) for q in moved)]
+        drawing = _Drawing(self._findings(shown), self._view, self._wheels, len(shown))
+        states = [drawing.at_configuration(k) for k in range(len(shown))]
+        still = drawing.still(self._guides)
+        return DisplacedSketch(states[0], still, tuple(states[1:]), drawing.is_line)
+
+    @property
+    def shortest_link(self) -> float:
+        """The shortest link over the extent of the system, 1 if there is none."""
+        places = self._known.places[0]
+        ends = [link.ends for link in self._known.links if link.kind != "radius"]
+        lengths = [float(np.linalg.norm(places[a] - places[b])) for a, b in ends]
+        size = size_of(places[: self._known.declared])
+        return min((x / size for x in lengths if x > 1e-6 * size), default=1.0)
+
+    def _findings(self, shown: Sequence[Array]) -> Findings:
+        """Return the links with all bodies at these configurations."""
+        known, together = self._known, self._with(shown)
+        added = range(known.declared, len(known.names))
+        if not all(known.is_fixed(body) for body in added):
+            return findings(together)  # a pivot moves, whose place no expression gives
+        fixed = np.repeat(known.places[:1, known.declared :], len(together.q), axis=0)
+        places = np.concatenate([together.places, fixed], axis=1)
+        return replace(known, configurations=together, places=places)
+
+
+class _Drawing:
+    """Draws the configurations in one view and one scale."""
+
+    def __init__(self, known: Findings, view: View, wheels: list[Wheel], count: int) -> None:
+        self.known, self.view, self.wheels, self.count = known, view, wheels, count
+        rest, flat = view.project(known.places[0]), view.project(known.places[:count])
+        extent = float(np.ptp(rest, axis=0).max())
+        self.middle = (rest.min(axis=0) + rest.max(axis=0)) / 2
+        self.scale = _EXTENT / (extent or frame_of(known).size)
+        spread = np.ptp(flat.reshape(-1, 2), axis=0) * self.scale
+        self.is_line = bool(spread.min() < 1e-6) and not wheels
+        self.turns = [self._turns(link) for link in known.links]
+
+    def at(self, places: Array) -> Array:
+        """Return places of space in centimetres."""
+        placed: Array = (self.view.project(places) - self.middle) * self.scale
+        return placed
+
+    def _turns(self, link: Link) -> int | None:
+        """Return the number of coils of a spring at rest; None of other links."""
+        if link.kind != "spring" or len(self.known.links) > _MOST_COILS:
+            return None
+        start, end = (self.at(self.known.places[0, end]) for end in link.ends)
+        return shapes.coils(float(np.linalg.norm(end - start)))
+
+    def at_configuration(self, number: int) -> Drawn:
+        """Draw the links and bodies of one configuration."""
+        places = self.at(self.known.places[number])
+        strokes: list[tuple[StrokeKind, Array]] = []
+        for link, turns in zip(self.known.links, self.turns, strict=True):
+            start, end = places[link.ends[0]], places[link.ends[1]]
+            strokes += [(link.kind, line) for line in self._lines(link, turns, start, end)]
+        for wheel in self.wheels:
+            strokes += self._rim(wheel, number)
+        return Drawn(tuple(strokes), places[: self.known.configurations.particles])
+
+    def _lines(self, link: Link, turns: int | None, start: Array, end: Array) -> list[Array]:
+        if turns is not None:
+            return [shapes.coiled(start, end, turns)]
+        few = len(self.known.links) <= _MOST_COILS
+        if link.kind == "damper" and few:
+            return shapes.damper(start, end)
+        return [np.array([start, end])]
+
+    def _rim(self, wheel: Wheel, number: int) -> list[tuple[StrokeKind, Array]]:
+        """Draw a wheel, with a spoke where its angle is a coordinate."""
+        centre = self.known.places[number, wheel.particle]
+        strokes: list[tuple[StrokeKind, Array]] = [("wheel", self.at(wheel.rim(centre, _ROUND)))]
+        configurations = self.known.configurations
+        names = [c.name for c in configurations.equations.coordinates]
+        if wheel.name in names:
+            angle = configurations.q[number, names.index(wheel.name)]
+            spoke = self.at(np.stack([centre, *wheel.rim(centre, np.array([angle]))]))
+            strokes.append(("wheel", spoke))
+        return strokes
+
+    def still(self, curves: Sequence[Guide]) -> tuple[tuple[StrokeKind, Array], ...]:
+        """Draw the ground of fixed pivots, and curves of constraints on single particles."""
+        known = self.known
+        strokes: list[tuple[StrokeKind, Array]] = []
+        ends = {end for k in known.links if k.kind not in ("radius", "rope") for end in k.ends}
+        for body in sorted(ends):
+            if body >= known.configurations.particles and known.is_fixed(body):
+                at = self.at(known.places[0, body])
+                ground = at + np.array([[-_GROUND, 0.0], [_GROUND, 0.0]])
+                ticks = shapes.hatching(ground, left=self._hangs(body))
+                strokes += [("ground", line) for line in (ground, *ticks)]
+        for guide in curves:
+            strokes.append(("curve", self.at(guide.curve.points)))
+        for wheel in self.wheels:
+            if wheel.ground is not None:
+                strokes.append(("ground", self.at(wheel.ground)))
+        return tuple(strokes)
+
+    def _hangs(self, body: int) -> bool:
+        """Tell whether what a pivot holds is below it."""
+        held = [k.ends for k in self.known.links if body in k.ends]
+        rest = self.at(self.known.places[0])
+        return sum(float(rest[a if b == body else b][1] - rest[body][1]) for a, b in held) <= 0

@@ -1,0 +1,360 @@
+"""Pictures of normal modes: the system at rest in grey, displaced in black; still or moving.
+
+A mode moves as q* + a Re(Y e^{iφ}), with its shape Y over all coordinates. The amplitude a is for
+the eye: the fastest particle goes a part of the extent of the system, and no angle far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from lagrange_cli.analysis.analyze import analyze
+from lagrange_cli.emit.sketch.displaced import DisplacedSketch, RestingSketch
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from lagrange_cli.analysis.values import Mode
+    from lagrange_cli.emit.sketch.displaced import Drawn
+    from lagrange_cli.emit.sketch.sketch import StrokeKind
+    from lagrange_cli.mechanics.equations import Equations
+
+#: Modes that are drawn, and pictures in a row.
+_MOST_MODES, _IN_A_ROW = 12, 4
+
+#: Part of the extent that the fastest particle goes, and of the shortest link, and radians that an
+#: angle turns, at most.
+_REACH, _APART, _TURN = 0.2, 0.3, 0.5
+
+#: Pictures of a period, and its seconds.
+_FRAMES, _SECONDS = 24, 2.0
+
+#: Centimetres around everything, above it for the title, and from a line to itself displaced.
+_MARGIN, _HEAD, _BESIDE = 0.45, 0.7, 0.55
+
+#: Inches of a panel, dots an inch of an animation, pixels of a centimetre of an SVG.
+_PANEL, _DPI, _PIXELS = 2.1, 100, 32
+
+#: Width of lines in points.
+_WIDTHS: Mapping[StrokeKind, float] = {"rod": 1.6, "wheel": 1.2, "spring": 0.9, "damper": 0.9}
+_OTHER_WIDTH, _BODY = 0.8, 0.1
+
+_LIGHT, _DARK, _STILL = "#b8b8b8", "#000000", "#777777"
+
+
+@dataclass(frozen=True)
+class ModePanel:
+    """One mode.
+
+    Attributes
+    ----------
+    title
+        Its angular frequency or pole.
+    sketch
+        The system at rest, and along a period, or at its largest displacement alone.
+    """
+
+    title: str
+    sketch: DisplacedSketch
+
+    def shown(self, number: int) -> Drawn:
+        """The displaced system; below itself where both would lie on one line."""
+        drawn = self.sketch.moved[number]
+        if not self.sketch.is_line:
+            return drawn
+        across = np.ptp(drawn.bodies, axis=0).argmin()
+        shift = -_BESIDE * np.eye(2)[across]
+        strokes = tuple((kind, line + shift) for kind, line in drawn.strokes)
+        return type(drawn)(strokes, drawn.bodies + shift)
+
+
+@dataclass(frozen=True)
+class ModePictures:
+    """The modes of a system at an equilibrium.
+
+    Attributes
+    ----------
+    title
+        The scene's title, or its name.
+    panels
+        One a mode.
+    remark
+        What is not drawn; empty if everything is.
+    """
+
+    title: str
+    panels: tuple[ModePanel, ...]
+    remark: str = ""
+
+
+def mode_pictures(
+    equations: Equations, at: Mapping[str, str] | None = None, *, moving: bool
+) -> ModePictures:
+    """Draw the modes at an equilibrium.
+
+    Parameters
+    ----------
+    at
+        As of :func:`.analyze.analyze`.
+    moving
+        True for the pictures of a period, else the largest displacement.
+
+    Raises
+    ------
+    InputError
+        There are no modes, or no picture of the system.
+    """
+    found = analyze(equations, ("linearization", "modes"), at)
+    assert found.linearization is not None
+    linear, modes = found.linearization, found.modes or ()
+    if not modes:
+        raise InputError(Problem("there are no modes to draw", rule="plot"))
+    phases = 2 * np.pi * np.arange(_FRAMES if moving else 1) / _FRAMES
+    assert linear.at.position is not None
+    rest = np.array([float(x) for x in linear.at.position])
+    sketch = RestingSketch(equations, rest)
+    panels = tuple(
+        _panel(
+            equations, sketch, rest, linear.directions @ np.array(mode.shape), _titled(mode), phases
+        )
+        for mode in modes[:_MOST_MODES]
+    )
+    hidden = len(modes) - len(panels)
+    remark = f"{hidden} further modes are not drawn" if hidden else ""
+    return ModePictures(equations.title or equations.name, panels, remark)
+
+
+def _panel(
+    equations: Equations,
+    sketch: RestingSketch,
+    rest: Array,
+    shape: Array,
+    title: str,
+    phases: Array,
+) -> ModePanel:
+    shape = shape * _amplitude(equations, sketch, shape)
+    moved = [rest + np.real(shape * np.exp(1j * phase)) for phase in phases]
+    return ModePanel(title, sketch.displaced(moved))
+
+
+def _amplitude(equations: Equations, sketch: RestingSketch, shape: Array) -> float:
+    """Choose the factor of a shape that is seen well."""
+    speeds = [sketch.speed(part) for part in (shape.real, shape.imag)]
+    turning = [abs(x) for c, x in zip(equations.coordinates, shape, strict=True) if c.is_angle]
+    reach = min(_REACH, _APART * sketch.shortest_link)
+    limits = [reach / max(speeds)] if max(speeds) > 1e-9 else []
+    limits += [_TURN / max(turning)] if max(turning, default=0.0) > 0 else []
+    return min(limits, default=0.0)
+
+
+def _titled(mode: Mode) -> str:
+    """``ω = 3.132``, or the pole ``s = −0.1 ± 3.1 i``."""
+    pole = mode.pole
+    if pole is None:
+        return f"ω = {mode.frequency:.4g}"
+    parts = [f"{pole.real:.4g}".replace("-", "−")] if pole.real else []
+    parts += [f"± {pole.imag:.4g} i"] if pole.imag else []
+    return f"s = {' '.join(parts) or '0'}"
+
+
+# -- boxes --------------------------------------------------------------------------------
+
+
+def _box(pictures: ModePictures) -> tuple[Array, Array]:
+    """Corners of a box around each of the pictures."""
+    places = []
+    for panel in pictures.panels:
+        drawn = [panel.sketch.rest, *map(panel.shown, range(len(panel.sketch.moved)))]
+        places += [line for d in drawn for _, line in d.strokes]
+        places += [line for _, line in panel.sketch.still]
+        places += [d.bodies for d in drawn]
+    together = np.concatenate(places)
+    return together.min(axis=0) - _MARGIN, together.max(axis=0) + _MARGIN
+
+
+# -- by matplotlib ------------------------------------------------------------------------
+
+
+def draw_modes(pictures: ModePictures, ending: str) -> bytes:
+    """Draw still pictures; return the bytes of a file of this ending.
+
+    Raises
+    ------
+    InputError
+        matplotlib is not installed, or does not know the ending.
+    """
+    figure, grid = _figure(pictures, ending)
+    for axes, panel in zip(grid, pictures.panels, strict=False):
+        _draw_still(axes, panel)
+        _draw(axes, panel.shown(0), _DARK)
+    return picture_bytes(figure, ending)
+
+
+def _figure(pictures: ModePictures, ending: str) -> tuple[Figure, list[Axes]]:
+    """Make a figure with one empty panel for each mode."""
+    low, high = _box(pictures)
+    columns = min(_IN_A_ROW, len(pictures.panels))
+    rows = -(-len(pictures.panels) // columns)
+    tall = float(np.clip((high[1] - low[1]) / (high[0] - low[0]), 0.25, 2.0))
+    figure = new_figure((max(3.2, columns * _PANEL), rows * (_PANEL * tall + 0.35) + 0.4), ending)
+    grid = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for axes in grid:
+        axes.set_axis_off()
+        axes.set_aspect("equal")
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
+    for axes, panel in zip(grid, pictures.panels, strict=False):
+        axes.set_title(panel.title, fontsize="medium", parse_math=False)
+    figure.suptitle(pictures.title, fontsize="large", parse_math=False)
+    return figure, grid
+
+
+def _draw_still(axes: Axes, panel: ModePanel) -> None:
+    for kind, line in panel.sketch.still:
+        axes.plot(*line.T, color=_STILL, lw=_WIDTHS.get(kind, _OTHER_WIDTH), zorder=1)
+    _draw(axes, panel.sketch.rest, _LIGHT)
+
+
+def _draw(axes: Axes, drawn: Drawn, colour: str) -> list[Artist]:
+    """Draw a configuration; return what was added."""
+    from matplotlib.patches import Circle
+
+    added: list[Artist] = []
+    for kind, line in drawn.strokes:
+        style = "--" if kind == "radius" else "-"
+        width = _WIDTHS.get(kind, _OTHER_WIDTH)
+        added += axes.plot(*line.T, color=colour, lw=width, ls=style, zorder=2)
+    circles = [Circle((x, y), _BODY, color=colour, zorder=3) for x, y in drawn.bodies]
+    added += [axes.add_patch(circle) for circle in circles]
+    return added
+
+
+def _gif(pictures: ModePictures) -> bytes:
+    """Draw the pictures of a period one after the other."""
+    import tempfile
+    from pathlib import Path
+
+    from matplotlib.animation import FuncAnimation, PillowWriter
+
+    figure, grid = _figure(pictures, "png")
+    for axes, panel in zip(grid, pictures.panels, strict=False):
+        _draw_still(axes, panel)
+    before: list[Artist] = []
+
+    def frame(number: int) -> list[Artist]:
+        for artist in before:
+            artist.remove()
+        before.clear()
+        for axes, panel in zip(grid, pictures.panels, strict=False):
+            before.extend(_draw(axes, panel.shown(number), _DARK))
+        return before
+
+    film = FuncAnimation(figure, frame, frames=_FRAMES, init_func=list)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "modes.gif")
+        film.save(path, writer=PillowWriter(fps=round(_FRAMES / _SECONDS)), dpi=_DPI)
+        return path.read_bytes()
+
+
+# -- as a moving SVG ----------------------------------------------------------------------
+
+
+def animated_modes(pictures: ModePictures, ending: str) -> bytes:
+    """Draw moving pictures as ``svg``, which needs nothing, or ``gif``.
+
+    Raises
+    ------
+    InputError
+        The ending is another one, or matplotlib is not installed.
+    """
+    if ending == "svg":
+        return ("\n".join(_svg(pictures)) + "\n").encode()
+    if ending == "gif":
+        return _gif(pictures)
+    hint = "endings: svg, gif"
+    raise InputError(Problem(f"no animation is written as '.{ending}'", hint=hint, rule="output"))
+
+
+def _svg(pictures: ModePictures) -> Iterator[str]:
+    low, high = _box(pictures)
+    size = _PIXELS * (high - low + np.array([0.0, _HEAD]))
+    columns = min(_IN_A_ROW, len(pictures.panels))
+    rows = -(-len(pictures.panels) // columns)
+    width, height = columns * size[0], rows * size[1]
+    yield (
+        f'<svg xmlns="http://www.w3.org/2000/svg" version="1.1" viewBox="0 0 {width:.1f}'
+        f' {height:.1f}" width="{width:.1f}" height="{height:.1f}">'
+    )
+    yield f"<title>{_text(pictures.title)}</title>"
+    yield f'<rect width="{width:.1f}" height="{height:.1f}" fill="#fff"/>'
+    for number, panel in enumerate(pictures.panels):
+        row, column = divmod(number, columns)
+        origin = np.array([column * size[0], row * size[1] + _PIXELS * _HEAD])
+        corner = np.array([low[0], high[1]])
+        yield '<g fill="none" stroke-linecap="round">'
+        yield from _svg_panel(panel, origin, corner)
+        middle = column * size[0] + size[0] / 2
+        yield (
+            f'<text x="{middle:.1f}" y="{origin[1] - 6:.1f}" fill="#000" text-anchor="middle"'
+            f' font-family="serif" font-size="16">{_text(panel.title)}</text>'
+        )
+        yield "</g>"
+    yield "</svg>"
+
+
+def _svg_panel(panel: ModePanel, origin: Array, corner: Array) -> Iterator[str]:
+    def at(line: Array) -> Array:
+        """Pixels, y downwards."""
+        placed: Array = origin + _PIXELS * (line - corner) * np.array([1.0, -1.0])
+        return placed
+
+    rest, sketch = panel.sketch.rest, panel.sketch
+    for kind, line in sketch.still:
+        yield f'<polyline {_style(kind, _STILL)} points="{_points(at(line))}"/>'
+    for kind, line in rest.strokes:
+        yield f'<polyline {_style(kind, _LIGHT)} points="{_points(at(line))}"/>'
+    radius = _PIXELS * _BODY
+    for x, y in at(rest.bodies):
+        yield f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{radius:.2f}" fill="{_LIGHT}"/>'
+    frames = [panel.shown(k) for k in (*range(len(sketch.moved)), 0)]
+    for number, (kind, line) in enumerate(frames[0].strokes):
+        each = [_points(at(frame.strokes[number][1])) for frame in frames]
+        yield f'<polyline {_style(kind, _DARK)} points="{_points(at(line))}">'
+        yield f"{_animate('points', each)}</polyline>"
+    bodies = np.array([at(frame.bodies) for frame in frames])
+    for x, y in bodies.transpose(1, 2, 0):
+        yield f'<circle cx="{x[0]:.2f}" cy="{y[0]:.2f}" r="{radius:.2f}" fill="{_DARK}">'
+        for name, values in (("cx", x), ("cy", y)):
+            yield _animate(name, [f"{value:.2f}" for value in values])
+        yield "</circle>"
+
+
+def _style(kind: StrokeKind, colour: str) -> str:
+    dashes = ' stroke-dasharray="5 3"' if kind == "radius" else ""
+    return f'stroke="{colour}" stroke-width="{_WIDTHS.get(kind, _OTHER_WIDTH)}"{dashes}'
+
+
+def _animate(name: str, values: Sequence[str]) -> str:
+    return (
+        f'<animate attributeName="{name}" dur="{_SECONDS:g}s" repeatCount="indefinite"'
+        f' values="{";".join(values)}"/>'
+    )
+
+
+def _points(line: Array) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in line)
+
+
+def _text(text: str) -> str:
+    """Text without markup or characters that XML has not."""
+    return escape("".join(c if c.isprintable() else " " for c in text))
