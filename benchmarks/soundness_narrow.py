@@ -5,7 +5,8 @@ A particle is struck by a box, a triangle or a trapezoid, made of ``sign``, ``ab
 coordinate, or as the second one passes a place; of widths from 1e-2 to 1e-9 of the way and
 strengths down to a millionth of its momentum or energy. The exact motion is made of pieces, each
 in closed form, in 40 digits. What is kept may not be wrong: a run that ends early is none. Smooth
-pulses of the same widths can fall between all evaluations; how many do is counted by decades.
+pulses of the same widths, beside motions as exact (:mod:`soundness_pulses`), are counted by
+decades.
 
     python benchmarks/soundness_narrow.py --runs 1000 --smooth 1000 --seed 1 -j 2
 """
@@ -19,11 +20,10 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from itertools import pairwise
 
 import numpy as np
 from mpmath import mp, mpf
-from scipy.integrate import solve_ivp
+from soundness_pulses import past_a_moment, past_a_place
 
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
@@ -60,16 +60,13 @@ SHAPES: dict[str, tuple[str, tuple[tuple[float, float, float, float], ...]]] = {
     "ramp": ("A*(max(0, S + 1) - max(0, S - 1))/2*(1 - sign(S - 1))/2", ((-1, 1, 0, 1),)),
 }
 
-#: Smooth pulses over s, and their values.
-PULSES: dict[str, tuple[str, Callable[[float], float]]] = {
-    "Gauss": ("A*exp(-(S)^2)", lambda s: float(np.exp(-(s * s)))),
-    "Lorentz": ("A/(1 + (S)^2)", lambda s: 1 / (1 + s * s)),
-    "sech²": ("A/cosh(S)^2", lambda s: float(np.cosh(min(abs(s), 300.0)) ** -2)),
-    "tanh difference": (
-        "A*(tanh(S + 1) - tanh(S - 1))/2",
-        lambda s: float(np.tanh(s + 1) - np.tanh(s - 1)) / 2,
-    ),
-    "power": ("A*(1 + (S)^2)^(-8)", lambda s: (1 + s * s) ** -8.0),
+#: Smooth pulses over s.
+PULSES = {
+    "Gauss": "A*exp(-(S)^2)",
+    "Lorentz": "A/(1 + (S)^2)",
+    "sech²": "A/cosh(S)^2",
+    "tanh difference": "A*(tanh(S + 1) - tanh(S - 1))/2",
+    "power": "A*(1 + (S)^2)^(-8)",
 }
 
 #: Where the place of the force is looked at, and whether there is a second coordinate.
@@ -303,22 +300,11 @@ def kinked(strike: Strike) -> Result:
 
 
 def smooth(strike: Strike) -> Result:
-    """One run past a smooth pulse, beside SciPy's DOP853 in steps that end around it."""
-    expression, shape = PULSES[strike.kind]
-    run = strike.run(expression)
-    size, w, c = (strike.numbers[name] for name in ("A", "w", "c"))
-    position = ALONG[strike.along][0] == "x"
-
-    def slopes(t: float, y: np.ndarray) -> list[float]:
-        return [y[1], size * shape(((y[0] if position else t) - c) / w)]
-
-    beside = c + w * np.concatenate([s * 2.0 ** np.arange(-2, 33) for s in (-1, 1)])
-    ends = np.unique([*beside[(beside > 0) & (beside < 1)], c, *run.t.tolist()])
-    known, state = {0.0: np.array([0.0, 1.0])}, np.array([0.0, 1.0])
-    for start, end in pairwise(ends):
-        state = solve_ivp(slopes, (start, end), state, "DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
-        known[float(end)] = state
-    return judged(strike, run, [tuple(known[t]) for t in run.t.tolist()])
+    """One run past a smooth pulse."""
+    run = strike.run(PULSES[strike.kind])
+    with mp.workdps(40):
+        by = past_a_place if ALONG[strike.along][0] == "x" else past_a_moment
+        return judged(strike, run, by(strike.kind, strike.numbers, run.t.tolist()))
 
 
 def measured(

@@ -10,6 +10,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from sympy import Symbol, lambdify, sympify
 
 pytestmark = pytest.mark.slow
 
@@ -47,6 +48,27 @@ def test_exact_motions_are_those_of_fine_steps(narrow, along, kind, changed) -> 
     fine = solve_ivp(slopes, (0, 1), [0, 1], "RK45", times, rtol=1e-8, atol=1e-10, max_step=1e-3)
     found = np.array([[float(x) for x in state] for state in exact]).T
     assert np.abs(found - fine.y).max() < 2e-3 * (1 + abs(strike.numbers["A"]))
+
+
+@pytest.mark.parametrize("along", ["time", "position"])
+@pytest.mark.parametrize("kind", ["Gauss", "Lorentz", "sech²", "tanh difference", "power"])
+@pytest.mark.parametrize("strength", [3.0, -4.0, -20.0])
+def test_exact_motions_past_pulses_are_those_of_fine_steps(narrow, along, kind, strength) -> None:
+    """Pushed on, slowed down, thrown back: SciPy with mpmath's values of the pulse."""
+    strike = narrow.Strike(kind, along, numbers(A=strength), 1e-6)
+    times = np.linspace(0, 1, 6)
+    past = narrow.past_a_place if along == "position" else narrow.past_a_moment
+    with narrow.mp.workdps(40):
+        exact = past(kind, strike.numbers, times)
+    pulse = lambdify(["A", "S"], sympify(narrow.PULSES[kind], locals={"S": Symbol("S")}))
+
+    def slopes(t: float, y: np.ndarray) -> list[float]:
+        place = y[0] if along == "position" else t
+        return [y[1], pulse(strength, (place - 0.5) / 0.05)]
+
+    fine = solve_ivp(slopes, (0, 1), [0, 1], "DOP853", times, rtol=1e-12, atol=1e-13, max_step=1e-2)
+    found = np.array([[float(x) for x in state] for state in exact]).T
+    assert np.abs(found - fine.y).max() < 1e-9
 
 
 def test_the_judge_sees_a_miss(narrow) -> None:
