@@ -7,7 +7,7 @@ from functools import lru_cache
 import sympy as sp
 
 #: Expressions whose symbols are kept.
-_KEPT = 2**15
+_KEPT = 2**18
 
 
 @lru_cache(maxsize=_KEPT)

@@ -32,8 +32,10 @@ def jump_warnings(reduced: Reduced) -> Iterator[Problem]:
 
 
 def _bends_in_velocities(expression: sp.Expr, reduced: Reduced) -> bool:
-    velocities = {c.v for c in reduced.coordinates}
     kinks = expression.atoms(sp.Abs, sp.Min, sp.Max)
+    if not kinks:
+        return False
+    velocities = {c.v for c in reduced.coordinates}
     return any(not velocities.isdisjoint(kink.free_symbols) for kink in kinks)
 
 

@@ -109,7 +109,8 @@ class _Form:
         self.known = {
             s: e for s, e in resolved.items() if e != s and (e in moving or self._still(e))
         }
-        self.own = [c.q for c in reduced.coordinates if c.q not in self.names.cartesian.values()]
+        cartesian = set(raw)
+        self.own = [c.q for c in reduced.coordinates if c.q not in cartesian]
 
     @cached_property
     def uses(self) -> _Uses:

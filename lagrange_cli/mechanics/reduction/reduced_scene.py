@@ -90,8 +90,7 @@ class Reduced:
 
     def drawn(self, expr: sp.Expr) -> sp.Expr:
         """``expr`` with positive coordinates taken out of roots."""
-        positive = [c.q for c in self.coordinates if c.is_positive]
-        return drawn_from_roots(expr, positive) if positive else expr
+        return drawn_from_roots(expr, self._positive) if self._positive else expr
 
     def convert(self, expression: Expression) -> sp.Expr:
         """Convert an expression of the scene over raw symbols, q, v and t."""
@@ -103,6 +102,10 @@ class Reduced:
         return known[1]
 
     # What several steps ask for is worked out once.
+
+    @cached_property
+    def _positive(self) -> list[sp.Symbol]:
+        return [c.q for c in self.coordinates if c.is_positive]
 
     @cached_property
     def _put_in(self) -> dict[sp.Expr, sp.Expr]:

@@ -229,13 +229,17 @@ class Names:
 
     def _all_of(self, expression: Expression) -> Iterator[Node]:
         """Walk an expression and the abbreviations that it names, each once."""
-        pending, visited = [expression], {*self.coordinates, *self.cartesian}
+        pending, visited = [expression], set[str]()
         while pending:
             for node in walk(pending.pop().node):
                 yield node
-                if isinstance(node, Name) and node.name in self._definitions.keys() - visited:
+                if isinstance(node, Name) and self._abbreviates(node.name, visited):
                     visited.add(node.name)
                     pending.append(self._definitions[node.name])
+
+    def _abbreviates(self, name: str, visited: Collection[str]) -> bool:
+        moving = name in self.coordinates or name in self.cartesian
+        return name in self._definitions and name not in visited and not moving
 
     def abbreviations(self) -> Iterator[tuple[str, Expression]]:
         """List definitions of names that are not Cartesian, over coordinates that remain."""
