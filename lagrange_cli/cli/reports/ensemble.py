@@ -114,12 +114,12 @@ def _reduced(reduced: Mapping[str, NumberRange], members: int) -> list[Row]:
     """Say what the numbers of motions come to, a line each; nothing if there are none."""
     if not reduced:
         return []
-    lines = [Row("Reduced", role="heading")]
+    lines, width = [Row("Reduced", role="heading")], max(map(len, reduced))
     for name, extent in reduced.items():
         said = f"from {extent.least:.6g} to {extent.largest:.6g}" if extent.known else "of none"
         if 0 < extent.known < members:
             said += f", of {extent.known} members"
-        lines.append(Row(f"  {name}", "  ", words(said), "name"))
+        lines.append(Row(f"  {name:{width}}", "  ", words(said), "name"))
     return lines
 
 
