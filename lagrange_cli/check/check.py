@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from time import perf_counter
+from typing import TYPE_CHECKING
 
+from lagrange_cli.check.distributed import on_cluster
 from lagrange_cli.check.expectations import CHECKS
 from lagrange_cli.check.model import Report, SceneOutcome, SceneReport
-from lagrange_cli.check.walk import scenes_in
+from lagrange_cli.check.walk import name_of, scenes_in
 from lagrange_cli.check.workers import in_processes
 from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Mark, Problem
 from lagrange_cli.files import read_bytes, read_recording
 from lagrange_cli.mechanics import derive
-from lagrange_cli.scene import expected_error, read_file
+from lagrange_cli.scene import expected_error, read_text
 from lagrange_cli.scene.conditions import ErrorExpectation
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.cluster.tasks import Cluster
 
 _OutcomeOfScene = tuple[SceneOutcome, tuple[Problem, ...]]
 
@@ -26,6 +31,7 @@ def check_paths(
     parameters: Mapping[str, str] | None = None,
     strict: bool = False,
     jobs: int = 1,
+    cluster: Cluster | None = None,
     progress: Callable[[SceneReport], None] | None = None,
 ) -> Report:
     """Check every scene that the paths name.
@@ -41,19 +47,28 @@ def check_paths(
     jobs
         Number of scenes checked at the same time, each in its own process if more than 1 (not
         for standard input).
+    cluster
+        Workers that check the scenes in place of this machine.
     progress
         Called with each scene's report as it is ready.
 
     Raises
     ------
     InputError
-        A path does not exist. Problems of scenes do not raise: they are in the report.
+        A path does not exist, or the cluster cannot be used. Problems of scenes do not raise: they
+        are in the report.
     """
     scenes = scenes_in(paths)
-    job = partial(check_scene, parameters=parameters, strict=strict)
-    side_by_side = jobs > 1 and "-" not in scenes
     reports: dict[str, SceneReport] = {}
-    for report in in_processes(scenes, jobs, job) if side_by_side else map(job, scenes):
+    running: Iterable[SceneReport]
+    if cluster is not None:
+        check = partial(check_text, parameters=parameters, strict=strict)
+        running = on_cluster(cluster, scenes, parameters, check)
+    else:
+        job = partial(check_scene, parameters=parameters, strict=strict)
+        side_by_side = jobs > 1 and "-" not in scenes
+        running = in_processes(scenes, jobs, job) if side_by_side else map(job, scenes)
+    for report in running:
         reports[report.path] = report
         if progress is not None:
             progress(report)
@@ -65,9 +80,25 @@ def check_scene(
 ) -> SceneReport:
     """Check one scene; errors of any kind become part of its report."""
     started = perf_counter()
+    try:
+        data = read_bytes(path)
+    except InputError as error:
+        return SceneReport(path, "invalid", perf_counter() - started, error.problems)
+    return check_text(path, data, parameters=parameters, strict=strict)
+
+
+def check_text(
+    path: str,
+    data: bytes,
+    *,
+    parameters: Mapping[str, str] | None = None,
+    strict: bool = False,
+) -> SceneReport:
+    """Check the text of the scene at a path, as :func:`check_scene`."""
+    started = perf_counter()
     trace = ""
     try:
-        outcome, problems = _check(path, parameters, strict)
+        outcome, problems = _check(path, data, parameters, strict)
     except MemoryError:
         outcome, problems = "invalid", (_out_of_memory(path),)
     except Exception as error:
@@ -76,12 +107,15 @@ def check_scene(
     return SceneReport(path, outcome, perf_counter() - started, problems, trace)
 
 
-def _check(path: str, parameters: Mapping[str, str] | None, strict: bool) -> _OutcomeOfScene:
+def _check(
+    path: str, data: bytes, parameters: Mapping[str, str] | None, strict: bool
+) -> _OutcomeOfScene:
     """Read, derive and compare a scene."""
+    file = name_of(path)
     try:
-        scene = read_file(path, parameters=parameters)
+        scene = read_text(data, file, parameters=parameters)
     except InputError as error:
-        return _refused(error, _expected(path))
+        return _refused(error, expected_error(data, file))
     try:
         equations = derive(scene)
         equations.textbook()  # which is certified when it is written
@@ -100,16 +134,6 @@ def _check(path: str, parameters: Mapping[str, str] | None, strict: bool) -> _Ou
         except (AccuracyError, InputError) as error:
             problems.extend(error.problems)
     return ("fail" if problems else "pass"), tuple(problems)
-
-
-def _expected(path: str) -> ErrorExpectation | None:
-    """Read the refusal that an unreadable scene expects; None for standard input, read by now."""
-    if path == "-":
-        return None
-    try:
-        return expected_error(read_bytes(path), path)
-    except InputError:
-        return None
 
 
 def _refused(error: InputError, expected: ErrorExpectation | None) -> _OutcomeOfScene:

@@ -42,3 +42,8 @@ def scenes_in(paths: Sequence[str]) -> list[str]:
     if problems:
         raise InputError(*problems)
     return list(scene_paths)
+
+
+def name_of(path: str) -> str:
+    """Return the name that messages have for a scene."""
+    return "<stdin>" if path == "-" else path

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lagrange_cli.cli import options
+from lagrange_cli.cli import engines, options
 from lagrange_cli.cli.guard import guard_scenes
 from lagrange_cli.cli.reports.check import FORMATS
 from lagrange_cli.cli.reports.check import junit as junit_xml
@@ -25,7 +25,8 @@ def _checked(
     paths: tuple[str, ...],
     parameters: dict[str, str],
     outputs: dict[str, str | None],
-    jobs: int,
+    jobs: int | None,
+    scheduler: str | None,
 ) -> Report:
     """Check the scenes, with a progress bar if stderr is a terminal."""
     from lagrange_cli.check import check_paths, scenes_in
@@ -38,9 +39,18 @@ def _checked(
 
     scenes = scenes_in(paths)
     guard_scenes(scenes, parameters, outputs)
-    with session.progress("checking") as move, heard_by(Listener(hears=move.says)):
+    with (
+        engines.cluster(session, scheduler, jobs) as cluster,
+        session.progress("checking") as move,
+        heard_by(Listener(hears=move.says)),
+    ):
         return check_paths(
-            scenes, parameters=parameters, strict=session.strict, jobs=jobs, progress=tell
+            scenes,
+            parameters=parameters,
+            strict=session.strict,
+            jobs=jobs or 1,
+            cluster=cluster,
+            progress=tell,
         )
 
 
@@ -62,10 +72,9 @@ def _checked(
     "-j",
     "--jobs",
     type=click.IntRange(1),
-    default=1,
-    show_default=True,
-    help="Check this many scenes at the same time.",
+    help="Check this many scenes at the same time.  [default: 1]",
 )
+@engines.on("Check scenes")
 @options.parameters
 @options.file(
     "-o --output", "Write the report to this file.  [default: standard output]", metavar="PATH"
@@ -78,7 +87,8 @@ def check(
     format_: str,
     as_json: bool,
     junit: str | None,
-    jobs: int,
+    jobs: int | None,
+    scheduler: str | None,
     parameters: dict[str, str],
     output: str | None,
 ) -> None:
@@ -87,7 +97,8 @@ def check(
     PATH is a scene, a folder (searched for *.yaml and *.yml), or - for standard input.
     """
     session = ctx.ensure_object(Session)
-    report = _checked(session, paths, parameters, {"-o": output, "--junit": junit}, jobs)
+    outputs = {"-o": output, "--junit": junit}
+    report = _checked(session, paths, parameters, outputs, jobs, scheduler)
     format_ = "json" if as_json else format_
     deliver(FORMATS[format_](report), format_, output)
     if junit is not None:

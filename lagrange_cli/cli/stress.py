@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lagrange_cli.cli import options
+from lagrange_cli.cli import engines, options
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import SceneRequest
 from lagrange_cli.cli.remembered import read_source
@@ -47,6 +47,7 @@ def _axes() -> Iterable[str]:
 )
 @options.formulation(None, "the scene's, or auto")
 @options.jobs("Points")
+@engines.on("Run points")
 @options.parameters
 @options.initial
 @options.report_path
@@ -63,6 +64,7 @@ def stress(
     budget: float,
     formulation: Formulation | None,
     jobs: int | None,
+    scheduler: str | None,
     parameters: dict[str, str],
     initial: dict[str, str],
     output: str | None,
@@ -77,13 +79,17 @@ def stress(
     request = SceneRequest(source, parameters, initial, times, formulation=formulation)
     from lagrange_cli.studies.stress.measure import stress as run
 
-    with session.progress("stressing") as move:
+    with (
+        engines.cluster(session, scheduler, jobs) as cluster,
+        session.progress("stressing") as move,
+    ):
         outcomes = run(
             request.recipe(),
             axes=axes,
             accuracy=accuracy,
             budget=budget,
             jobs=jobs or options.cores(),
+            cluster=cluster,
             progress=move,
         )
     print_report(outcomes, FORMATS, as_json=as_json, output=output)

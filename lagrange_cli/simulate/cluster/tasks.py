@@ -82,11 +82,17 @@ class Cluster:
         ClusterError
             One of them differs, or the scheduler was lost.
         """
+        if self.client.asynchronous:
+            raise refusal("the client is asynchronous", "distributed.Client(ADDRESS) is not")
         with self._lost_is_told():
             self._require_alike_workers(watched)
 
     def in_any_order(
-        self, work: Work[_Task, _Result], tasks: Iterable[_Task], watched: str | None = None
+        self,
+        work: Work[_Task, _Result],
+        tasks: Iterable[_Task],
+        watched: str | None = None,
+        killed: Callable[[_Task], _Result] | None = None,
     ) -> Generator[_Result, None, None]:
         """Yield the results of tasks as they are found; closing the iterator cancels the others.
 
@@ -98,6 +104,8 @@ class Cluster:
             Asked for as they can be begun.
         watched
             As for :meth:`admit`, of workers that come later.
+        killed
+            Makes the result of a task that ended several workers; refused by default.
 
         Raises
         ------
@@ -107,7 +115,7 @@ class Cluster:
             That of a task.
         """
         with self._lost_is_told():
-            yield from self._results(packed(work, watched), iter(tasks))
+            yield from self._results(packed(work, watched), iter(tasks), killed)
 
     @contextmanager
     def _lost_is_told(self) -> Iterator[None]:
@@ -153,11 +161,16 @@ class Cluster:
                 return dict(found)
             time.sleep(_LOOK_AGAIN)
 
-    def _results(self, parcel: Parcel, waiting: Iterator[_Task]) -> Generator[Any, None, None]:
+    def _results(
+        self,
+        parcel: Parcel,
+        waiting: Iterator[_Task],
+        killed: Callable[[_Task], Any] | None,
+    ) -> Generator[Any, None, None]:
         """Yield the results of tasks, of which as many are under way as keep workers busy."""
         from distributed import as_completed
 
-        pending, numbers = set[Any](), itertools.count()
+        pending, numbers = dict[Any, _Task](), itertools.count()
         completed = as_completed(loop=self.client.loop, with_results=True, raise_errors=False)
         # A task, not scattered: what a lost worker held is sent again.
         shared = self._submit(itself, parcel, key=f"lagrange-{parcel.token}")
@@ -167,13 +180,16 @@ class Cluster:
                 for task in islice(waiting, max(0, self._many() - len(pending))):
                     key = f"lagrange-{parcel.token}-{next(numbers)}"
                     future = self._submit(do, shared, task, key=key)
-                    pending.add(future)
+                    pending[future] = task
                     completed.add(future)
                 if not pending:
                     return
                 future, result = next(completed)
-                pending.discard(future)
-                yield _received(future, result)
+                task = pending.pop(future)
+                if killed is not None and _ended_workers(future, result):
+                    yield killed(task)
+                else:
+                    yield _received(future, result)
         finally:
             if self.client.status == "running":
                 with suppress(Exception):
@@ -212,6 +228,13 @@ class _CancelledError(Exception):
     """A task was cancelled, not by this process."""
 
 
+def _ended_workers(future: Any, result: Any) -> bool:
+    """Say whether a task has ended one worker after the other."""
+    from distributed import KilledWorker
+
+    return future.status == "error" and isinstance(result[1], KilledWorker)
+
+
 def _received(future: Any, result: Any) -> Any:
     """Return the result of a task that has ended.
 
@@ -222,8 +245,6 @@ def _received(future: Any, result: Any) -> Any:
     LagrangeError
         That of the task, with the worker's address.
     """
-    from distributed import KilledWorker
-
     if future.status == "finished":
         assert isinstance(result, Answer)
         if result.refusal is not None:
@@ -232,7 +253,7 @@ def _received(future: Any, result: Any) -> Any:
     if future.status != "error":
         raise _CancelledError
     error = result[1]
-    if isinstance(error, KilledWorker):
+    if _ended_workers(future, result):
         hint = "as with too little memory: --memory-limit of dask worker, its log"
         raise refusal("a task ended one worker after the other that was given it", hint)
     if isinstance(error, OSError):

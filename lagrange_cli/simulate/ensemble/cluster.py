@@ -141,7 +141,7 @@ def _hinted(place: str | None) -> Iterator[None]:
         if place is None or last.hint:
             raise
         hint = "what is finished is kept: --resume goes on, here or on another cluster"
-        raise type(error)(*others, replace(last, hint=hint)) from error
+        raise ClusterError(*others, replace(last, hint=hint)) from error
 
 
 @contextmanager

@@ -7,18 +7,25 @@ arithmetic, else with another formulation.
 
 from __future__ import annotations
 
+import threading
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.files import CarriedFile, Recording, carried_files, reading_carried
 from lagrange_cli.scene.dimensions import dimensions
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, numeric_values
+from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.request import resolve
 from lagrange_cli.studies.stress.points import STRESS_AXES, Ground, points_of
 from lagrange_cli.studies.stress.runs import StressRun, StressTask, run_point
+
+if TYPE_CHECKING:
+    from lagrange_cli.simulate.cluster.tasks import Cluster
 
 
 @dataclass(frozen=True)
@@ -65,6 +72,7 @@ def stress(
     accuracy: float | None = None,
     budget: float = 5.0,
     jobs: int | None = 1,
+    cluster: Cluster | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Stress:
     """Push a scene to its extremes.
@@ -82,13 +90,15 @@ def stress(
         long.
     jobs
         Number of points at a time, see :func:`.simulate.parallel.in_any_order`.
+    cluster
+        Workers that run the points in place of this machine.
     progress
         Called with a fraction from 0 to 1 that never falls.
 
     Raises
     ------
     InputError
-        The scene itself cannot be simulated, or an axis is unknown.
+        The scene itself cannot be simulated, or an axis is unknown; or the cluster cannot be used.
     """
     for axis in axes or ():
         _require_known(axis)
@@ -97,7 +107,7 @@ def stress(
     points = points_of(ground, axes)
     tasks = [StressTask(k, recipe, point, accuracy, budget) for k, point in enumerate(points)]
     runs: list[StressRun] = []
-    for run in in_any_order(run_point, tasks, jobs):
+    for run in _run(tasks, ground.model, jobs, cluster):
         runs.append(run)
         if progress is not None:
             progress(len(runs) / len(tasks))
@@ -108,6 +118,40 @@ def stress(
         tuple(axis for axis in axes or STRESS_AXES if axis not in with_points),
         budget,
     )
+
+
+def _run(
+    tasks: list[StressTask], model: Model, jobs: int | None, cluster: Cluster | None
+) -> Iterator[StressRun]:
+    """Run points here or on a cluster, which is sent what files the scene names."""
+    if cluster is None:
+        return in_any_order(run_point, tasks, jobs)
+    cluster.admit()
+    return cluster.in_any_order(_PointWork(carried_files(model.recordings)), tasks)
+
+
+@dataclass(frozen=True)
+class _PointWork:
+    """Runs points on a worker.
+
+    Attributes
+    ----------
+    files
+        Contents of recorded inputs.
+    """
+
+    files: Mapping[Recording, CarriedFile]
+
+    def prepare(self) -> None:
+        """Nothing is compiled for all points: they differ in their equations."""
+
+    def __call__(self, task: StressTask) -> StressRun:
+        with _one_by_one, reading_carried(self.files):
+            return run_point(task)
+
+
+#: Threads of a worker run points in turn: most of that is Python's.
+_one_by_one = threading.Lock()
 
 
 def _require_known(axis: str) -> None:
