@@ -18,6 +18,7 @@ FRENCH = {
     "There are none.": "Il n'y en a pas.",
     "There are {listed}.": "Il y a {listed}.",
     "Here": "Ici",
+    "By the constraints": "Par les liaisons",
     "({count} operations)": "({count} opérations)",
     "Expressions of more than {most} operations are left out; {option} prints them.": (
         "Les expressions de plus de {most} opérations sont omises\u00a0; {option} les écrit."
@@ -28,6 +29,8 @@ FRENCH = {
     "Particles: {listed}.": "Particules\u00a0: {listed}.",
     "{name} of mass {mass} at {place}": "{name} de masse {mass} en {place}",
     "Parameter": "Paramètre",
+    "Parameter: {listed}.": "Paramètre\u00a0: {listed}.",
+    "Parameters: {listed}.": "Paramètres\u00a0: {listed}.",
     "Parameters": "Paramètres",
     "Meaning": "Signification",
     "Value": "Valeur",

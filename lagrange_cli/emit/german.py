@@ -16,6 +16,7 @@ GERMAN = {
     "There are none.": "Es gibt keine.",
     "There are {listed}.": "Es gibt {listed}.",
     "Here": "Dabei ist",
+    "By the constraints": "Durch die Zwangsbedingungen",
     "({count} operations)": "({count} Rechenoperationen)",
     "Expressions of more than {most} operations are left out; {option} prints them.": (
         "Ausdrücke mit mehr als {most} Rechenoperationen sind weggelassen; {option} gibt sie aus."
@@ -27,6 +28,8 @@ GERMAN = {
     "Particles: {listed}.": "Teilchen: {listed}.",
     "{name} of mass {mass} at {place}": "{name} mit der Masse {mass} bei {place}",
     "Parameter": "Parameter",
+    "Parameter: {listed}.": "Parameter: {listed}.",
+    "Parameters: {listed}.": "Parameter: {listed}.",
     "Parameters": "Parameter",
     "Meaning": "Bedeutung",
     "Value": "Wert",

@@ -13,6 +13,13 @@ if TYPE_CHECKING:
 Way: TypeAlias = Literal["lagrange", "dalembert"]
 
 
+def rate_symbol(name: str) -> Symbol:
+    """The symbol of the rate of a Cartesian name that is no coordinate."""
+    import sympy
+
+    return sympy.Symbol(f"dot({name})", real=True)
+
+
 @dataclass(frozen=True)
 class ComponentSteps:
     """A Cartesian name along the motion.
@@ -68,7 +75,7 @@ class TermSteps:
     name
         Its name.
     written, resolved
-        The term over Cartesian names, and over q, v, t.
+        The term over Cartesian names and their rates, and over q, v, t.
     """
 
     name: str

@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from lagrange_cli import InputError, load
+from lagrange_cli import InputError, load, loads
 from lagrange_cli.cli.main import run
 from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, SECTIONS
 from lagrange_cli.emit.latex.macros import Macros
+from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.emit.width import is_width, length
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
@@ -262,3 +263,32 @@ def test_no_page_ends_between_a_law_and_the_rest_of_its_sentence(tmp_path):
         assert len(law_on) == len(pages)
         # Without the penalty there is a height at which they come apart.
         assert (law_on == read_on) == ("penalty" in sentence)
+
+
+BARE = """
+parameters: {m: {}, k: {}}
+particles: {bob: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: k*x^2/2}
+"""
+
+
+@pytest.mark.parametrize(
+    ("to", "told"),
+    [
+        ("latex", "Parameters: $m$, $k$."),
+        ("markdown", "Parameters: $m$, $k$."),
+        ("typst", "Parameters: $m$, $k$."),
+    ],
+)
+def test_parameters_of_which_nothing_is_known_are_a_sentence(to, told):
+    (text,) = loads(BARE, file="it.yaml").derive().emit(to, sections="system").values()
+    assert told in text
+    known = BARE.replace("m: {}", "m: {unit: kg}")
+    (text,) = loads(known, file="it.yaml").derive().emit(to, sections="system").values()
+    assert told not in text
+
+
+def test_parameters_of_which_nothing_is_known_are_one_line_of_text():
+    derivation = loads(BARE, file="it.yaml").derive()
+    assert "\nParameters   m, k\n" in derivation_text(derivation.equations, sections="system")

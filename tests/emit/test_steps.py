@@ -282,3 +282,46 @@ initial: {r: 1}
     text = derivation_text(derive(read_text(scene), steps="lagrange"))
     assert "V_pot = V(r)" in text
     assert "∂L/∂r = m r θ̇² - V′(r)" in text
+
+
+# -- what constraints determine -------------------------------------------------------
+
+ROLLING_SPHERE = """
+parameters: {m: {positive: true}, R: {positive: true}, a: {positive: true}, g: {}}
+plane: xz
+particles: {centre: {mass: m, position: [(R - a)*sin(theta), 0, -(R - a)*cos(theta)]}}
+coordinates: [theta]
+constraints: {rolling: a*dot(phi) = (R - a)*dot(theta)}
+kinetic: {spin: m*a^2/5*dot(phi)^2}
+potentials: {weight: {gravity: g}}
+"""
+
+
+def test_the_rate_of_an_angle_that_rolls_is_said_before_it_is_put_in(tmp_path, capsys) -> None:
+    """T = ½ m v² + ½ I φ̇² with the constraint beside it, then over the coordinate."""
+    scene = tmp_path / "bowl.yaml"
+    scene.write_text(ROLLING_SPHERE, encoding="utf-8")
+    words = [str(scene), "--steps"]
+    assert lines(capsys, words, "Positions")[-2:] == [
+        "By the constraints",
+        "φ = (a φ_0 + (R - a) (θ - θ_0)) / a",
+    ]
+    assert lines(capsys, words, "Velocities")[-1] == "φ̇ = (R - a) θ̇ / a"
+    assert lines(capsys, words, "Kinetic energy")[1:] == [
+        "spin = ⅕ m a² φ̇² = ⅕ m (R - a)² θ̇²",
+        "T = ½ m (ẋ_centre² + ż_centre²) + ⅕ m a² φ̇² = 7 m (R - a)² θ̇² / 10",
+    ]
+
+
+def test_functions_print_in_steps_as_the_scene_says() -> None:
+    scene = """
+        parameters: {m: 1}
+        functions: {V: {of: x, latex: "\\\\Phi"}}
+        particles: {bead: {mass: m, position: [x, 0, 0]}}
+        coordinates: [x]
+        potentials: {field: V(x)}
+    """
+    text = latex(derive(read_text(scene, file="bead.yaml"), steps="lagrange"))
+    assert text.count(r"{\Phi}(x)") == 3
+    assert text.count(r"{\Phi}'(x)") == 2
+    assert "V(x)" not in text

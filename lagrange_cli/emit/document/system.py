@@ -71,7 +71,8 @@ def _particle_name(letters: DocumentLetters, particle: ParticleMotion) -> str:
     return f"{name} ({letters.inline(letters.symbol(particle.name, 0, particle.latex))})"
 
 
-def _parameters(writer: DocumentWriter) -> Table | None:
+def _parameters(writer: DocumentWriter) -> Table | Words | None:
+    """A table of the parameters; a sentence where nothing is known but their letters."""
     say, letters = writer.say, writer.letters
     literals = dict(writer.equations.literals)
     rows = []
@@ -84,7 +85,15 @@ def _parameters(writer: DocumentWriter) -> Table | None:
         symbol = letters.inline(letters.symbol(p.name, 0, p.latex))
         rows.append((symbol, _meaning(writer, p), value, letters.unit(p.unit or "")))
     heads = (say("Parameter"), say("Meaning"), say("Value"), say("Unit"))
-    return Table(heads, tuple(rows), prose=heads[1]).kept() if rows else None
+    if not rows:
+        return None
+    table = Table(heads, tuple(rows), prose=heads[1]).kept()
+    if len(table.heads) > 1:
+        return table
+    listed = ", ".join(symbol for symbol, *_ in rows)
+    return Words(
+        say.counted(len(rows), "Parameter: {listed}.", "Parameters: {listed}.", listed=listed)
+    )
 
 
 def _meaning(writer: DocumentWriter, parameter: Parameter) -> str:

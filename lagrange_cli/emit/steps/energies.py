@@ -19,7 +19,8 @@ from lagrange_cli.emit.steps.sections import (
     formulas,
     section,
 )
-from lagrange_cli.emit.steps.writer import StepsWriter, is_own_coordinate, rate_symbol, sum_of
+from lagrange_cli.emit.steps.writer import StepsWriter, is_own_coordinate, sum_of
+from lagrange_cli.mechanics.step_values import rate_symbol
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -31,7 +32,8 @@ def kinetic_energy(writer: StepsWriter) -> Section | None:
     """v² of every particle, then T."""
     steps = writer.steps
     squares = [row for body in steps.bodies if (row := _square(writer, body))]
-    rows = [*squares, *(_term(writer, term) for term in steps.kinetic)]
+    is_whole = len(steps.kinetic) == 1 and not steps.bodies
+    rows = [*squares, *(_term(writer, term) for term in steps.kinetic if not is_whole)]
     written = [*map(_half_square, steps.bodies), *(term.written for term in steps.kinetic)]
     return section(
         writer.say("Kinetic energy"),

@@ -9,8 +9,10 @@ import sympy
 
 from lagrange_cli.emit.steps.sections import Block, Formula, Law, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter, displacement, is_own_coordinate
+from lagrange_cli.mechanics.step_values import rate_symbol
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import CartesianName
     from lagrange_cli.mechanics.step_values import BodySteps, ComponentSteps
 
 
@@ -26,7 +28,32 @@ def positions(writer: StepsWriter) -> Section | None:
         writer.say("Positions"),
         writer.told(told),
         *_by_body(writer, lambda part: [writer.row(writer.cartesian(part.name), part.position)]),
+        *_by_constraints(
+            writer, (writer.row(writer.cartesian(c.name), c.position) for c in _determined(writer))
+        ),
     )
+
+
+def _determined(writer: StepsWriter) -> list[CartesianName]:
+    """Names beside particles that constraints determine, as the angle of a wheel.
+
+    Only those whose rates stand in kinetic energies.
+    """
+    rates = {s for term in writer.steps.kinetic for s in term.written.free_symbols}
+    placed = {part.name for body in writer.steps.bodies for part in body.components}
+    return [
+        c
+        for c in writer.equations.cartesian_names
+        if c.name not in placed and rate_symbol(c.name) in rates
+    ]
+
+
+def _by_constraints(writer: StepsWriter, rows: Iterable[Formula]) -> Iterator[Block]:
+    """What constraints determine, below what holds of particles."""
+    written = tuple(rows)
+    if written:
+        yield Words(writer.say("By the constraints"))
+        yield formulas(written)
 
 
 def velocities(writer: StepsWriter) -> Section | None:
@@ -40,8 +67,11 @@ def velocities(writer: StepsWriter) -> Section | None:
             yield writer.row(writer.cartesian(part.name, 1), part.velocity)
 
     blocks = list(_by_body(writer, rows))
+    further = _by_constraints(
+        writer, (writer.row(writer.cartesian(c.name, 1), c.velocity) for c in _determined(writer))
+    )
     if not blocks:
-        return None
+        return section(writer.say("Velocities"), *further)
     letters = writer.letters
     chain = letters.times(
         letters.partial(letters.vector("r"), letters.symbol("q_k")), letters.symbol("q_k", 1)
@@ -55,6 +85,7 @@ def velocities(writer: StepsWriter) -> Section | None:
         Law(law),
         Words(writer.say("Partial derivatives that are not written vanish.")),
         *blocks,
+        *further,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from lagrange_cli.emit.constraint_wording import free_letter, quantity_labels
 from lagrange_cli.emit.language import ENGLISH, Language
 from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.emit.steps.sections import Formula, Title, Words
+from lagrange_cli.mechanics.step_values import rate_symbol
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.omission import Omission
 from lagrange_cli.notation.ordering import spelled_symbol, symbol_of
@@ -127,7 +128,7 @@ class StepsWriter(Writer):
     @cached_property
     def words(self) -> Vocabulary:
         """Display names of all symbols: those of the equations, Cartesian names, displacements."""
-        usual = vocabulary(self.equations)
+        usual = vocabulary(self.equations, omission=self.omission)
         atoms = dict(usual.atoms)
         written = [term.written for term in (*self.steps.kinetic, *self.steps.potentials)]
         for symbol in {s for e in written for s in e.free_symbols} - atoms.keys():
@@ -139,7 +140,7 @@ class StepsWriter(Writer):
         for rank, c in enumerate(self.equations.coordinates):
             text = self.letters.virtual(self.coordinate(c))
             atoms[displacement(c)] = spelled_symbol(text, Dependence.ACCELERATION, rank)
-        return Vocabulary(atoms, usual.literals, omission=self.omission)
+        return replace(usual, atoms=atoms)
 
     # -- labels ---------------------------------------------------------------------
 
@@ -192,11 +193,6 @@ class StepsWriter(Writer):
 def displacement(coordinate: Coordinate) -> Symbol:
     """The symbol of δq."""
     return sympy.Symbol(f"delta({coordinate.name})", real=True)
-
-
-def rate_symbol(name: str) -> Symbol:
-    """The symbol of the rate of a Cartesian name that is no coordinate."""
-    return sympy.Symbol(f"dot({name})", real=True)
 
 
 def is_own_coordinate(part: ComponentSteps) -> bool:

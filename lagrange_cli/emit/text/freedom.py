@@ -49,13 +49,16 @@ def parameters(writer: TextWriter) -> list[Row]:
             value = literals.get(Fraction(repr(p.value)), repr(p.value))
         told = f"{value.removesuffix('.0')} {escape_controls(p.unit or '')}".strip()
         rows.append((writer.printer.symbol(p.name), f" = {told}" if told else ""))
+    meanings = [_meaning(writer, p) for p in writer.equations.parameters]
+    heading = writer.say("Parameters")
+    if rows and not any((*meanings, *(told for _, told in rows))):
+        return [Row(heading, "   ", words(", ".join(name for name, _ in rows)), "heading")]
     leads = leads_after([name + told for name, told in rows])
-    meanings = [words(_meaning(writer, p)) for p in writer.equations.parameters]
     lines = [
-        Row(f"  {name}", told + lead, meaning, "name")
+        Row(f"  {name}", told + lead, words(meaning), "name")
         for (name, told), lead, meaning in zip(rows, leads, meanings, strict=True)
     ]
-    return [heading_row(writer.say("Parameters")), *lines] if lines else []
+    return [heading_row(heading), *lines] if lines else []
 
 
 def _meaning(writer: TextWriter, parameter: Parameter) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import sympy as sp
 
@@ -19,11 +20,13 @@ from lagrange_cli.mechanics.step_values import (
     DerivationSteps,
     TermSteps,
     Way,
+    rate_symbol,
 )
 from lagrange_cli.mechanics.steps.collected_steps import Collector
 from lagrange_cli.mechanics.steps.kinematics import along_motion, body_steps
 from lagrange_cli.mechanics.steps.steps_certificate import certify_steps
 from lagrange_cli.mechanics.steps.virtual_work import force_steps, virtual_work
+from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Term
 
@@ -119,8 +122,18 @@ def _terms(reduced: Reduced, terms: Sequence[Term]) -> tuple[TermSteps, ...]:
 
 
 def _term(reduced: Reduced, name: str, expression: Expression) -> TermSteps:
-    written = reduced.names.convert(expression, reduced.rate)
-    return TermSteps(name, written, reduced.resolve(written))
+    written = reduced.names.convert(expression, partial(_rate_over_names, reduced))
+    return TermSteps(name, written, reduced.resolve(reduced.convert(expression)))
+
+
+def _rate_over_names(reduced: Reduced, expression: sp.Expr) -> sp.Expr:
+    """The total time derivative over rates of Cartesian names, which have symbols of their own."""
+    moving = [(s, rate) for s, (_, rate) in reduced.motion.items() if expression.has(s)]
+    named = sorted(
+        expression.free_symbols & reduced.resolved.keys() - reduced.motion.keys(), key=str
+    )
+    named_rates = [(s, rate_symbol(s.name)) for s in named]
+    return total_derivative(expression, reduced.names.t, [*moving, *named_rates])
 
 
 def _coordinates(

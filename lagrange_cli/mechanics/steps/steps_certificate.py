@@ -31,7 +31,7 @@ from lagrange_cli.mechanics.numerics.autodiff import (
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double, working_digits
 from lagrange_cli.mechanics.reactions.applied_forces import terms_over_names
-from lagrange_cli.mechanics.step_values import DerivationSteps
+from lagrange_cli.mechanics.step_values import DerivationSteps, rate_symbol
 
 #: A line, and its value by another route.
 _Pair: TypeAlias = "tuple[sp.Expr, mpf]"
@@ -176,6 +176,9 @@ class _StepsCheck:
 
     def _terms(self, point: SymbolValues, outputs: Sequence[TaylorSeries]) -> Iterator[_Pair]:
         places = {s: x[0] for s, x in zip(self.tapes.symbols, outputs, strict=True)}
+        places |= {
+            rate_symbol(s.name): x[1] for s, x in zip(self.tapes.symbols, outputs, strict=True)
+        }
         terms = [*self.steps.kinetic, *self.steps.potentials]
         values = evaluate([term.written for term in terms], {**point, **places})
         for term, value in zip(terms, values, strict=True):
