@@ -8,6 +8,7 @@ found unless it is asked for. Read :mod:`.analyze` first; :mod:`.symmetries` has
 __all__ = [
     "analyze",
     "brackets",
+    "branch_values",
     "constants_of_motion",
     "energies",
     "hamiltonian",
@@ -18,4 +19,5 @@ __all__ = [
     "small_oscillations",
     "symmetries",
     "values",
+    "verdicts",
 ]

@@ -15,6 +15,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.at import Configuration, configuration_at, nearest
+from lagrange_cli.analysis.branches.find import find_branches
 from lagrange_cli.analysis.closed_forms import ClosedForms, closed_forms
 from lagrange_cli.analysis.exact_matrices import exact_matrices
 from lagrange_cli.analysis.linearize import in_doubles, linear_system, state_space
@@ -33,12 +34,13 @@ from lagrange_cli.analysis.values import (
     LeftOut,
     Linearization,
     Mode,
-    Stability,
 )
+from lagrange_cli.analysis.verdicts import Stability
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
+    from lagrange_cli.analysis.branches.varied import Varied
     from lagrange_cli.mechanics.equations import Equations
 
 #: The parts of an analysis, in the order in which they are found.
@@ -51,6 +53,7 @@ def analyze(
     at: Mapping[str, str] | None = None,
     *,
     steady: bool = False,
+    branches: Varied | None = None,
 ) -> Analysis:
     """Analyze equations of motion.
 
@@ -65,16 +68,25 @@ def analyze(
         scene language. Of steady motions also momenta or rates of ignored coordinates.
     steady
         Find steady motions, in which ignored coordinates turn uniformly, in place of equilibria.
+    branches
+        The parameter over which branches of equilibria are followed; alone unless parts are named.
 
     Raises
     ------
     InputError
         A wanted part cannot be found, or ``at`` is no equilibrium.
     """
-    wanted = [part for part in PARTS if part in parts or not parts]
+    if branches is not None and steady:
+        message = Phrase("branches are those of equilibria, not of steady motions")
+        raise InputError(Problem(message, rule="analysis-branches"))
+    everything = not parts and branches is None
+    wanted = [part for part in PARTS if part in parts or everything]
     turning = turning_names(equations) if steady else ()
     configuration = configuration_at(equations, at or {}, turning)
     result = Analysis(equations)
+    if branches is not None:
+        system = rest_system(equations, configuration.held)
+        result = replace(result, branches=find_branches(system, branches))
     if "symmetries" in wanted:
         announce("looking for symmetries")
         result = replace(result, symmetries=linear_symmetries(equations))

@@ -7,6 +7,7 @@ and evaluated in doubles over many configurations at once, or in many digits at 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -35,10 +36,10 @@ _OTHERS: dict[str, Callable[..., Any]] = {
     "min": min,
     "max": max,
 }
-_IN_DIGITS = {name: getattr(mpmath, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
+IN_DIGITS = {name: getattr(mpmath, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
 
 
-def _exact(x: Coefficient) -> Mpf:
+def exact_number(x: Coefficient) -> Mpf:
     return mpf(x.numerator) / x.denominator
 
 
@@ -67,14 +68,14 @@ def _sized(x: Mpf) -> _Sized:
 
 
 def _sized_number(x: Coefficient) -> _Sized:
-    return _sized(_exact(x))
+    return _sized(exact_number(x))
 
 
 def _of_sized(function: Callable[..., Mpf]) -> Callable[..., _Sized]:
     return lambda *arguments: _sized(function(*(x.value for x in arguments)))
 
 
-_WITH_SIZES = {name: _of_sized(function) for name, function in _IN_DIGITS.items()}
+_WITH_SIZES = {name: _of_sized(function) for name, function in IN_DIGITS.items()}
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,12 @@ class RestFunctions:
     def _table(self, expressions: Sequence[sp.Expr]) -> _Table:
         values = [self._graph.convert(e) for e in expressions]
         return _Table(values, derivatives(self._graph, values, self._seeds))
+
+    def with_values(self, known: Mapping[sp.Symbol, Mpf]) -> RestFunctions:
+        """Return the same functions with other values of parameters and inputs."""
+        other = copy(self)
+        other._known = known
+        return other
 
     @property
     def operations(self) -> int:
@@ -262,7 +269,7 @@ class RestFunctions:
     ) -> list[Mpf]:
         point = self._point(position, multipliers)
         try:
-            numbers = evaluated(self._graph, wanted, point, _IN_DIGITS, _exact)
+            numbers = evaluated(self._graph, wanted, point, IN_DIGITS, exact_number)
         except (ZeroDivisionError, ValueError) as error:
             raise DomainError from error
         if not all(isinstance(x, mpf) and mpmath.isfinite(x) for x in numbers):

@@ -58,6 +58,8 @@ class RestSystem:
         Numbers of the coordinates that nothing of this depends on.
     free_to_give
         Names of parameters that are none of the scene's: momenta and rates, given by ``--at``.
+    shared
+        The functions of a system with other values of parameters; None to make them.
     """
 
     equations: Equations
@@ -68,6 +70,7 @@ class RestSystem:
     held: tuple[tuple[str, float], ...]
     free: tuple[int, ...]
     free_to_give: frozenset[str] = frozenset()
+    shared: RestFunctions | None = None
 
     @property
     def unknowns(self) -> tuple[sp.Symbol, ...]:
@@ -128,7 +131,21 @@ class RestSystem:
     @cached_property
     def functions(self) -> RestFunctions:
         """The same as functions of numbers."""
+        if self.shared is not None:
+            return self.shared.with_values(self.known)
         return RestFunctions(self.equations, self.known)
+
+    def with_parameters(self, values: Mapping[sp.Symbol, Mpf]) -> RestSystem:
+        """Return the same system with other values of parameters."""
+        with mpmath.workdps(_DIGITS):
+            known = {**self.known, **values}
+            places = {s: known[s] for s in known if s not in self.inputs}
+            known |= {
+                u: evaluate([value], places)[0]
+                for u, value in self.inputs.items()
+                if _is_known(value, places)
+            }
+        return replace(self, known=known, shared=self.functions)
 
     @cached_property
     def start(self) -> tuple[Mpf, ...]:

@@ -113,7 +113,7 @@ def _starts(system: RestSystem, count: int) -> Matrix:
     random = np.random.default_rng(0)
     coordinates = system.equations.coordinates
     start = np.array([float(x) for x in system.start])
-    length = _length(system)
+    length = usual_length(system)
     angles = np.array([c.is_angle or c.unit == "rad" for c in coordinates])
     points = np.zeros((len(coordinates), count))
     points[:, 0] = start
@@ -125,13 +125,13 @@ def _starts(system: RestSystem, count: int) -> Matrix:
         points[:, column] = np.where(angles, turn, drawn)
     for k, c in enumerate(coordinates):
         if c.q.is_positive:
-            points[k] = np.abs(points[k]) + (points[k] == 0.0) * _length(system)
+            points[k] = np.abs(points[k]) + (points[k] == 0.0) * usual_length(system)
     for k in system.free:
         points[k] = start[k]
     return points
 
 
-def _length(system: RestSystem) -> float:
+def usual_length(system: RestSystem) -> float:
     """Return the largest length in the initial configuration, else among the parameters, else 1."""
     coordinates = system.equations.coordinates
     pairs = zip(coordinates, system.start, strict=True)
@@ -164,7 +164,7 @@ def _moved(system: RestSystem, positions: Matrix) -> Matrix:
         jacobian = np.where(better[:, None, None], slopes, jacobian)
         cost = np.where(better, after, cost)
     size = np.abs(unknown[: functions.n]).max(axis=0)
-    near = np.isfinite(cost) & (cost < _NEAR**2) & (size < _FAR * _length(system))
+    near = np.isfinite(cost) & (cost < _NEAR**2) & (size < _FAR * usual_length(system))
     return np.asarray(unknown[:, near].T)
 
 

@@ -22,7 +22,8 @@ from mpmath import mpf
 from lagrange_cli.analysis.energy_test import EnergyTest, reduced_energy
 from lagrange_cli.analysis.linearize import DIGITS, LinearSystem, in_doubles
 from lagrange_cli.analysis.phrases import Phrase
-from lagrange_cli.analysis.values import Equilibrium, Mpf, Stability
+from lagrange_cli.analysis.values import Equilibrium, Mpf
+from lagrange_cli.analysis.verdicts import Stability
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 if TYPE_CHECKING:
@@ -246,7 +247,7 @@ class _Question:
 
     def poles(self) -> tuple[list[complex], float]:
         """Find the poles of what does not drift, and the real part that counts."""
-        a = self.first_order()
+        a = first_order(self.system, self.at, self.linear)
         if not a.rows:
             return [], 0.0
         if a.rows == 1:
@@ -270,25 +271,25 @@ class _Question:
         ]
         return float(mpmath.sqrt(max(rates, default=mpf(0))))
 
-    def first_order(self) -> mpmath.matrix:
-        """Write A without the positions that drift."""
-        linear = self.linear
-        k, placed = len(linear.independent), list(linear.placed)
-        names = [c.name for c in self.system.equations.coordinates]
-        kept = [i for i, j in enumerate(placed) if names[j] not in self.at.free]
-        with mpmath.workdps(DIGITS):
-            inverse = mpmath.inverse(linear.mass)
-            stiff, damped = inverse * linear.stiffness, inverse * linear.damping
-            a = mpmath.zeros(len(kept) + k, len(kept) + k)
-            for row, i in enumerate(kept):
-                for column in range(k):
-                    a[row, len(kept) + column] = linear.velocities[placed[i], column]
-            for row in range(k):
-                for column, i in enumerate(kept):
-                    a[len(kept) + row, column] = -stiff[row, i]
-                for column in range(k):
-                    a[len(kept) + row, len(kept) + column] = -damped[row, column]
-        return a
+
+def first_order(system: RestSystem, at: Equilibrium, linear: LinearSystem) -> mpmath.matrix:
+    """Write A of the motions near an equilibrium, without the positions that drift."""
+    k, placed = len(linear.independent), list(linear.placed)
+    names = [c.name for c in system.equations.coordinates]
+    kept = [i for i, j in enumerate(placed) if names[j] not in at.free]
+    with mpmath.workdps(DIGITS):
+        inverse = mpmath.inverse(linear.mass)
+        stiff, damped = inverse * linear.stiffness, inverse * linear.damping
+        a = mpmath.zeros(len(kept) + k, len(kept) + k)
+        for row, i in enumerate(kept):
+            for column in range(k):
+                a[row, len(kept) + column] = linear.velocities[placed[i], column]
+        for row in range(k):
+            for column, i in enumerate(kept):
+                a[len(kept) + row, column] = -stiff[row, i]
+            for column in range(k):
+                a[len(kept) + row, len(kept) + column] = -damped[row, column]
+    return a
 
 
 def _signs(rows: list[list[Mpf]], rounding: Mpf) -> tuple[int, list[int], int]:

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
+    from lagrange_cli.analysis.branch_values import Branches
     from lagrange_cli.analysis.momenta import Momentum
     from lagrange_cli.analysis.symmetries import Symmetries
+    from lagrange_cli.analysis.verdicts import Stability
     from lagrange_cli.mechanics.equations import Equations
 
 Matrix: TypeAlias = NDArray[np.float64]
@@ -21,16 +23,6 @@ Matrix: TypeAlias = NDArray[np.float64]
 
 Mpf: TypeAlias = Any
 """An mpmath.mpf, which carries no types."""
-
-Verdict: TypeAlias = Literal[
-    "stable",
-    "asymptotically stable",
-    "stable but for drift",
-    "stable in the linear approximation",
-    "unstable",
-    "undecided",
-]
-"""What is proven of the motions that begin near an equilibrium, at most as much as is proven."""
 
 
 @dataclass(frozen=True)
@@ -40,22 +32,6 @@ class Existence:
     smaller: Expr
     larger: Expr
     relation: Literal["<=", "="] = "<="
-
-
-@dataclass(frozen=True)
-class Stability:
-    """Stability of an equilibrium.
-
-    Attributes
-    ----------
-    verdict
-        What is proven.
-    reason
-        The theorem and what of it was found to hold, a short phrase.
-    """
-
-    verdict: Verdict
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -353,6 +329,8 @@ class Analysis:
         Lyapunov exponents of the motion; None if they were not asked for.
     along
         The linear system along the motion; None if it was not asked for.
+    branches
+        Branches of equilibria over a parameter; None if they were not asked for.
     """
 
     equations: Equations
@@ -364,6 +342,7 @@ class Analysis:
     steady: SteadyForm | None = None
     exponents: Exponents | None = None
     along: AlongMotion | None = None
+    branches: Branches | None = None
 
     @property
     def resting(self) -> Equations:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.analysis.values import Analysis
+from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
@@ -51,6 +54,33 @@ class Analyzed(Analysis):
         from lagrange_cli.emit.analysis.documents import analysis_document
 
         return analysis_document(self, to, options)
+
+    def plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw branches of equilibria over their parameter.
+
+        Parameters
+        ----------
+        path
+            A picture by matplotlib, or ``.tex`` for pgfplots.
+
+        Raises
+        ------
+        InputError
+            There are no branches; matplotlib is not installed, or cannot write such a file.
+        """
+        from lagrange_cli.files import write_file
+
+        write_file(os.fspath(path), self.drawn(Path(path).suffix.lower().lstrip(".")))
+
+    def drawn(self, ending: str) -> bytes:
+        """Return the bytes of the picture that :meth:`plot` writes, in a file of this ending."""
+        from lagrange_cli.simulate.results.plot import draw
+        from lagrange_cli.studies.branch_picture import picture_of_branches
+
+        if self.branches is None:
+            hint = "branches={NAME: (FROM, TO)}"
+            raise InputError(Problem("there are no branches to draw", hint=hint, rule="no-picture"))
+        return draw(picture_of_branches(self.equations, self.branches), ending)
 
     def _repr_markdown_(self) -> str:
         return self.emit("markdown").popitem()[1]

@@ -8,9 +8,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.api.moving import GivenMembers, Moving, members_given
-from lagrange_cli.api.values import GivenValues, texts
+from lagrange_cli.api.values import GivenValues, text_of, texts
 
 if TYPE_CHECKING:
+    from lagrange_cli.analysis.branches.varied import Varied
     from lagrange_cli.api.analyzed import Analyzed
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.studies.fit.fit import Fit
@@ -25,7 +26,13 @@ if TYPE_CHECKING:
 class Studied(Moving):
     """Analyses of the equations, and studies of many motions."""
 
-    def analyze(self, *parts: str, at: GivenValues | None = None, steady: bool = False) -> Analyzed:
+    def analyze(
+        self,
+        *parts: str,
+        at: GivenValues | None = None,
+        steady: bool = False,
+        branches: Mapping[str, tuple[float | str, float | str]] | None = None,
+    ) -> Analyzed:
         """Find symmetries, equilibria and their stability, the linear system and its modes.
 
         Parameters
@@ -40,6 +47,9 @@ class Studied(Moving):
         steady
             Find steady motions, in which ignored coordinates turn uniformly and the others rest,
             in place of equilibria.
+        branches
+            A parameter and its range: branches of equilibria are followed over it. Alone unless
+            parts are named.
 
         Raises
         ------
@@ -57,11 +67,24 @@ class Studied(Moving):
         >>> orbit = table.analyze("modes", at={"dot(theta)": 3}, steady=True)
         >>> [str(mode.exact_square) for mode in orbit.modes]
         ['3*M*dot(theta)**2/(M + m)']
+        >>> hoop = load("systems/beads/bead_on_rotating_hoop.yaml").derive()
+        >>> [mark.kind for mark in hoop.analyze(branches={"omega": (0, 12)}).branches.marks]
+        ['pitchfork']
         """
         from lagrange_cli.analysis.analyze import analyze
         from lagrange_cli.api.analyzed import Analyzed
 
-        return Analyzed.of(analyze(self.equations, parts, texts(at), steady=steady))
+        over = None if branches is None else self._varied(branches)
+        return Analyzed.of(analyze(self.equations, parts, texts(at), steady=steady, branches=over))
+
+    def _varied(self, branches: Mapping[str, tuple[float | str, float | str]]) -> Varied:
+        from lagrange_cli.analysis.branches.varied import varied
+
+        if len(branches) != 1:
+            raise ValueError("branches are followed over one parameter")
+        ((name, (first, last)),) = branches.items()
+        ends = text_of(first), text_of(last)
+        return varied(self.equations, self.source.read(), name, ends, "--branches")
 
     def tradeoff(
         self,

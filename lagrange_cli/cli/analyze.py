@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -83,12 +84,21 @@ if TYPE_CHECKING:
 )
 @options.at
 @options.plot(
-    "With --modes: draw the shapes of the modes, as .svg, .pdf or .png, by matplotlib.",
+    "With --modes: draw the shapes of the modes, as .svg, .pdf or .png, by matplotlib. With"
+    " --branches: draw the bifurcation diagram, also as .pgf, or as .tex for pgfplots.",
+    "tex",
 )
 @options.file(
     "--animate",
     "With --modes: draw the modes moving, as .svg, or as .gif by matplotlib.  [default: none]",
     callback=options.writable_as(".svg", ".gif"),
+)
+@click.option(
+    "--branches",
+    callback=options.value_range,
+    metavar="NAME=FROM..TO",
+    help="Branches of equilibria as a parameter varies, with folds, branch points, flutter and the"
+    " stability of each part.  [default: none]",
 )
 @click.option(
     "--format",
@@ -121,6 +131,7 @@ def analyze(
     at: dict[str, str],
     plot: str | None,
     animate: str | None,
+    branches: tuple[str, str, str] | None,
     format_: str,
     ascii_only: bool,
     parameters: dict[str, str],
@@ -132,6 +143,7 @@ def analyze(
     session: Session = ctx.obj
     source = read_source(scene)
     guard(source, parameters, {"-o": output, "--plot": plot, "--animate": animate})
+    diagram, plot = _told_apart(plot, modes=modes, branches=branches is not None)
     _require_modes({"--plot": plot, "--animate": animate}, modes=modes, steady=steady)
     asked = {
         "symmetries": symmetries,
@@ -145,7 +157,8 @@ def analyze(
     if as_arrays and parts and not linearization and along is None:
         raise click.UsageError("an .npz file holds the linear system; add --linearization")
     motions = lyapunov is not None or along is not None
-    _require_used(along, accuracy, samples, at, alone=motions and not parts and not steady)
+    _require_used(along, accuracy, samples, at, alone=motions and not (parts or steady or branches))
+    picture = None if diagram is None else Path(diagram).suffix.lower().lstrip(".")
     format_ = "json" if as_json else format_
     written_with = {name: value for name, value in chosen.items() if value is not None}
     completed(format_, ANALYZED[format_], written_with)
@@ -158,8 +171,8 @@ def analyze(
 
     def work() -> Answer:
         derivation = derivation_of_scene(session, request)
-        asked = parts if parts or steady or not motions else None
-        analysis = _analyzed(derivation, asked, at, steady=steady)
+        asked = parts if parts or steady or branches or not motions else None
+        analysis = _analyzed(derivation, asked, at, steady=steady, branches=branches)
         if lyapunov is not None:
             with session.progress("following neighbouring motions") as move:
                 found = derivation.lyapunov(until=lyapunov, progress=move)
@@ -171,11 +184,13 @@ def analyze(
         written = FORMATS[format_](analysis, written_with, ascii_only, encoding)
         shown = written.to_json() if isinstance(written, Page) else written
         answer = {"report": analysis.report(), "shown": shown}
+        if picture is not None:
+            answer["picture"] = base64.b64encode(analysis.drawn(picture)).decode()
         recorded = any(u.recording is not None for u in derivation.equations.inputs)
         return answer_of(derivation, answer, lasting=not (motions and recorded))
 
     motion = lyapunov, along, accuracy, samples
-    asked_of = parts, motion, steady, list(at.items()), list(parameters.items())
+    asked_of = parts, motion, steady, list(at.items()), list(parameters.items()), branches, picture
     question = (*asked_of, format_, sorted(written_with.items()), ascii_only, encoding)
     value = remembered(session, "analyze", source, question, work)
     report = value["report"]
@@ -186,6 +201,8 @@ def analyze(
     content = shown if isinstance(shown, str) else Page.from_json(shown)
     if plot is not None or animate is not None:
         _draw_modes(session, request, plot, animate, at)
+    if diagram is not None:
+        write_file(diagram, base64.b64decode(value["picture"]))
     deliver(content, format_, None if as_report else output, width=USUAL_WIDTH)
     if along is not None and report["along"]["status"] != "ok":
         ctx.exit(1)
@@ -208,6 +225,18 @@ def _require_used(
             raise click.UsageError(f"{option} is for --along")
     if at and alone:
         raise click.UsageError("--at is for parts at an equilibrium; a motion begins at 'initial'")
+
+
+def _told_apart(plot: str | None, *, modes: bool, branches: bool) -> tuple[str | None, str | None]:
+    """Return the file of a bifurcation diagram, and that of shapes of modes."""
+    if plot is None:
+        return None, None
+    if modes and branches:
+        message = "--plot draws the modes or the branches; ask for one of them at a time"
+        raise click.UsageError(message)
+    if not branches and modes and Path(plot).suffix.lower() == ".tex":
+        raise click.UsageError("--plot draws modes as .svg, .pdf or .png")
+    return (plot, None) if branches else (None, plot)
 
 
 def _require_modes(pictures: dict[str, str | None], *, modes: bool, steady: bool) -> None:
@@ -235,7 +264,12 @@ def _draw_modes(
 
 
 def _analyzed(
-    derivation: Derivation, parts: list[str] | None, at: dict[str, str], *, steady: bool
+    derivation: Derivation,
+    parts: list[str] | None,
+    at: dict[str, str],
+    *,
+    steady: bool,
+    branches: tuple[str, str, str] | None,
 ) -> Analyzed:
     """Return an analysis; of the equations alone if no parts are wanted."""
     from lagrange_cli.analysis.values import Analysis
@@ -243,7 +277,8 @@ def _analyzed(
 
     if parts is None:
         return Analyzed.of(Analysis(derivation.equations))
-    return derivation.analyze(*parts, at=at, steady=steady)
+    over = None if branches is None else {branches[0]: (branches[1], branches[2])}
+    return derivation.analyze(*parts, at=at, steady=steady, branches=over)
 
 
 def _with_matrices(report: dict[str, Any]) -> dict[str, Any]:

@@ -61,6 +61,19 @@ def _assignments(
     return assigned
 
 
+def value_range(
+    ctx: click.Context, option: click.Parameter, value: str | None
+) -> tuple[str, str, str] | None:
+    """Split ``NAME=FROM..TO``; both ends stay texts for the scene reader."""
+    if value is None:
+        return None
+    name, _, ends = (part.strip() for part in value.partition("="))
+    first, _, last = (part.strip() for part in ends.partition(".."))
+    if not (name and first and last):
+        raise click.BadParameter(f"'{value}' is not of the form NAME=FROM..TO", ctx, option)
+    return name, first, last
+
+
 def comma_separated(
     ctx: click.Context, option: click.Parameter, value: str | None
 ) -> tuple[str, ...] | None:

@@ -185,4 +185,70 @@ FRENCH_OF_ANALYSES = {
     ),
     "{function} is conserved: {rate} vanishes.": "{function} est conservé\u00a0: {rate} s'annule.",
     "{function} is not conserved.": "{function} n'est pas conservé.",
+    "Branches of equilibria": "Branches d'équilibres",
+    "Marked points": "Points remarquables",
+    "{name} from {start} to {end}": "{name} de {start} à {end}",
+    "{start} to {end}": "{start} à {end}",
+    "{name} from {start} to {end}; {count} found, from equilibria at {values} values; there may be"
+    " others": (
+        "{name} de {start} à {end}\u00a0; {count} trouvées, à partir des équilibres pour {values}"
+        " valeurs\u00a0; il peut y en avoir d'autres"
+    ),
+    "{count} equilibria were not followed: they are degenerate, or parts of continua": (
+        "{count} équilibres n'ont pas été suivis\u00a0: ils sont dégénérés ou font partie de"
+        " continuums"
+    ),
+    "{count} more were not followed: the budget is spent": (
+        "{count} autres n'ont pas été suivis\u00a0: le budget est épuisé"
+    ),
+    "fold": "pli",
+    "pitchfork": "fourche",
+    "transcritical": "croisement",
+    "branch point": "bifurcation",
+    "divergence": "divergence",
+    "flutter": "flottement",
+    "a closed loop": "une courbe fermée",
+    "begins at {place}": "commence en {place}",
+    "ends at {place}: coordinates are singular beyond": (
+        "finit en {place}\u00a0: au-delà les coordonnées sont singulières"
+    ),
+    "ends at {place}: it leaves every bound": "finit en {place}\u00a0: dépasse toute borne",
+    "ends at {place}: it could not be followed further": (
+        "finit en {place}\u00a0: n'a pas pu être suivie plus loin"
+    ),
+    "ends at {place}: the budget is spent": "finit en {place}\u00a0: le budget est épuisé",
+    "branch {numbers}": "branche {numbers}",
+    "branch {numbers}: {text}": "branche {numbers}\u00a0: {text}",
+    "angular frequency {value}": "pulsation {value}",
+    "branch": "branche",
+    "branches": "branches",
+    "stability": "stabilité",
+    "reason": "raison",
+    "number": "numéro",
+    "point": "point",
+    "error": "erreur",
+    "frequency": "pulsation",
+    "points of the stretch differ": "des points du morceau diffèrent",
+    "the equilibrium could not be found in digits": (
+        "l'équilibre n'a pas pu être trouvé avec beaucoup de chiffres"
+    ),
+    "branches are those of equilibria, not of steady motions": (
+        "les branches sont celles d'équilibres, non de mouvements stationnaires"
+    ),
+    "equilibria come in continua: fewer equations than coordinates hold them": (
+        "les équilibres forment des continuums\u00a0: moins d'équations que de coordonnées les"
+        " déterminent"
+    ),
+    "with constraints between velocities equilibria come in continua": (
+        "avec des liaisons entre vitesses les équilibres forment des continuums"
+    ),
+    "{count} coordinates and multipliers are more than the {most} of which branches are followed": (
+        "{count} coordonnées et multiplicateurs sont plus que les {most} dont les branches sont"
+        " suivies"
+    ),
+    "no force depends on a coordinate": "aucune force ne dépend d'une coordonnée",
+    "both ends of the range of {name} are one": (
+        "les deux extrémités de l'intervalle de {name} n'en font qu'une"
+    ),
+    "the scene declares {name} positive": "la scène déclare {name} positif",
 }

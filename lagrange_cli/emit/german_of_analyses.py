@@ -186,4 +186,67 @@ GERMAN_OF_ANALYSES = {
     ),
     "{function} is conserved: {rate} vanishes.": "{function} ist erhalten: {rate} verschwindet.",
     "{function} is not conserved.": "{function} ist nicht erhalten.",
+    "Branches of equilibria": "Zweige von Gleichgewichten",
+    "Marked points": "Ausgezeichnete Punkte",
+    "{name} from {start} to {end}": "{name} von {start} bis {end}",
+    "{start} to {end}": "{start} bis {end}",
+    "{name} from {start} to {end}; {count} found, from equilibria at {values} values; there may be"
+    " others": (
+        "{name} von {start} bis {end}; {count} gefunden, von Gleichgewichten bei {values} Werten"
+        " aus; es kann weitere geben"
+    ),
+    "{count} equilibria were not followed: they are degenerate, or parts of continua": (
+        "{count} Gleichgewichte wurden nicht verfolgt: Sie sind entartet oder hängen mit unendlich"
+        " vielen zusammen"
+    ),
+    "{count} more were not followed: the budget is spent": (
+        "{count} weitere wurden nicht verfolgt: Der Aufwand ist erschöpft"
+    ),
+    "fold": "Umkehrpunkt",
+    "pitchfork": "Gabel",
+    "transcritical": "Kreuzung",
+    "branch point": "Verzweigung",
+    "divergence": "Divergenz",
+    "flutter": "Flattern",
+    "a closed loop": "eine geschlossene Kurve",
+    "begins at {place}": "beginnt bei {place}",
+    "ends at {place}: coordinates are singular beyond": (
+        "endet bei {place}: Dahinter sind Koordinaten singulär"
+    ),
+    "ends at {place}: it leaves every bound": "endet bei {place}: wächst über alle Grenzen",
+    "ends at {place}: it could not be followed further": (
+        "endet bei {place}: ließ sich nicht weiter verfolgen"
+    ),
+    "ends at {place}: the budget is spent": "endet bei {place}: Der Aufwand ist erschöpft",
+    "branch {numbers}": "Zweig {numbers}",
+    "branch {numbers}: {text}": "Zweig {numbers}: {text}",
+    "angular frequency {value}": "Kreisfrequenz {value}",
+    "branch": "Zweig",
+    "branches": "Zweige",
+    "stability": "Stabilität",
+    "reason": "Grund",
+    "number": "Nummer",
+    "point": "Punkt",
+    "error": "Fehler",
+    "frequency": "Frequenz",
+    "points of the stretch differ": "Punkte des Stücks unterscheiden sich",
+    "the equilibrium could not be found in digits": (
+        "das Gleichgewicht ließ sich nicht mit vielen Stellen finden"
+    ),
+    "branches are those of equilibria, not of steady motions": (
+        "Zweige gibt es von Gleichgewichten, nicht von stationären Bewegungen"
+    ),
+    "equilibria come in continua: fewer equations than coordinates hold them": (
+        "Gleichgewichte hängen zusammen: weniger Gleichungen als Koordinaten bestimmen sie"
+    ),
+    "with constraints between velocities equilibria come in continua": (
+        "mit Bedingungen zwischen Geschwindigkeiten hängen Gleichgewichte zusammen"
+    ),
+    "{count} coordinates and multipliers are more than the {most} of which branches are followed": (
+        "{count} Koordinaten und Multiplikatoren sind mehr als die {most}, deren Zweige verfolgt"
+        " werden"
+    ),
+    "no force depends on a coordinate": "keine Kraft hängt von einer Koordinate ab",
+    "both ends of the range of {name} are one": "beide Enden des Bereichs von {name} sind eines",
+    "the scene declares {name} positive": "die Szene erklärt {name} für positiv",
 }

@@ -210,6 +210,22 @@ def _kapitza_pendulum(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return HALF * p.m * p.l**2 * v.theta**2 + p.m * weight * p.l * cos(q.theta)
 
 
+def _zieglers_column(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    inertia = p.m * p.l**2
+    across = inertia * v.theta1 * v.theta2 * cos(q.theta1 - q.theta2)
+    kinetic = HALF * inertia * (3 * v.theta1**2 + v.theta2**2) + across
+    return kinetic - HALF * p.k * (q.theta1**2 + (q.theta2 - q.theta1) ** 2)
+
+
+def _follower_force(p: Names, q: Names, v: Names, t: Symbol) -> dict[str, Expr]:
+    # The force of the tip's link turns the lower one by its arm, and not the upper one.
+    bending = v.theta2 - v.theta1
+    return {
+        "theta1": p.P * p.l * sin(q.theta1 - q.theta2) - p.c * v.theta1 + p.c * bending,
+        "theta2": -p.c * bending,
+    }
+
+
 def _support_on_circle(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     # Landau and Lifshitz, section 5, problem 3a, in our sense of rotation.
     support = p.m * p.l * p.a * p.Omega**2 * sin(q.phi - p.Omega * t)
@@ -368,6 +384,7 @@ LAGRANGIANS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "swinging_atwood": _swinging_atwood,
     "damped_driven_pendulum": _driven_pendulum,
     "kapitza_pendulum": _kapitza_pendulum,
+    "zieglers_column": _zieglers_column,
     "pendulum_support_on_circle": _support_on_circle,
     "coupled_pendulums": _coupled_pendulums,
     "foucault_pendulum": _foucault_pendulum,
@@ -399,6 +416,7 @@ GENERALIZED_FORCES: Mapping[str, Callable[[Names, Names, Names, Symbol], dict[st
         "theta": p.F0 * cos(p.Omega * t) * p.l * cos(q.theta)
     },
     **CONSTRAINED_FORCES,
+    "zieglers_column": _follower_force,
     "lever": lambda p, q, v, t: {"theta": -p.F * p.b * cos(q.theta)},
     "damped_oscillator": lambda p, q, v, t: {"x": -p.c * v.x},
     "seismometer": _seismometer_forces,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.analysis.branch_sections import BranchSections
 from lagrange_cli.emit.analysis.linear import linear_sections
 from lagrange_cli.emit.analysis.places import Places
 from lagrange_cli.emit.analysis.wording import (
@@ -72,6 +73,7 @@ def analysis_sections(
     named = [
         ("equilibria", contents.equilibria()),
         *linear_sections(analysis, contents.places),
+        *contents.branches(),
         ("conserved", contents.conserved()),
         ("energy", balance(writer)),
         ("exponents", contents.exponents()),
@@ -257,6 +259,14 @@ class _Contents:
         letters = self.writer.letters
         dotted = name.startswith("dot(")
         return letters.inline(letters.symbol(name[4:-1] if dotted else name, int(dotted)))
+
+    def branches(self) -> list[tuple[str, Section | None]]:
+        """Branches of equilibria, and their marked points."""
+        found = self.analysis.branches
+        if found is None:
+            return []
+        written = BranchSections(found, self.writer, self.places, self.teller)
+        return [("branches", written.branches()), ("marked-points", written.marks())]
 
     def left_out(self) -> Section | None:
         reasons: dict[str, list[str]] = {}

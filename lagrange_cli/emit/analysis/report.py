@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.analysis.symmetries import Symmetries, Symmetry
+from lagrange_cli.emit.analysis.branch_report import branches_report
 from lagrange_cli.emit.forms.writer import with_momenta
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.scene_language import ScenePrinter
@@ -70,6 +71,7 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
         "modes": None if modes is None else [_mode(mode, say) for mode in modes],
         "left_out": [{"part": left.part, "reason": left.reason} for left in analysis.left_out],
         **_exponents(analysis.exponents),
+        **branches_report(analysis.branches, every),
         **({} if analysis.along is None else {"along": dict(analysis.along.report)}),
     }
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.analysis.branch_rows import BranchRows
 from lagrange_cli.emit.analysis.motion_rows import along_rows, exponent_rows
 from lagrange_cli.emit.analysis.wording import (
     Teller,
@@ -34,6 +35,7 @@ from lagrange_cli.notation.vocabulary import Vocabulary, vocabulary
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
+    from lagrange_cli.analysis.branch_values import Branches
     from lagrange_cli.analysis.symmetries import Symmetry
     from lagrange_cli.analysis.values import (
         Analysis,
@@ -102,6 +104,10 @@ class _Writer:
             yield self.state_space(analysis.linearization)
         if analysis.modes is not None:
             yield self.modes(analysis.modes)
+        if analysis.branches is not None:
+            rows = self.branches(analysis.branches)
+            yield rows.rows()
+            yield rows.marked_rows()
         yield self.conserved()
         yield energy(self.lines)
         yield exponent_rows(self.analysis.exponents, self.say)
@@ -354,7 +360,12 @@ class _Writer:
             pieces += [*comma, *_spaced(self.pieces(amplitude), first=False)]
         return tuple(pieces)
 
-    # Conserved quantities, and what is missing.
+    # Branches, conserved quantities, and what is missing.
+
+    def branches(self, found: Branches) -> BranchRows:
+        names = [c.name for c in self.analysis.equations.coordinates]
+        sign = "±" if self.is_unicode else "+-"
+        return BranchRows(found, names, self.say, self.told, self.printer.symbol, sign)
 
     def conserved(self) -> list[Row | Block]:
         found = self.analysis.symmetries

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
         Linearization,
         SteadyForm,
         Turning,
-        Verdict,
     )
+    from lagrange_cli.analysis.verdicts import Verdict
     from lagrange_cli.emit.language import Language
 
 

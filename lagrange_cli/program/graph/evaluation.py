@@ -23,6 +23,7 @@ def evaluated(
     inputs: Mapping[str, Any],
     functions: Mapping[str, Callable[..., Any]],
     number: Callable[[Coefficient], Any],
+    order: Sequence[int] | None = None,
 ) -> list[Any]:
     """Evaluate values of a graph.
 
@@ -34,6 +35,9 @@ def evaluated(
         Function of a program → the same of that type.
     number
         Makes a number of that type.
+    order
+        The nodes that are needed, parts first, where values are found again and again; None to
+        find them.
     """
     known: dict[int, Any] = {ONE: number(1)}
 
@@ -42,7 +46,7 @@ def evaluated(
             return number(coefficient)
         return known[part] if coefficient == 1 else number(coefficient) * known[part]
 
-    for node_number in order_of(values, [number for _, number in wanted]):
+    for node_number in order_of(values, [n for _, n in wanted]) if order is None else order:
         node = values.nodes[node_number]
         if node_number == ONE:
             continue

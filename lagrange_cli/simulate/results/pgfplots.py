@@ -89,10 +89,16 @@ def _plots(panel: Panel) -> Iterator[str]:
     for line in panel.faint:
         yield _plot(line, "black!30, very thin, forget plot")
     for number, line in enumerate(panel.named):
-        dashes = "only marks, mark size=0.4pt" if line.dots else _DASHES[number % len(_DASHES)]
-        yield _plot(line, f"{_COLOURS[number % len(_COLOURS)]}, {dashes}")
-        if panel.has_legend:
+        colour, dash = (number, number) if line.dash is None else (0, line.dash)
+        dashes = "only marks, mark size=0.4pt" if line.dots else _DASHES[dash % len(_DASHES)]
+        unnamed = ", forget plot" if line.again else ""
+        yield _plot(line, f"{_COLOURS[colour % len(_COLOURS)]}, {dashes}{unnamed}")
+        if panel.has_legend and not line.again:
             yield f"\\addlegendentry{{{line.label.latex}}}\n"
+    for place in panel.places:
+        at = f"(axis cs:{_number(place.x)},{_number(place.y)})"
+        label = f"label={{[font=\\scriptsize, inner sep=1pt]45:{{{place.label.latex}}}}}"
+        yield f"\\node[circle, fill, inner sep=1pt, {label}] at {at} {{}};\n"
 
 
 def _plot(line: Line, style: str) -> str:

@@ -30,7 +30,8 @@ class Line:
     """A line, its points of shape (m,), all finite.
 
     ``faint``: it stands behind the others, thin and grey, and no legend names it. ``dots``: its
-    points are drawn, and nothing between them.
+    points are drawn, and nothing between them. ``dash``: number of its dashes, and it is black;
+    None for the next ones. ``again``: it looks like an earlier line, which a legend names.
     """
 
     label: Label
@@ -38,6 +39,17 @@ class Line:
     y: Array
     faint: bool = False
     dots: bool = False
+    dash: int | None = None
+    again: bool = False
+
+
+@dataclass(frozen=True)
+class MarkedPlace:
+    """A point of a picture with a text beside it."""
+
+    x: float
+    y: float
+    label: Label
 
 
 @dataclass(frozen=True)
@@ -54,6 +66,8 @@ class Panel:
         True if all lines are over the time.
     equal
         True if both axes show lengths, and so are to have one scale.
+    places
+        Points that are marked.
     """
 
     lines: tuple[Line, ...]
@@ -61,6 +75,7 @@ class Panel:
     y_label: Label
     over_time: bool
     equal: bool
+    places: tuple[MarkedPlace, ...] = ()
 
     @property
     def named(self) -> tuple[Line, ...]:
@@ -70,7 +85,7 @@ class Panel:
     @property
     def has_legend(self) -> bool:
         """True if a legend tells lines apart, which it cannot do with many colours of dots."""
-        count = len(self.named)
+        count = sum(not line.again for line in self.named)
         return count > 1 and (count <= COLOURS or not any(line.dots for line in self.named))
 
     @property

@@ -41,6 +41,9 @@ _WIDTH, _SINGLE, _HEIGHT, _STACKED = 6.3, 4.4, 1.9, 2.4
 #: Points, in which letters are measured, across a dot.
 _DOT = 2.5
 
+#: Points across a mark, and the label of what no legend names.
+_MARK, _UNNAMED = 3.5, "_nolegend_"
+
 #: Dots of a legend over those of the picture.
 _LEGEND_DOT = 3
 
@@ -86,7 +89,7 @@ def draw(picture: Picture, ending: str) -> bytes:
         grid = figure.subplots(rows, columns, squeeze=False, sharex=over_time)
         for axes, panel in zip(grid.flat, picture.panels, strict=False):
             _draw_panel(axes, panel, by_tex)
-            if panel.has_legend and len(panel.named) <= _LONGEST_LEGEND:
+            if panel.has_legend and _legend_length(panel) <= _LONGEST_LEGEND:
                 _draw_legend(axes, beside=columns == 1)
         for axes in grid.flat[len(picture.panels) :]:
             axes.set_visible(False)
@@ -167,10 +170,16 @@ def _draw_panel(axes: Axes, panel: Panel, by_tex: bool) -> None:
     for line in panel.faint:
         axes.plot(line.x, line.y, linewidth=0.5, color=_FAINT)
     for number, line in enumerate(panel.named):
-        (drawn,) = axes.plot(line.x, line.y, linewidth=1.0, label=_shown(line.label, by_tex))
-        drawn.set(color=_COLOURS[number % len(_COLOURS)], linestyle=_DASHES[number % len(_DASHES)])
+        label = _UNNAMED if line.again else _shown(line.label, by_tex)
+        (drawn,) = axes.plot(line.x, line.y, linewidth=1.0, label=label)
+        colour, dash = (number, number) if line.dash is None else (0, line.dash)
+        drawn.set(color=_COLOURS[colour % len(_COLOURS)], linestyle=_DASHES[dash % len(_DASHES)])
         if line.dots:
             drawn.set(linestyle="none", marker=".", markersize=_DOT, markeredgewidth=0)
+    for place in panel.places:
+        axes.plot([place.x], [place.y], "o", color="black", markersize=_MARK, label=_UNNAMED)
+        text, offset = _shown(place.label, by_tex), (4, 4)
+        axes.annotate(text, (place.x, place.y), offset, textcoords="offset points", fontsize=8)
     axes.set_xlabel(_shown(panel.x_label, by_tex))
     axes.set_ylabel(_shown(panel.y_label, by_tex))
     axes.tick_params(direction="in", top=True, right=True)
@@ -178,6 +187,10 @@ def _draw_panel(axes: Axes, panel: Panel, by_tex: bool) -> None:
         axes.set_aspect("equal", adjustable="datalim")
     elif panel.over_time:
         axes.margins(x=0)
+
+
+def _legend_length(panel: Panel) -> int:
+    return sum(not line.again for line in panel.named)
 
 
 def _draw_legend(axes: Axes, *, beside: bool) -> None:

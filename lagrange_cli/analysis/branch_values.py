@@ -1,0 +1,143 @@
+"""Branches of equilibria over a parameter as frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.verdicts import Stability
+
+EndKind: TypeAlias = Literal[
+    "range", "closed", "branch point", "singular", "far", "stuck", "budget"
+]
+"""How a branch ends.
+
+``range``: with the parameter's range. ``closed``: where it began. ``branch point``: it begins at
+one, from which no other side leads into the range. ``singular``: coordinates are singular or not
+allowed beyond. ``far``: unknowns leave every bound. ``stuck``: no step is safe. ``budget``: there
+are too many points.
+"""
+
+MarkKind: TypeAlias = Literal[
+    "fold", "pitchfork", "transcritical", "branch point", "divergence", "flutter"
+]
+"""What happens at a marked point.
+
+``branch point``: branches meet otherwise than in a pitchfork or transcritically; ``divergence``:
+several eigenvalues vanish at once; ``flutter``: a pair of poles leaves the imaginary axis.
+"""
+
+
+@dataclass(frozen=True)
+class MarkedPoint:
+    """A point at which a branch turns back, meets another one, or changes its stability.
+
+    Attributes
+    ----------
+    kind
+        What happens.
+    value
+        The parameter.
+    error
+        Estimated error of ``value``, with the rounding of its double.
+    position
+        One number for each coordinate.
+    frequency
+        Angular frequency of what begins at flutter; None otherwise.
+    """
+
+    kind: MarkKind
+    value: float
+    error: float
+    position: tuple[float, ...]
+    frequency: float | None
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A part of a branch without marked points in it.
+
+    Attributes
+    ----------
+    first, last
+        Numbers of its first and last point on the branch.
+    stability
+        What is proven at points within it.
+    """
+
+    first: int
+    last: int
+    stability: Stability
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A curve of equilibria.
+
+    Attributes
+    ----------
+    values
+        The parameter at the points, shape (points,).
+    positions
+        Coordinates, shape (points, n); angles are continuous along the branch.
+    ends
+        How it ends on both sides; a closed loop ends with its first point.
+    marks
+        Number of a point of it, and number of the marked point there, in their order.
+    stretches
+        Its parts, in their order.
+    """
+
+    values: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    ends: tuple[EndKind, EndKind]
+    marks: tuple[tuple[int, int], ...]
+    stretches: tuple[Stretch, ...]
+
+
+@dataclass(frozen=True)
+class Branches:
+    """What was found of equilibria over a parameter.
+
+    Attributes
+    ----------
+    parameter
+        Its name.
+    low, high
+        Its range.
+    branches
+        The branches that were found.
+    marks
+        The marked points of all, by the parameter.
+    values
+        Number of values of the parameter at which equilibria were sought.
+    starts
+        Number of starts of these searches.
+    skipped
+        Number of equilibria found that are parts of continua or degenerate, and were not followed.
+    left
+        Number of equilibria, and of directions at branch points, that were not followed since
+        there were enough branches.
+    held
+        Inputs that vary with time, and the values at which they are held.
+    free, periodic
+        Names of the coordinates that have any value, and of those of which values a turn apart
+        mean the same.
+    """
+
+    parameter: str
+    low: float
+    high: float
+    branches: tuple[Branch, ...]
+    marks: tuple[MarkedPoint, ...]
+    values: int
+    starts: int
+    skipped: int
+    left: int
+    held: tuple[tuple[str, float], ...]
+    free: tuple[str, ...] = ()
+    periodic: tuple[str, ...] = ()

@@ -1,0 +1,188 @@
+"""The pipeline: equilibria at several values of a parameter, their branches, what is marked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import mpmath
+import numpy as np
+from mpmath import mpf
+
+from lagrange_cli.analysis.branch_values import Branch, Branches, Stretch
+from lagrange_cli.analysis.branches.curve import DIGITS, Space, row_sizes
+from lagrange_cli.analysis.branches.functions import BranchFunctions
+from lagrange_cli.analysis.branches.judging import Judge
+from lagrange_cli.analysis.branches.tracing import Traced, Tracing
+from lagrange_cli.analysis.phrases import Phrase
+from lagrange_cli.analysis.repeats import without_repeats
+from lagrange_cli.analysis.search import search, usual_length
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.stages import announce
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lagrange_cli.analysis.branches.varied import Varied
+    from lagrange_cli.analysis.rest_system import RestSystem
+    from lagrange_cli.analysis.values import Matrix
+
+#: Parts of the range at which equilibria are sought: no round ones, at which branches would meet.
+_PLACES = (0.0, 0.1371, 0.3093, 0.5021, 0.6907, 0.8629, 1.0)
+
+#: Parts of a branch at which it is compared with others: branches may meet at some of them.
+_COMPARED = (0.0, 0.29, 0.63, 1.0)
+
+#: Unknowns beside the parameter; systems of equations of marked points are twice as large.
+MOST_UNKNOWNS = 24
+
+
+def find_branches(system: RestSystem, varied: Varied) -> Branches:
+    """Find branches of equilibria over a parameter.
+
+    Raises
+    ------
+    InputError
+        Equilibria are not isolated, there are too many unknowns, or another parameter has no value.
+    """
+    _require_branches(system)
+    seeds, starts, working = _seeds(system, varied)
+    functions = BranchFunctions(system, varied.parameter.symbol, varied.follows)
+    if not functions.is_square:
+        message = Phrase("equilibria come in continua: fewer equations than coordinates hold them")
+        raise InputError(Problem(message, rule="analysis-branches"))
+    space = _space(working, varied, functions, seeds)
+    announce("following branches")
+    tracing = Tracing(space)
+    for seed in seeds:
+        tracing.start_at(seed)
+    tracing.finish()
+    announce("judging stability")
+    judge = Judge(system, varied, space)
+    _leave_out_repeats(tracing, judge)
+    return _gathered(system, varied, tracing, judge, starts)
+
+
+def _require_branches(system: RestSystem) -> None:
+    if any(c.kind == "velocity" for c in system.equations.closures):
+        message = Phrase("with constraints between velocities equilibria come in continua")
+        raise InputError(Problem(message, rule="analysis-branches"))
+    size = len(system.unknowns)
+    if size > MOST_UNKNOWNS:
+        message = Phrase(
+            "{count} coordinates and multipliers are more than the {most} of which branches are"
+            " followed",
+            count=str(size),
+            most=str(MOST_UNKNOWNS),
+        )
+        raise InputError(Problem(message, rule="analysis-size"))
+    if not size:
+        message = Phrase("no force depends on a coordinate")
+        raise InputError(Problem(message, rule="analysis-branches"))
+
+
+def _seeds(system: RestSystem, varied: Varied) -> tuple[list[Matrix], int, RestSystem]:
+    """Search for equilibria at values of the parameter; return the last system, too."""
+    moving = [k for k in range(len(system.equations.coordinates)) if k not in system.free]
+    seeds, starts, valued = [], 0, system
+    for part in _PLACES:
+        with mpmath.workdps(DIGITS):
+            value = varied.low + mpf(part) * (varied.high - varied.low)
+        try:
+            valued = system.with_parameters(varied.values(value, system.known))
+        except DomainError:
+            continue
+        announce(f"looking for equilibria at {varied.parameter.name} = {float(value):.6g}")
+        points, count = search(valued)
+        starts += count
+        for point in points:
+            position, multipliers = point.position or (), point.multipliers or ()
+            numbers = [*(position[k] for k in moving), *multipliers, value]
+            seeds.append(np.array([float(x) for x in numbers]))
+    return seeds, starts, valued
+
+
+def _space(
+    system: RestSystem, varied: Varied, functions: BranchFunctions, seeds: Sequence[Matrix]
+) -> Space:
+    coordinates = [system.equations.coordinates[k] for k in functions.moving]
+    length = usual_length(system)
+    sizes = [1.0 if c.is_angle or c.unit == "rad" else length for c in coordinates]
+    width = float(varied.high - varied.low)
+    count = len(coordinates)
+    pushes = np.abs(np.array(seeds)[:, count:-1]).max(axis=0) if seeds else np.zeros(0)
+    largest = float(pushes.max(initial=0.0)) or 1.0
+    scale = np.array([*sizes, *[largest] * functions.multipliers, width])
+    turns = np.zeros(functions.size + 1)
+    turns[:count] = [2 * np.pi if k in system.periodic else 0.0 for k in functions.moving]
+    positive = [k for k, c in enumerate(coordinates) if c.q.is_positive]
+
+    def allows(y: Matrix) -> bool:
+        return all(y[k] > 0 for k in positive)
+
+    rows = row_sizes(functions, seeds, scale)
+    return Space(functions, scale, rows, float(varied.low), float(varied.high), turns, allows)
+
+
+def _leave_out_repeats(tracing: Tracing, judge: Judge) -> None:
+    """Keep one of branches that put all particles in the same places, as (r, φ), (-r, φ + π)."""
+    kept: list[Traced] = []
+    for branch in tracing.branches:
+        last = len(branch.points) - 1
+        shown = (branch.points[round(part * last)].y for part in _COMPARED)
+        if not kept or not all(_is_elsewhere_too(tracing, judge, kept, y) for y in shown):
+            kept.append(branch)
+    tracing.branches[:] = kept
+
+
+def _is_elsewhere_too(tracing: Tracing, judge: Judge, known: list[Traced], y: Matrix) -> bool:
+    """Say whether a branch puts all particles in the same places at the same parameter."""
+    value = float(y[-1])
+    others = [other for branch in known for other in tracing.at(branch, value)]
+    places = [judge.equilibrium(point) for point in [*others, y]]
+    different = without_repeats(judge.system_at(mpf(value)), places)
+    return all(place is not places[-1] for place in different)
+
+
+def _gathered(
+    system: RestSystem, varied: Varied, tracing: Tracing, judge: Judge, starts: int
+) -> Branches:
+    """Judge stretches and marks, and put all into values."""
+    stretches = [judge.stretches(branch) for branch in tracing.branches]
+    marks = {id(m): m for b in tracing.branches for _, m in b.marks}
+    ordered = sorted(marks.values(), key=lambda m: (float(m.y[-1]), m.y.tolist()))
+    told = tuple(judge.marked(mark) for mark in ordered)
+    numbers = {id(mark): k for k, mark in enumerate(ordered)}
+    names = [c.name for c in system.equations.coordinates]
+    branches = tuple(
+        _branch(system, tracing.space, branch, numbers, parts)
+        for branch, parts in zip(tracing.branches, stretches, strict=True)
+    )
+    return Branches(
+        varied.parameter.name,
+        float(varied.low),
+        float(varied.high),
+        branches,
+        told,
+        len(_PLACES),
+        starts,
+        tracing.skipped,
+        tracing.left,
+        system.held,
+        tuple(names[k] for k in system.free),
+        tuple(names[k] for k in sorted(system.periodic)),
+    )
+
+
+def _branch(
+    system: RestSystem,
+    space: Space,
+    branch: Traced,
+    numbers: dict[int, int],
+    stretches: tuple[Stretch, ...],
+) -> Branch:
+    table = np.array([p.y for p in branch.points])
+    positions = np.tile([float(x) for x in system.start], (len(table), 1))
+    positions[:, list(space.functions.moving)] = table[:, : len(space.functions.moving)]
+    marks = tuple((k, numbers[id(mark)]) for k, mark in branch.marks)
+    return Branch(table[:, -1], positions, branch.ends, marks, stretches)

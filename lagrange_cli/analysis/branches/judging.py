@@ -1,0 +1,223 @@
+"""Stability of the parts of branches, and the points at which it is lost without a fold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from mpmath import mpf
+
+from lagrange_cli.analysis.branch_values import MarkedPoint, Stretch
+from lagrange_cli.analysis.branches.curve import CurvePoint, Space
+from lagrange_cli.analysis.branches.poles import (
+    MOST_STATES,
+    Counts,
+    CrossingSearch,
+    counted,
+    equilibrium,
+)
+from lagrange_cli.analysis.branches.special import Located, point_at
+from lagrange_cli.analysis.branches.tracing import Mark, Traced, insert
+from lagrange_cli.analysis.linearize import linear_system
+from lagrange_cli.analysis.phrases import Phrase
+from lagrange_cli.analysis.stability import stability
+from lagrange_cli.analysis.verdicts import Stability
+from lagrange_cli.errors import InputError
+
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.branch_values import MarkKind
+    from lagrange_cli.analysis.branches.varied import Varied
+    from lagrange_cli.analysis.rest_system import RestSystem
+    from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf
+
+#: Halvings of an interval in which the number of unstable poles changes.
+_HALVINGS = 14
+#: Parts of a stretch at which stability is decided.
+_PLACES = (0.37, 0.71)
+#: Distance from the ends of a stretch, over the first or last step, at which poles are counted.
+_BESIDE = 1e-3
+#: Rounding of a double.
+_ROUNDING = 2.0**-53
+
+_Counted: TypeAlias = "tuple[Matrix, Counts | None]"
+"""A point with the numbers of its poles."""
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Decides stability along branches.
+
+    Attributes
+    ----------
+    system
+        The equations of equilibrium.
+    varied
+        The parameter, and what follows it.
+    space
+        The same equations as functions of it.
+    """
+
+    system: RestSystem
+    varied: Varied
+    space: Space
+
+    def system_at(self, value: Mpf) -> RestSystem:
+        """Return the system at a value of the parameter."""
+        return self.system.with_parameters(self.varied.values(value, self.system.known))
+
+    def equilibrium(self, y: Matrix) -> Equilibrium:
+        """Return a point as an equilibrium."""
+        return equilibrium(self.system, self.space, Located(tuple(map(mpf, y.tolist())), 0.0))
+
+    def stability(self, at: Located) -> Stability:
+        """Decide the stability of one equilibrium."""
+        try:
+            system = self.system_at(at.y[-1])
+            place = equilibrium(system, self.space, at)
+            return stability(system, place, linear_system(system, place))
+        except InputError as error:
+            return Stability("undecided", error.problems[0].message)
+
+    # Marks without a fold.
+
+    def stretches(self, branch: Traced) -> tuple[Stretch, ...]:
+        """Split a branch at its marks, and at those that are found here; judge the parts."""
+        self._mark_poles(branch)
+        _turn_to_mark(branch)
+        last = len(branch.points) - 1
+        inner = [k for k, _ in branch.marks if 0 < k < last]
+        cuts = [0, *dict.fromkeys(inner), last]
+        return tuple(
+            Stretch(first, end, self._over(branch.points[first : end + 1]))
+            for first, end in pairwise(cuts)
+            if end > first
+        )
+
+    def _mark_poles(self, branch: Traced) -> None:
+        """Find where poles cross the imaginary axis between marks, and mark it."""
+        marked = {k for k, _ in branch.marks}
+        counts = counted(self.space, [p.y for p in branch.points])
+        found: list[tuple[int, Mark]] = []
+        for k in range(len(branch.points) - 1):
+            ends = [branch.points[k].y, branch.points[k + 1].y]
+            told = list(counts[k : k + 2])
+            for side in (0, 1):
+                if k + side in marked:
+                    ends[side] = self._beside(ends[side], ends[1 - side])
+                    told[side] = counted(self.space, [ends[side]])[0]
+            found += [(k, mark) for mark in self._changes((ends[0], told[0]), (ends[1], told[1]))]
+        for k, mark in reversed(found):
+            insert(self.space, branch, k, mark)
+        branch.marks.sort(key=lambda pair: pair[0])
+
+    def _beside(self, mark: Matrix, other: Matrix) -> Matrix:
+        """Return a point beside a marked one."""
+        return self._part(mark, other, _BESIDE)
+
+    def _part(self, one: Matrix, other: Matrix, part: float) -> Matrix:
+        """Return the point of the branch between two neighbours at a part of their chord."""
+        chord = (other - one) / self.space.scale
+        guess = one + part * (other - one)
+        y = self.space.corrected(guess, chord / np.linalg.norm(chord))
+        return guess if y is None else y
+
+    def _changes(self, one: _Counted, other: _Counted) -> list[Mark]:
+        """Locate changes of the numbers of poles between two points, in their order."""
+        marks = []
+        for first, last in self._intervals(one, other, _HALVINGS):
+            assert first[1] is not None
+            assert last[1] is not None
+            is_flutter = first[1].negative == last[1].negative
+            mark = self._crossing(one[0], other[0], first[0], last[0], is_flutter=is_flutter)
+            if mark is not None:
+                marks.append(mark)
+        return marks
+
+    def _intervals(
+        self, one: _Counted, other: _Counted, halvings: int
+    ) -> list[tuple[_Counted, _Counted]]:
+        """Narrow down where numbers of poles change."""
+        if one[1] is None or other[1] is None or one[1] == other[1]:
+            return []
+        if not halvings:
+            return [(one, other)]
+        y = self._part(one[0], other[0], 0.5)
+        middle = (y, counted(self.space, [y])[0])
+        if middle[1] is None:
+            return []
+        before = self._intervals(one, middle, halvings - 1)
+        return before + self._intervals(middle, other, halvings - 1)
+
+    def _crossing(
+        self, start: Matrix, end: Matrix, one: Matrix, other: Matrix, *, is_flutter: bool
+    ) -> Mark | None:
+        """Find a crossing in digits, in an interval or, if poles move slowly, around it."""
+        if 2 * len(self.system.equations.coordinates) > MOST_STATES:
+            return self._in_doubles(one, other, "flutter" if is_flutter else "divergence")
+        search = CrossingSearch(self.space, self.system_at)
+        for more in (1.0, 1e3, np.inf):
+            wide = [start, end] if np.isinf(more) else self._widened(start, end, one, other, more)
+            found = search.flutter(*wide) if is_flutter else search.divergence(*wide)
+            if found is not None:
+                return Mark("flutter" if is_flutter else "divergence", found.at, found.frequency)
+        return None
+
+    def _widened(
+        self, start: Matrix, end: Matrix, one: Matrix, other: Matrix, more: float
+    ) -> list[Matrix]:
+        """Move the ends of an interval apart, but not beyond two points."""
+        chord = (end - start) / self.space.scale
+        length = float(chord @ chord)
+        places = [float(((y - start) / self.space.scale) @ chord) / length for y in (one, other)]
+        width = more * (places[1] - places[0])
+        parts = max(0.0, places[0] - width), min(1.0, places[1] + width)
+        return [self._part(start, end, part) for part in parts]
+
+    def _in_doubles(self, one: Matrix, other: Matrix, kind: MarkKind) -> Mark:
+        """Mark the middle of an interval, with its width as the error."""
+        width = abs(other[-1] - one[-1]) / self.space.scale[-1]
+        middle = (one + other) / 2
+        return Mark(kind, Located(tuple(map(mpf, middle.tolist())), float(width)))
+
+    # Verdicts.
+
+    def _over(self, points: list[CurvePoint]) -> Stability:
+        """Decide the stability of a stretch at two points of it; undecided if they differ."""
+        verdicts = [self._at(points, part) for part in _PLACES]
+        known = [v for v in verdicts if v.verdict != "undecided"] or verdicts
+        if len({v.verdict for v in known}) > 1:
+            return Stability("undecided", Phrase("points of the stretch differ"))
+        return known[0]
+
+    def _at(self, points: list[CurvePoint], part: float) -> Stability:
+        place = part * (len(points) - 1)
+        k = min(int(place), len(points) - 2)
+        one, other = points[k].y, points[k + 1].y
+        chord = (other - one) / self.space.scale
+        share = min(max(place - k, 0.1), 0.9)
+        guess = one + share * (other - one)
+        at = point_at(self.space, guess, chord / np.linalg.norm(chord))
+        if at is None:
+            return Stability("undecided", Phrase("the equilibrium could not be found in digits"))
+        return self.stability(at)
+
+    def marked(self, mark: Mark) -> MarkedPoint:
+        """Tell a mark with its error."""
+        width = self.space.high - self.space.low
+        value = float(mark.at.y[-1])
+        error = mark.at.error * width + _ROUNDING * abs(value)
+        place = equilibrium(self.system, self.space, mark.at)
+        position = tuple(float(x) for x in place.position or ())
+        return MarkedPoint(mark.kind, value, error, position, mark.frequency)
+
+
+def _turn_to_mark(branch: Traced) -> None:
+    """Let a closed branch begin at its first mark, if it has one."""
+    if not branch.is_closed or not branch.marks or branch.marks[0][0] == 0:
+        return
+    first, last = branch.marks[0][0], len(branch.points) - 1
+    branch.points[:] = [*branch.points[first:], *branch.points[1 : first + 1]]
+    marks = [((k - first) % last, mark) for k, mark in branch.marks]
+    branch.marks[:] = [*marks, (last, marks[0][1])]

@@ -1,0 +1,360 @@
+"""All branches that are reached from some equilibria, with folds and points where branches meet.
+
+A branch is followed both ways from an equilibrium that lies on none yet. Where it meets another
+one, that one is followed from there. Each marked point is located in digits.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from mpmath import mpf
+
+from lagrange_cli.analysis.branches.curve import CurvePoint, Space
+from lagrange_cli.analysis.branches.follow import Way, follow
+from lagrange_cli.analysis.branches.special import Crossing, Located, crossing_at, fold_at
+from lagrange_cli.analysis.values import Matrix
+
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.branch_values import EndKind, MarkKind
+
+# All set by hand.
+
+#: Branches that are followed.
+MOST_BRANCHES = 32
+#: Smallest singular value of J, over the largest, at which a branch is followed.
+_REGULAR = 1e-8
+#: Distance, in scaled unknowns, of points that are one.
+_SAME = 1e-7
+#: Distance of a point from a chord, over the chord, of a point that may lie on the branch.
+_BESIDE = 0.1
+#: Chords that are tried.
+_CHORDS = 6
+#: Steps along a new branch after which it is compared with others.
+_COMPARED = 6
+#: First step along a branch from a branch point, and one that shows how the parameter changes.
+_OFF, _PROBE = 1e-3, 2e-2
+#: Part of a tangent along the parameter that is none.
+_STEEP = 1e-6
+#: Change of the parameter over its range that is none.
+_STILL = 1e-9
+#: Cosine of the angle between a branch and its own tangent at a branch point.
+_OWN = 0.9
+#: Halvings of an interval with a change of sign that no regular system of equations explains.
+_HALVINGS = 40
+
+
+_Changed: TypeAlias = Callable[[CurvePoint], bool]
+"""Says whether a point is beyond a change of sign."""
+
+
+@dataclass
+class Mark:
+    """A marked point; ``frequency`` is that of flutter."""
+
+    kind: MarkKind
+    at: Located
+    frequency: float | None = None
+
+    @property
+    def y(self) -> Matrix:
+        """The point in doubles."""
+        return np.array([float(x) for x in self.at.y])
+
+
+@dataclass
+class Traced:
+    """A branch: its points, and its marks as pairs of an index of a point and a mark."""
+
+    points: list[CurvePoint]
+    ends: tuple[EndKind, EndKind]
+    marks: list[tuple[int, Mark]] = field(default_factory=list)
+
+    @property
+    def is_closed(self) -> bool:
+        return self.ends[1] == "closed"
+
+
+@dataclass
+class Tracing:
+    """Branches that are known so far.
+
+    ``skipped``: number of equilibria that are degenerate; ``left``: of those, and of directions
+    from branch points, that there was no budget for.
+    """
+
+    space: Space
+    branches: list[Traced] = field(default_factory=list)
+    marks: list[Mark] = field(default_factory=list)
+    skipped: int = 0
+    left: int = 0
+    _waiting: deque[tuple[Mark, Matrix]] = field(default_factory=deque)
+
+    def start_at(self, y: Matrix) -> None:
+        """Follow the branch of an equilibrium, and all that meet it, unless it is known."""
+        if self.has(y):
+            return
+        if len(self.branches) >= MOST_BRANCHES:
+            self.left += 1
+            return
+        start = self._regular(y)
+        if start is None:
+            self.skipped += 1
+            return
+        self._both_ways(start)
+        while self._waiting and len(self.branches) < MOST_BRANCHES:
+            self._emanate(*self._waiting.popleft())
+        self.left += len(self._waiting)
+        self._waiting.clear()
+
+    def _regular(self, y: Matrix) -> CurvePoint | None:
+        known = self.space.linearized(y)
+        if known is None:
+            return None
+        sizes = np.linalg.svd(known[1], compute_uv=False)
+        if not sizes[-1] > _REGULAR * sizes[0]:
+            return None
+        along = np.zeros_like(y)
+        along[-1] = 1.0
+        start = self.space.point(y, along)
+        if start is None or abs(start.slope) > _STEEP:
+            return start
+        # At a fold the sign of the slope, which shows it, is not known.
+        for side in (_OFF, -_OFF):
+            guess = y + side * start.tangent * self.space.scale
+            beside = self.space.corrected(guess, start.tangent)
+            if beside is not None and self.space.low <= beside[-1] <= self.space.high:
+                return self.space.point(beside, start.tangent)
+        return start
+
+    def _both_ways(self, start: CurvePoint) -> None:
+        forth = follow(self.space, start)
+        if forth.end == "closed":
+            self._add(Traced(list(forth.points), ("closed", "closed")))
+            return
+        back = follow(self.space, _reversed(start))
+        self._add(_joined(back, forth))
+
+    def _add(self, branch: Traced) -> None:
+        self.branches.append(branch)
+        found = [
+            (k, mark)
+            for k in range(len(branch.points) - 1)
+            for mark in self._between(branch.points[k], branch.points[k + 1])
+        ]
+        for k, mark in reversed(found):
+            insert(self.space, branch, k, mark)
+        branch.marks.sort(key=lambda pair: pair[0])
+
+    # Marks.
+
+    def _between(self, here: CurvePoint, after: CurvePoint) -> list[Mark]:
+        """Locate what is between two neighbouring points."""
+        crosses = here.turn * after.turn < 0
+        turns = here.slope * after.slope < 0
+        marks: list[Mark] = []
+        if crosses:
+            marks.append(self._crossing(here, after))
+        # A pitchfork explains that the parameter turns back.
+        if turns and all(mark.kind == "transcritical" for mark in marks):
+            fold = self._fold(here, after)
+            if fold is not None:
+                marks.append(fold)
+        return sorted(marks, key=lambda m: float(here.tangent @ self._gap(m.y, here.y)))
+
+    def _gap(self, one: Matrix, other: Matrix) -> Matrix:
+        return self.space.difference(one, other)
+
+    def _crossing(self, here: CurvePoint, after: CurvePoint) -> Mark:
+        middle = _middle(self.space, here, after)
+        crossing = crossing_at(self.space, middle)
+        if crossing is None or not self._is_inside(crossing.at, here, after):
+            at = self._bisected(here, after, lambda p: p.turn * here.turn < 0)
+            return self._known(Mark("branch point", at))
+        mark = self._known(Mark(self._kind(crossing), crossing.at))
+        if crossing.tangents:
+            other = min(crossing.tangents, key=lambda t: abs(float(t @ here.tangent)))
+            self._waiting.append((mark, other))
+        return mark
+
+    def _known(self, mark: Mark) -> Mark:
+        """Return the mark that was found there before, or this one."""
+        for other in self.marks:
+            if np.abs(self._gap(mark.y, other.y)).max() < _SAME:
+                return other
+        self.marks.append(mark)
+        return mark
+
+    def _kind(self, crossing: Crossing) -> MarkKind:
+        """Name a branch point by how the parameter changes on both branches."""
+        steep = [t for t in crossing.tangents if t[-1] == 0.0]
+        if len(crossing.tangents) < 2 or len(steep) == 2:
+            return "branch point"
+        if not steep:
+            return "transcritical"
+        y = _doubles(crossing.at)
+        probe = self.space.corrected(y + _PROBE * steep[0] * self.space.scale, steep[0])
+        moved = probe is None or abs(probe[-1] - y[-1]) > _STILL * self.space.scale[-1]
+        return "pitchfork" if moved else "branch point"
+
+    def _fold(self, here: CurvePoint, after: CurvePoint) -> Mark | None:
+        weight = here.slope / (here.slope - after.slope)
+        guess = here.y + weight * (after.y - here.y)
+        tangent = (1 - weight) * here.tangent + weight * after.tangent
+        at = fold_at(self.space, guess, tangent)
+        if at is None or not self._is_inside(at, here, after):
+            at = self._bisected(here, after, lambda p: p.slope * here.slope < 0)
+        return self._known(Mark("fold", at))
+
+    def _is_inside(self, at: Located, here: CurvePoint, after: CurvePoint) -> bool:
+        length = np.abs(self._gap(after.y, here.y)).max()
+        gaps = (np.abs(self._gap(_doubles(at), p.y)).max() for p in (here, after))
+        return bool(max(gaps) < 1.5 * length)
+
+    def _bisected(self, here: CurvePoint, after: CurvePoint, changed: _Changed) -> Located:
+        """Narrow an interval down to where a sign changes, as far as points can be corrected."""
+        for _ in range(_HALVINGS):
+            y = self.space.corrected(_middle(self.space, here, after), here.tangent)
+            point = None if y is None else self.space.point(y, here.tangent)
+            if point is None:
+                break
+            here, after = (here, point) if changed(point) else (point, after)
+        width = abs(after.y[-1] - here.y[-1]) / self.space.scale[-1]
+        middle = (here.y + after.y) / 2
+        gap = np.abs(self._gap(after.y, here.y)).max()
+        middle[np.abs(middle) <= 2 * gap * self.space.scale] = 0.0
+        return Located(tuple(map(mpf, middle.tolist())), float(width))
+
+    # Other branches.
+
+    def _emanate(self, mark: Mark, tangent: Matrix) -> None:
+        """Follow a branch from a branch point, both ways, unless it is known."""
+        ways: list[Way] = []
+        for sign in (1.0, -1.0):
+            start = self._off(mark, sign * tangent)
+            if start is None or self.has(follow(self.space, start, most=_COMPARED).points[-1].y):
+                continue
+            way = follow(self.space, start)
+            if way.end == "closed":
+                self._add(Traced(list(way.points), ("closed", "closed")))
+                return
+            ways.append(Way((CurvePoint(mark.y, sign * tangent, 0.0), *way.points), way.end))
+        if len(ways) == 2:
+            branch = _joined(ways[1], ways[0])
+            branch.marks.append((len(ways[1].points) - 1, mark))
+            self._add(branch)
+        elif ways:
+            ends: tuple[EndKind, EndKind] = ("branch point", ways[0].end)
+            self._add(Traced(list(ways[0].points), ends, [(0, mark)]))
+
+    def _off(self, mark: Mark, tangent: Matrix) -> CurvePoint | None:
+        """Find a point of the branch beside a branch point."""
+        for length in (_OFF, 10 * _OFF, _OFF / 10):
+            y = self.space.corrected(mark.y + length * tangent * self.space.scale, tangent)
+            if y is None or not self.space.allows(y):
+                continue
+            if not self.space.low <= y[-1] <= self.space.high:
+                return None
+            point = self.space.point(y, tangent)
+            if point is not None and point.tangent @ tangent > _OWN:
+                return point
+        return None
+
+    def finish(self) -> None:
+        """Put marks on all branches that they lie on.
+
+        Where several eigenvalues vanish at once, the sign of their product does not show it.
+        """
+        for branch in self.branches:
+            present = {id(mark) for _, mark in branch.marks}
+            for mark in self.marks:
+                place = None if id(mark) in present else self._place(branch.points, mark.y)
+                if place is not None:
+                    insert(self.space, branch, place, mark)
+            branch.marks.sort(key=lambda pair: pair[0])
+
+    def at(self, branch: Traced, value: float) -> list[Matrix]:
+        """Find the points of a branch at a value of the parameter."""
+        found = []
+        for here, after in pairwise(branch.points):
+            start, width = here.y[-1], after.y[-1] - here.y[-1]
+            if width and 0 <= (value - start) / width <= 1:
+                part = (value - start) / width
+                y = self.space.landed(here.y + part * (after.y - here.y), value)
+                found += [] if y is None else [y]
+        return found
+
+    def has(self, y: Matrix) -> bool:
+        """Say whether a point lies on a branch that is known."""
+        return any(self._place(branch.points, y) is not None for branch in self.branches)
+
+    def _place(self, points: Sequence[CurvePoint], y: Matrix) -> int | None:
+        """Return the number of the point behind which another one lies; None if it does not."""
+        table = np.array([p.y for p in points])
+        gaps = np.array([self._gap(row, y) for row in table])
+        distances = np.linalg.norm(gaps, axis=1)
+        nearest: list[int] = np.argsort(distances)[:_CHORDS].tolist()
+        for k in nearest:
+            for one, other in ((k - 1, k), (k, k + 1)):
+                if one < 0 or other >= len(points):
+                    continue
+                if self._is_between(points[one], points[other], gaps[one], y):
+                    return one
+        return None
+
+    def _is_between(self, one: CurvePoint, other: CurvePoint, gap: Matrix, y: Matrix) -> bool:
+        """Say whether a point lies on the curve between two neighbours.
+
+        ``gap``: scaled difference of the first one and the point.
+        """
+        chord = (other.y - one.y) / self.space.scale
+        length = float(np.linalg.norm(chord))
+        if length == 0.0:
+            return float(np.abs(gap).max()) < _SAME
+        part = -(gap @ chord) / length**2
+        if not -0.5 <= part <= 1.5:
+            return False
+        beside = gap + part * chord
+        if float(np.linalg.norm(beside)) > _BESIDE * length + _SAME:
+            return False
+        there = self.space.corrected(one.y + part * (other.y - one.y), chord / length)
+        if there is None:
+            return float(np.linalg.norm(beside)) < _SAME
+        return float(np.abs(self._gap(there, y)).max()) < _SAME
+
+
+def _middle(space: Space, here: CurvePoint, after: CurvePoint) -> Matrix:
+    return np.asarray((here.y + after.y) / 2)
+
+
+def _doubles(at: Located) -> Matrix:
+    return np.array([float(x) for x in at.y])
+
+
+def _reversed(point: CurvePoint) -> CurvePoint:
+    return CurvePoint(point.y, -point.tangent, -point.turn)
+
+
+def _joined(back: Way, forth: Way) -> Traced:
+    """Join two ways from one point to a branch that begins where the first one ends."""
+    points = [*map(_reversed, reversed(back.points[1:])), *forth.points]
+    return Traced(points, (back.end, forth.end))
+
+
+def insert(space: Space, branch: Traced, k: int, mark: Mark) -> None:
+    """Put a mark's point behind the k-th one of a branch, or take a neighbour if it is there."""
+    for near in (k, k + 1):
+        if np.abs(space.difference(branch.points[near].y, mark.y)).max() < _SAME:
+            branch.marks.append((near, mark))
+            return
+    here, after = branch.points[k], branch.points[k + 1]
+    y = here.y + space.difference(mark.y, here.y) * space.scale
+    tangent = here.tangent + after.tangent
+    branch.points.insert(k + 1, CurvePoint(y, tangent / np.linalg.norm(tangent), 0.0))
+    branch.marks = [(n + (n > k), m) for n, m in branch.marks]
+    branch.marks.append((k + 1, mark))

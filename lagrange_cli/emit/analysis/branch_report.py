@@ -1,0 +1,62 @@
+"""Branches of equilibria as JSON values."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lagrange_cli.analysis.branch_values import Branch, Branches, MarkedPoint
+
+
+def branches_report(found: Branches | None, names: Sequence[str]) -> dict[str, Any]:
+    """Return branches as values that JSON can hold; nothing if they were not asked for.
+
+    ``names``: those of all coordinates.
+    """
+    if found is None:
+        return {}
+    return {
+        "branches": {
+            "parameter": found.parameter,
+            "from": found.low,
+            "to": found.high,
+            "values": found.values,
+            "starts": found.starts,
+            "skipped": found.skipped,
+            "left": found.left,
+            "held": dict(found.held),
+            "free": list(found.free),
+            "marks": [_mark(mark, names) for mark in found.marks],
+            "curves": [_branch(branch, found.parameter, names) for branch in found.branches],
+        }
+    }
+
+
+def _mark(mark: MarkedPoint, names: Sequence[str]) -> dict[str, Any]:
+    return {
+        "kind": mark.kind,
+        "value": mark.value,
+        "error": mark.error,
+        "at": dict(zip(names, mark.position, strict=True)),
+        "frequency": mark.frequency,
+    }
+
+
+def _branch(branch: Branch, parameter: str, names: Sequence[str]) -> dict[str, Any]:
+    columns = zip(names, branch.positions.T.tolist(), strict=True)
+    return {
+        "ends": list(branch.ends),
+        "points": {parameter: branch.values.tolist(), **dict(columns)},
+        "marks": [{"point": k, "mark": number} for k, number in branch.marks],
+        "stretches": [
+            {
+                "first": s.first,
+                "last": s.last,
+                "stability": s.stability.verdict,
+                "reason": s.stability.reason,
+            }
+            for s in branch.stretches
+        ],
+    }
