@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.analysis.branch_values import Branches
     from lagrange_cli.analysis.momenta import Momentum
+    from lagrange_cli.analysis.response_values import FrequencyResponse
     from lagrange_cli.analysis.symmetries import Symmetries
     from lagrange_cli.analysis.verdicts import Stability
     from lagrange_cli.mechanics.equations import Equations
@@ -331,6 +332,8 @@ class Analysis:
         The linear system along the motion; None if it was not asked for.
     branches
         Branches of equilibria over a parameter; None if they were not asked for.
+    response
+        Frequency responses at an equilibrium; None if they were not asked for.
     """
 
     equations: Equations
@@ -343,6 +346,7 @@ class Analysis:
     exponents: Exponents | None = None
     along: AlongMotion | None = None
     branches: Branches | None = None
+    response: FrequencyResponse | None = None
 
     @property
     def resting(self) -> Equations:

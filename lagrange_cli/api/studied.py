@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.api.moving import GivenMembers, Moving, members_given
 from lagrange_cli.api.values import GivenValues, text_of, texts
+from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.varied import Varied
+    from lagrange_cli.analysis.response_values import FrequencyResponse
     from lagrange_cli.api.analyzed import Analyzed
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.studies.fit.fit import Fit
@@ -235,6 +237,56 @@ class Studied(Moving):
         found = effective_potential(self.equations)
         write_file(path, draw(picture_of_potential(found), _ending(path)))
         return found.told
+
+    def frequency_response(
+        self, low: float, high: float, *, at: GivenValues | None = None
+    ) -> FrequencyResponse:
+        """Find the responses of outputs to inputs between two angular frequencies.
+
+        Parameters
+        ----------
+        low, high
+            The angular frequencies, positive and ascending.
+        at
+            As of :meth:`analyze`.
+
+        Raises
+        ------
+        InputError
+            There are no inputs, no equilibrium, or no such frequencies.
+
+        Examples
+        --------
+        >>> derivation = load("systems/oscillators/driven_spring.yaml").derive()
+        >>> found = derivation.frequency_response(0.1, 100)
+        >>> [round(peak.frequency, 6) for peak in found.channels[0].peaks]
+        [6.324555]
+        """
+        from lagrange_cli.analysis.frequency_response import frequency_response
+
+        if not (0 < low < high < float("inf")):
+            message = f"frequencies are positive and ascend, not from {low:g} to {high:g}"
+            raise InputError(Problem(message, hint="0.1..100", rule="response"))
+        if not self.equations.inputs:
+            hint = "inputs: [F] declares one, and forces may hold it"
+            raise InputError(Problem("the scene has no inputs", hint=hint, rule="response"))
+        linear = self.analyze("linearization", at=at).linearization
+        assert linear is not None
+        return frequency_response(linear.state_space, low, high)
+
+    def plot_response(self, path: str | os.PathLike[str], response: FrequencyResponse) -> None:
+        """Draw the Bode diagram of a frequency response by matplotlib.
+
+        Raises
+        ------
+        InputError
+            matplotlib is not installed, or cannot write such a file.
+        """
+        from lagrange_cli.files import write_file
+        from lagrange_cli.studies.bode import bode_diagram
+
+        title = self.equations.title or self.equations.name
+        write_file(path, bode_diagram(response, title, _ending(path)))
 
     def plot_modes(self, path: str | os.PathLike[str], *, at: GivenValues | None = None) -> str:
         """Draw the shapes of the modes; return a remark on what is not drawn, or an empty one.

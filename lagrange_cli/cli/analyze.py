@@ -64,6 +64,13 @@ if TYPE_CHECKING:
     help="A(t), B(t), C(t), D(t) along the motion until this time, in place of those at an "
     "equilibrium.  [default: none]",
 )
+@click.option(
+    "--response",
+    callback=options.frequencies,
+    metavar="FROM..TO",
+    help="Frequency responses of outputs to inputs between two angular frequencies, with largest "
+    "gains; alone unless other parts are named.  [default: none]",
+)
 @options.number(
     "--accuracy",
     "EPS",
@@ -84,8 +91,9 @@ if TYPE_CHECKING:
 )
 @options.at
 @options.plot(
-    "With --modes: draw the shapes of the modes, as .svg, .pdf or .png, by matplotlib. With"
-    " --branches: draw the bifurcation diagram, also as .pgf, or as .tex for pgfplots.",
+    "With --modes: draw the shapes of the modes; with --response: its Bode diagram; both as .svg,"
+    " .pdf or .png, by matplotlib. With --branches: draw the bifurcation diagram, also as .pgf, or"
+    " as .tex for pgfplots.",
     "tex",
 )
 @options.file(
@@ -125,6 +133,7 @@ def analyze(
     modes: bool,
     lyapunov: float | None,
     along: float | None,
+    response: tuple[float, float] | None,
     accuracy: float | None,
     samples: int | None,
     steady: bool,
@@ -143,6 +152,9 @@ def analyze(
     session: Session = ctx.obj
     source = read_source(scene)
     guard(source, parameters, {"-o": output, "--plot": plot, "--animate": animate})
+    bode, plot = (None, plot)
+    if response is not None:
+        bode, plot = _bode(plot, others=modes or branches is not None, steady=steady), None
     diagram, plot = _told_apart(plot, modes=modes, branches=branches is not None)
     _require_modes({"--plot": plot, "--animate": animate}, modes=modes, steady=steady)
     asked = {
@@ -154,7 +166,7 @@ def analyze(
     parts = [part for part, wanted in asked.items() if wanted]
     ending = "" if output is None else Path(output).suffix.lower()
     as_report, as_arrays = ending in (".json", ".npz"), ending == ".npz"
-    if as_arrays and parts and not linearization and along is None:
+    if as_arrays and parts and not linearization and along is None and response is None:
         raise click.UsageError("an .npz file holds the linear system; add --linearization")
     motions = lyapunov is not None or along is not None
     _require_used(along, accuracy, samples, at, alone=motions and not (parts or steady or branches))
@@ -171,8 +183,10 @@ def analyze(
 
     def work() -> Answer:
         derivation = derivation_of_scene(session, request)
-        asked = parts if parts or steady or branches or not motions else None
-        analysis = _analyzed(derivation, asked, at, steady=steady, branches=branches)
+        alone = not (parts or steady or branches) and bool(motions or response)
+        analysis = _analyzed(
+            derivation, None if alone else parts, at, steady=steady, branches=branches
+        )
         if lyapunov is not None:
             with session.progress("following neighbouring motions") as move:
                 found = derivation.lyapunov(until=lyapunov, progress=move)
@@ -181,6 +195,9 @@ def analyze(
             wanted = 1e-6 if accuracy is None else accuracy
             beside = derivation.linearize(until=along, accuracy=wanted, samples=samples)
             analysis = replace(analysis, along=beside.summary)
+        if response is not None:
+            found_response = derivation.frequency_response(*response, at=at)
+            analysis = replace(analysis, response=found_response)
         written = FORMATS[format_](analysis, written_with, ascii_only, encoding)
         shown = written.to_json() if isinstance(written, Page) else written
         answer = {"report": analysis.report(), "shown": shown}
@@ -189,7 +206,7 @@ def analyze(
         recorded = any(u.recording is not None for u in derivation.equations.inputs)
         return answer_of(derivation, answer, lasting=not (motions and recorded))
 
-    motion = lyapunov, along, accuracy, samples
+    motion = lyapunov, along, accuracy, samples, response
     asked_of = parts, motion, steady, list(at.items()), list(parameters.items()), branches, picture
     question = (*asked_of, format_, sorted(written_with.items()), ascii_only, encoding)
     value = remembered(session, "analyze", source, question, work)
@@ -203,6 +220,9 @@ def analyze(
         _draw_modes(session, request, plot, animate, at)
     if diagram is not None:
         write_file(diagram, base64.b64decode(value["picture"]))
+    if bode is not None and response is not None:
+        derivation = derivation_of_scene(session, request)
+        derivation.plot_response(bode, derivation.frequency_response(*response, at=at))
     deliver(content, format_, None if as_report else output, width=USUAL_WIDTH)
     if along is not None and report["along"]["status"] != "ok":
         ctx.exit(1)
@@ -227,6 +247,18 @@ def _require_used(
         raise click.UsageError("--at is for parts at an equilibrium; a motion begins at 'initial'")
 
 
+def _bode(plot: str | None, *, others: bool, steady: bool) -> str | None:
+    """Return the file of a Bode diagram; None for none."""
+    if steady:
+        raise click.UsageError("--response is at rest, not of steady motions")
+    if plot is not None and others:
+        message = "--plot draws the response, the modes or the branches; ask for one at a time"
+        raise click.UsageError(message)
+    if plot is not None and Path(plot).suffix.lower() == ".tex":
+        raise click.UsageError("--plot draws a response as .svg, .pdf or .png")
+    return plot
+
+
 def _told_apart(plot: str | None, *, modes: bool, branches: bool) -> tuple[str | None, str | None]:
     """Return the file of a bifurcation diagram, and that of shapes of modes."""
     if plot is None:
@@ -243,7 +275,8 @@ def _require_modes(pictures: dict[str, str | None], *, modes: bool, steady: bool
     """Refuse pictures of modes where there are none."""
     for option, path in pictures.items():
         if path is not None and not modes:
-            raise click.UsageError(f"{option} draws the shapes of modes; add --modes")
+            more = ", or --response FROM..TO" if option == "--plot" else ""
+            raise click.UsageError(f"{option} draws the shapes of modes; add --modes{more}")
         if path is not None and steady:
             raise click.UsageError(f"{option} draws modes at rest, not those of steady motions")
 
@@ -289,7 +322,7 @@ def _with_matrices(report: dict[str, Any]) -> dict[str, Any]:
     InputError
         It was left out.
     """
-    if report["linearization"] is None and "along" not in report:
+    if report["linearization"] is None and not report.keys() & {"along", "response"}:
         from lagrange_cli.errors import InputError, Problem
 
         reasons = [left["reason"] for left in report["left_out"]]

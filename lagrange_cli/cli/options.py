@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -183,6 +184,23 @@ def formulation(default: str | None, said: str) -> Callable[[_Command], _Command
 def plot(said: str, *formats: str) -> Callable[[_Command], _Command]:
     """``--plot FILE``; ``formats`` are endings of files that are made without matplotlib."""
     return file("--plot", f"{said}  [default: none]", callback=_plottable(*formats))
+
+
+def frequencies(
+    ctx: click.Context, option: click.Parameter, value: str | None
+) -> tuple[float, float] | None:
+    """Read a range of angular frequencies, ``FROM..TO``."""
+    if value is None:
+        return None
+    first, dots, last = value.partition("..")
+    try:
+        low, high = float(first), float(last)
+    except ValueError:
+        low = high = math.nan
+    if not (dots and 0 < low < high < math.inf):
+        message = f"'{value}' is no range of positive frequencies, as 0.1..100"
+        raise click.BadParameter(message, ctx, option)
+    return low, high
 
 
 def jobs(what: str) -> Callable[[_Command], _Command]:

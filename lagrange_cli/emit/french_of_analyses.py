@@ -251,4 +251,25 @@ FRENCH_OF_ANALYSES = {
         "les deux extrémités de l'intervalle de {name} n'en font qu'une"
     ),
     "the scene declares {name} positive": "la scène déclare {name} positif",
+    "Frequency response": "Réponse en fréquence",
+    "angular frequencies from {start} to {until}": "pulsations de {start} à {until}",
+    "input": "entrée",
+    "output": "sortie",
+    "static gain": "gain statique",
+    "at": "à",
+    "gain": "gain",
+    "phase": "phase",
+    "infinite": "infini",
+    "no output answers to an input": "aucune sortie ne répond à une entrée",
+    "largest gains, each at its frequency; infinite where a pole is undamped": (
+        "gains les plus grands, chacun à sa fréquence\u00a0; infini où un pôle n'est pas amorti"
+    ),
+    "poles on the imaginary axis: free motions go on beside these": (
+        "pôles sur l'axe imaginaire\u00a0: des mouvements libres persistent à côté"
+    ),
+    "a pole has a positive real part: motions grow and do not settle to these": (
+        "un pôle a une partie réelle positive\u00a0: les mouvements croissent et ne tendent pas"
+        " vers ceux-ci"
+    ),
+    "rounding is at most {error} of a value": "l'arrondi est au plus {error} d'une valeur",
 }

@@ -249,4 +249,24 @@ GERMAN_OF_ANALYSES = {
     "no force depends on a coordinate": "keine Kraft hängt von einer Koordinate ab",
     "both ends of the range of {name} are one": "beide Enden des Bereichs von {name} sind eines",
     "the scene declares {name} positive": "die Szene erklärt {name} für positiv",
+    "Frequency response": "Frequenzgang",
+    "angular frequencies from {start} to {until}": "Kreisfrequenzen von {start} bis {until}",
+    "input": "Eingang",
+    "output": "Ausgang",
+    "static gain": "statische Verstärkung",
+    "at": "bei",
+    "gain": "Verstärkung",
+    "phase": "Phase",
+    "infinite": "unendlich",
+    "no output answers to an input": "kein Ausgang antwortet auf einen Eingang",
+    "largest gains, each at its frequency; infinite where a pole is undamped": (
+        "größte Verstärkungen, jede bei ihrer Frequenz; unendlich, wo ein Pol ungedämpft ist"
+    ),
+    "poles on the imaginary axis: free motions go on beside these": (
+        "Pole auf der imaginären Achse: Freie Bewegungen dauern daneben an"
+    ),
+    "a pole has a positive real part: motions grow and do not settle to these": (
+        "ein Pol hat positiven Realteil: Bewegungen wachsen und gehen nicht in diese über"
+    ),
+    "rounding is at most {error} of a value": "Rundung ist höchstens {error} eines Werts",
 }

@@ -5,6 +5,7 @@ accuracy. Read :mod:`.reference` first.
 """
 
 __all__ = [
+    "bode",
     "branch_picture",
     "effective_potential",
     "linear_motion",

@@ -62,6 +62,10 @@ def analysis_json(report: dict[str, Any]) -> str:
     return json_text(report)
 
 
+#: Names in a response.
+_NAMED = ("inputs", "outputs")
+
+
 def _along_arrays(report: dict[str, Any]) -> dict[str, Any]:
     """Return the linear system along a motion by name, as NumPy arrays for a file."""
     import numpy as np
@@ -78,9 +82,16 @@ def npz_of(report: dict[str, Any]) -> bytes:
     """Return the matrices of a report as the bytes of an ``.npz`` file."""
     import numpy as np
 
-    from lagrange_cli.emit.analysis.report import linearization_arrays
+    from lagrange_cli.emit.analysis.report import linearization_arrays, response_arrays
 
-    arrays = linearization_arrays(report) if "along" not in report else _along_arrays(report)
+    arrays: dict[str, Any] = {}
+    if "along" in report:
+        arrays = _along_arrays(report)
+    elif report["linearization"] is not None:
+        arrays = dict(linearization_arrays(report))
+    if "response" in report:
+        texts = {key: np.array(report["response"][key], dtype=str) for key in _NAMED}
+        arrays = texts | arrays | response_arrays(report)
     stream = io.BytesIO()
     np.savez(stream, **arrays)
     return stream.getvalue()

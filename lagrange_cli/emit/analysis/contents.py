@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.analysis.branch_sections import BranchSections
 from lagrange_cli.emit.analysis.linear import linear_sections
 from lagrange_cli.emit.analysis.places import Places
+from lagrange_cli.emit.analysis.response_rows import response_lines, response_table
 from lagrange_cli.emit.analysis.wording import (
     Teller,
     along_lines,
@@ -78,6 +79,7 @@ def analysis_sections(
         ("energy", balance(writer)),
         ("exponents", contents.exponents()),
         ("along", contents.along()),
+        ("response", contents.response()),
         ("left-out", contents.left_out()),
     ]
     kept = [replace(section, name=name) for name, section in named if section is not None]
@@ -254,6 +256,19 @@ class _Contents:
         lines = along_lines(found, say, letters.words)
         span = say("{text}.", text=_capital(span_line(found, say, letters.inline)))
         return section(say("Along the motion"), Words(span), Bullets((*rows, *lines)))
+
+    def response(self) -> Section | None:
+        """A table of largest gains."""
+        found, say, letters = self.analysis.response, self.writer.say, self.writer.letters
+        if found is None:
+            return None
+        head, *rows = response_table(found, say)
+        cells = tuple(tuple(letters.words(cell) for cell in row) for row in rows)
+        lines = tuple(
+            say("{text}.", text=_capital(letters.words(line)))
+            for line in response_lines(found, say)
+        )
+        return section(say("Frequency response"), Table(head, cells), Words(" ".join(lines)))
 
     def _state(self, name: str) -> str:
         letters = self.writer.letters

@@ -5,11 +5,12 @@ Closed forms are in the scene language, so that they can be read back.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lagrange_cli.analysis.response_values import continuous_phase
 from lagrange_cli.analysis.symmetries import Symmetries, Symmetry
 from lagrange_cli.emit.analysis.branch_report import branches_report
 from lagrange_cli.emit.forms.writer import with_momenta
@@ -18,8 +19,10 @@ from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
     from sympy import Expr
 
+    from lagrange_cli.analysis.response_values import Channel, FrequencyResponse
     from lagrange_cli.analysis.values import (
         Analysis,
         Equilibria,
@@ -73,7 +76,58 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
         **_exponents(analysis.exponents),
         **branches_report(analysis.branches, every),
         **({} if analysis.along is None else {"along": dict(analysis.along.report)}),
+        **_response(analysis.response),
     }
+
+
+def _response(found: FrequencyResponse | None) -> dict[str, Any]:
+    if found is None:
+        return {}
+    return {
+        "response": {
+            "from": found.low,
+            "to": found.high,
+            "inputs": list(found.inputs),
+            "outputs": list(found.outputs),
+            "settles": found.settles,
+            "error": found.error,
+            "omega": found.frequencies.tolist(),
+            "channels": [_channel(found, channel) for channel in found.channels],
+        }
+    }
+
+
+def _channel(found: FrequencyResponse, channel: Channel) -> dict[str, Any]:
+    """Gains and phases along ω, null at undamped poles."""
+    gains = found.gains[:, found.outputs.index(channel.output), found.inputs.index(channel.source)]
+    known = np.isfinite(gains)
+    columns = (("gain", np.abs(gains)), ("phase", continuous_phase(gains)))
+    return {
+        "input": channel.source,
+        "output": channel.output,
+        "static": channel.static,
+        "peaks": [{"omega": p.frequency, "gain": p.gain, "phase": p.phase} for p in channel.peaks],
+        **{
+            name: [x if is_known else None for x, is_known in zip(x.tolist(), known, strict=True)]
+            for name, x in columns
+        },
+    }
+
+
+def response_arrays(report: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
+    """Return the response of a report as arrays: ``omega``, and ``response`` of shape (ω, outputs,
+    inputs), complex, not a number at undamped poles."""
+    found = report["response"]
+    shape = len(found["omega"]), len(found["outputs"]), len(found["inputs"])
+    gains = np.zeros(shape, dtype=complex)
+    for channel in found["channels"]:
+        sizes, phases = (
+            np.array([np.nan if x is None else x for x in channel[key]], dtype=float)
+            for key in ("gain", "phase")
+        )
+        place = found["outputs"].index(channel["output"]), found["inputs"].index(channel["input"])
+        gains[:, *place] = sizes * np.exp(1j * phases)
+    return {"omega": np.array(found["omega"]), "response": gains}
 
 
 def _exponents(found: Exponents | None) -> dict[str, Any]:

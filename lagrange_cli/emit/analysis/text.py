@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.analysis.branch_rows import BranchRows
 from lagrange_cli.emit.analysis.motion_rows import along_rows, exponent_rows
+from lagrange_cli.emit.analysis.response_rows import response_rows
 from lagrange_cli.emit.analysis.wording import (
     Teller,
     count_line,
@@ -112,6 +113,7 @@ class _Writer:
         yield energy(self.lines)
         yield exponent_rows(self.analysis.exponents, self.say)
         yield along_rows(self.analysis.along, self.say)
+        yield response_rows(self.analysis.response, self.say)
         yield self.left_out()
 
     @cached_property

@@ -1,0 +1,75 @@
+"""Frequency responses in words and tables, for text and documents."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from lagrange_cli.notation.page import Block, Row, words
+
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.response_values import Channel, FrequencyResponse
+    from lagrange_cli.emit.language import Language
+
+#: Pairs of inputs and outputs, and peaks of each, that are listed.
+_MOST_CHANNELS, _MOST_PEAKS = 24, 12
+
+
+def response_rows(found: FrequencyResponse | None, say: Language) -> list[Row | Block]:
+    """Write responses and their largest gains, if there are some."""
+    if found is None:
+        return []
+    table = response_table(found, say)
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    rows = [
+        Row("", "  ".join(["", *(f"{x:<{w}}" for x, w in zip(row, widths, strict=True))]).rstrip())
+        for row in table
+    ]
+    rows += [Row("", "  ", words(line)) for line in response_lines(found, say)]
+    span = say("angular frequencies from {start} to {until}", **_span(found))
+    return [Row(say("Frequency response"), "   ", words(span), "heading"), *rows]
+
+
+def _span(found: FrequencyResponse) -> dict[str, str]:
+    return {"start": f"{found.low:g}", "until": f"{found.high:g}"}
+
+
+def response_table(found: FrequencyResponse, say: Language) -> list[tuple[str, ...]]:
+    """Write the head and a row for each peak; the first of a pair names it."""
+    heads = ("input", "output", "static gain", "at", "gain", "phase")
+    table = [tuple(map(say, heads))]
+    for channel in found.channels[:_MOST_CHANNELS]:
+        static = say("infinite") if channel.static is None else f"{channel.static:.6g}"
+        head = channel.source, channel.output, static
+        for cells in _peaks(channel, say):
+            table.append((*head, *cells))
+            head = "", "", ""
+    return table
+
+
+def _peaks(channel: Channel, say: Language) -> Iterator[tuple[str, str, str]]:
+    for peak in channel.peaks[:_MOST_PEAKS]:
+        place = f"{peak.frequency:.9g}"
+        if peak.gain is None or peak.phase is None:
+            yield place, say("infinite"), ""
+        else:
+            yield place, f"{peak.gain:.6g}", f"{math.degrees(peak.phase):.1f}°"
+    if not channel.peaks:
+        yield "", "", ""
+
+
+def response_lines(found: FrequencyResponse, say: Language) -> Iterator[str]:
+    """Say what the table is of, and how far it is to be trusted."""
+    if not found.channels:
+        yield say("no output answers to an input")
+        return
+    yield say("largest gains, each at its frequency; infinite where a pole is undamped")
+    if found.settles == "undamped":
+        yield say("poles on the imaginary axis: free motions go on beside these")
+    if found.settles == "unstable":
+        yield say("a pole has a positive real part: motions grow and do not settle to these")
+    yield say("rounding is at most {error} of a value", error=f"{found.error:.0e}")
+    hidden = len(found.channels) - _MOST_CHANNELS
+    if hidden > 0:
+        yield say("and {count} more, in --json", count=hidden)
