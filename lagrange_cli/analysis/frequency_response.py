@@ -206,6 +206,7 @@ def _frequencies(system: _System, low: float, high: float) -> Matrix:
 
 
 def _responses(system: _System, frequencies: Matrix) -> tuple[Complexes, float]:
+    """Return gains and the largest bound of a rounding error; what is all rounding is zero."""
     shape = len(frequencies), *system.d.shape
     gains, worst = np.full(shape, np.nan, dtype=complex), 0.0
     undamped = {part.frequency for part in system.axis if part.infinite.any()}
@@ -219,6 +220,7 @@ def _responses(system: _System, frequencies: Matrix) -> tuple[Complexes, float]:
         size = np.abs(gains[k])
         # Of what vanishes nothing relative can be said.
         seen = size > bound
+        gains[k] = np.where(seen, gains[k], 0.0)
         worst = max(worst, float((bound[seen] / size[seen]).max(initial=0.0)))
     return gains, worst
 
@@ -265,6 +267,7 @@ def _largest(
             options={"xatol": 1e-9 * (high - low)},
         )
         place = middle + float(found.x)
-        gain = complex(system.at(place)[0][i, j])
-        if abs(gain) > (1 + _ABOVE) * min(around[0], around[2]):
+        gains, bounds = system.at(place)
+        gain = complex(gains[i, j])
+        if abs(gain) > (1 + _ABOVE) * min(around[0], around[2]) + 3 * bounds[i, j]:
             yield ResponsePeak(place, abs(gain), float(np.angle(gain)))
