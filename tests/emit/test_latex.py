@@ -257,9 +257,25 @@ def test_escaped_text_holds_no_command_of_its_own(text):
 @pytest.mark.slow
 @pytest.mark.latex
 def test_every_hostile_character_alone(tmp_path):
-    every = "".join(chr(i) for i in range(0x250)) + "–—‘’“”…×·°±−²³√≤≥→∞αβγΩπ"
+    blocks = (0, 0x250), (0x1E00, 0x1F00), (0x2000, 0x2300)
+    every = "".join(chr(i) for first, end in blocks for i in range(first, end)) + "αβγΩπ"
     masses = replace(masses_through_hole(), description=" ".join(every))
     compiled(tmp_path, emit(masses))
+
+
+@pytest.mark.parametrize(
+    ("text", "latex"),
+    [
+        ("§ 35", r"\S{} 35"),
+        ("m₂ v⁴ cm⁻", r"m\ensuremath{{}_{2}} v\ensuremath{{}^{4}} cm{[}U+207B{]}"),
+        ("ẍ = ẋ′", r"\"{x} = \.{x}\ensuremath{{}'}"),
+        ("«ℏ ≈ 1»", r"\guillemotleft{}\ensuremath{\hbar} \ensuremath{\approx} 1\guillemotright{}"),
+        ("x\u0300y\u0302", r"x{[}U+0300{]}\^{y}"),
+    ],
+)
+def test_signs_letters_and_scripts_print_as_themselves(text, latex):
+    """Those of which LaTeX has one; others as their code point."""
+    assert latex_text(text) == latex
 
 
 @pytest.mark.parametrize(

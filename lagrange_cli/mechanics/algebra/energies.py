@@ -45,11 +45,43 @@ def shortest_energy(
         together: ``½ (m1 + m2) (Ẋ² + Ẏ²) + ½ m1 m2/(m1 + m2) (ṙ² + r² φ̇²)``.
     """
     if not energy.is_Add:
+        return _with_factors_in_front(energy, brackets)
+    # Sums of squares of velocities may be opened: ``I (θ̇1² + θ̇2²)`` beside T of particles.
+    closed = [e for e in brackets if any(_degree(term, velocities) != 2 for term in e.args)]
+    tried = [brackets] if len(closed) == len(brackets) else [brackets, closed]
+    ways = [way for b in tried for way in _ways(energy, velocities, splitter, constants, b)]
+    shorter = [way for way in ways if printed_length(way) <= printed_length(energy)]
+    return min([energy, *shorter], key=sum_size)
+
+
+def _with_factors_in_front(energy: sp.Expr, brackets: Collection[sp.Expr]) -> sp.Expr:
+    """Write ``m g (½ R sin α + ½ R sin β)`` as ``½ m g R (sin α + sin β)``."""
+    factors = sp.Mul.make_args(energy)
+    sums = [f for f in factors if f.is_Add and f not in brackets]
+    if len(sums) != 1:
         return energy
+    (inner,) = sums
+    number, common = common_factor([*inner.args]).as_coeff_Mul(rational=True)
+    if number * common == 1:
+        return energy
+    rest = sp.Add(*(term / number / common for term in inner.args))
+    outer, product = sp.Mul(*(f for f in factors if f is not inner)).as_coeff_Mul(rational=True)
+    shown = scaled(outer * number, product * common * rest)
+    return shown if printed_length(shown) < printed_length(energy) else energy
+
+
+def _ways(
+    energy: sp.Expr,
+    velocities: Sequence[sp.Symbol],
+    splitter: Splitter,
+    constants: frozenset[sp.Symbol],
+    brackets: Collection[sp.Expr],
+) -> list[sp.Expr]:
+    """Collect an energy over all its terms in several ways; none beyond the budget of terms."""
     kept = {e: sp.Symbol(f"({k})", real=True) for k, e in enumerate(brackets)}
     expanded = expand_terms(energy.xreplace(kept), _TERM_BUDGET)
     if expanded is None:
-        return energy
+        return []
     constants |= {s for e, s in kept.items() if e.free_symbols <= constants}
     total = TermSum(splitter)
     total.add_all(e for e in expanded if e != 0)
@@ -58,9 +90,7 @@ def shortest_energy(
     ways = [by_parameters(terms, constants, velocities)]
     if len({_degree(term, velocities) for term in terms}) == 1:
         ways += _in_front(terms, constants, velocities)
-    shorter = [way.xreplace(written) for way in ways]
-    shorter = [way for way in shorter if printed_length(way) <= printed_length(energy)]
-    return min([energy, *shorter], key=sum_size)
+    return [way.xreplace(written) for way in ways]
 
 
 def by_parameters(
