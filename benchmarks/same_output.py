@@ -153,6 +153,7 @@ def derivations(scene: str) -> Iterator[list[str]]:
             yield from ([*words, "--by", way] for way in ("lagrange", "dalembert"))
             yield from ([*words, *options] for options in ONCE.get(format_, ()))
     yield ["derive", scene, "--form", "routhian", "--plot", "out/potential.tex"]
+    yield ["derive", scene, "--form", "hamiltonian", "--bracket", "H, H"]
 
 
 def emissions(scene: str) -> Iterator[list[str]]:
