@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import resource
+import time
 import warnings
 from contextlib import contextmanager
 
@@ -274,3 +276,28 @@ def test_what_is_missing_is_named(pendulum, tmp_path, monkeypatch, library, endi
         pendulum.ensemble(drawn(), **FIGURES, store=tmp_path / f"out{ending}")
     assert hint in refusal.value.problems[0].hint
     assert list(tmp_path.iterdir()) == []
+
+
+class BegunError(Exception):
+    """A run that has kept its first block."""
+
+
+@pytest.mark.parametrize("ending", [".npz", ".zarr"])
+def test_a_thousand_million_members_begin_at_once(pendulum, tmp_path, ending):
+    """None is made before it is run: the first block of them is kept within two seconds."""
+    values = np.linspace(0.5, 1.5, 1000).tolist()
+    given = {"columns": [], "reduce": ["max(theta)"], "until": 0.1, "samples": 3}
+    pendulum.ensemble({"theta": [1.0], "m": [1.0], "l": [1.0]}, **given)  # compiles
+    parts, begun = [], time.process_time()
+
+    def end(part):
+        parts.append(part)
+        raise BegunError
+
+    store = tmp_path / f"out{ending}"
+    with pytest.raises(BegunError):
+        pendulum.ensemble(
+            {"theta": values, "m": values, "l": values}, **given, store=store, progress=end
+        )
+    assert time.process_time() - begun < 2.0
+    assert parts == [1 / math.ceil(1e9 / 8192)]
