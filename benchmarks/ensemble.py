@@ -21,6 +21,8 @@ With ``--scale`` a sweep of a million members, of which ends are kept, as the co
 that costs beside the integration alone, and its memory (ensemble_scale.py).
 
     python benchmarks/ensemble.py --scale --members 100000
+
+With ``--scale --on-cluster`` on a Dask cluster of this machine, beside the command without it.
 """
 
 from __future__ import annotations
@@ -241,6 +243,10 @@ def write(options: argparse.Namespace, rows: Sequence[dict[str, Any]]) -> None:
 def scale(options: argparse.Namespace) -> int:
     """Measure a sweep as the command runs it; 1 if its error is above its accuracy."""
     scene = ensemble_scale.scene_of(SCENE)
+    if options.on_cluster:
+        rows = ensemble_scale.on_cluster(scene, options.members, options.jobs)
+        write(options, rows)
+        return 0 if all(row["same"] for row in rows) else 1
     rows = ensemble_scale.measured(scene, options.members, options.jobs)
     print(f"{options.members} members, {options.jobs} cores\n")
     print(ensemble_scale.table(rows, options.members))
@@ -252,6 +258,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--members", type=int, help="10,000; with --scale 1,000,000")
     parser.add_argument("--scale", action="store_true", help="a sweep as the command runs it")
+    parser.add_argument("--on-cluster", action="store_true", help="with --scale: on Dask workers")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--json", metavar="FILE")

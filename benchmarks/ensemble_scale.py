@@ -9,6 +9,9 @@ Double pendulums are drawn around (1.5, 2.0) and integrated for 10 s to 1e-6; th
 * heyoka: batch mode to the end, a thousand batches at a time, at several tolerances: whether these
   reach 1e-6 is what their errors say.
 
+With ``--on-cluster`` the command alone, here and on a Dask cluster of this machine with as many
+workers, one thread each.
+
 Errors are the largest of a few members, as in ensemble.py. The seconds of the processors, which
 other work on the machine changes less, are for the command those of all its process, with its start
 and the derivation.
@@ -100,16 +103,20 @@ def alone(scene: str, number: int, jobs: int) -> dict[str, Any]:
     }
 
 
-def command(scene: str, number: int, jobs: int, ending: str) -> dict[str, Any]:
-    """Run the command; seconds, the largest memory of its process, and the ends of some members."""
+def command(
+    scene: str, number: int, jobs: int, ending: str, scheduler: str | None = None
+) -> dict[str, Any]:
+    """Run the command, here or on a cluster; seconds, the largest memory of its process, and the
+    ends of some members."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "scene.yaml")
         path.write_text(scene, encoding="utf-8")
         output = Path(folder, f"out{ending}")
         drawn = [word for text in distributions() for word in ("--sample", text)]
         options = ["--members", str(number), "--seed", str(SEED), "--until", str(UNTIL)]
-        kept = ["--accuracy", str(ACCURACY), "--final", "-o", str(output), "-j", str(jobs)]
-        words = ["simulate", str(path), *drawn, *options, *kept, "--json"]
+        kept = ["--accuracy", str(ACCURACY), "--final", "-o", str(output)]
+        engine = ["-j", str(jobs)] if scheduler is None else ["--on", scheduler]
+        words = ["simulate", str(path), *drawn, *options, *kept, *engine, "--json"]
         with tempfile.TemporaryFile() as printed:
             process = subprocess.Popen(
                 [sys.executable, "-m", "lagrange_cli", *words], stdout=printed
@@ -119,13 +126,37 @@ def command(scene: str, number: int, jobs: int, ending: str) -> dict[str, Any]:
             printed.seek(0)
             report = json.loads(printed.read())
         return {
-            "way": f"lagrange simulate --final -o out{ending}",
+            "way": f"lagrange simulate --final -o out{ending}{' --on cluster' * bool(scheduler)}",
             "seconds": report["seconds"]["integrate"],
             "processor": used.ru_utime + used.ru_stime,
             "memory": used.ru_maxrss * 1024,
             "not_held": number - report["counts"].get("ok", 0),
             "ends": ends_in(output, number),
         }
+
+
+def on_cluster(scene: str, number: int, jobs: int) -> list[dict[str, Any]]:
+    """Run the command here and on a cluster of as many workers, in turn; rows as of measured.
+
+    Seconds are those from the first block to the finished file; on the cluster that its workers are
+    asked for their versions, and load what is compiled, is among them.
+    """
+    from distributed import Client, LocalCluster
+
+    options = {"n_workers": jobs, "threads_per_worker": 1, "processes": True}
+    rows = []
+    with LocalCluster(**options, dashboard_address=None) as cluster, Client(cluster):
+        for ending in (".npz", ".zarr"):
+            command(scene, 100 * jobs, jobs, ending, cluster.scheduler_address)  # imports
+            pair = [
+                command(scene, number, jobs, ending, scheduler)
+                for scheduler in (None, cluster.scheduler_address)
+            ]
+            same = np.array_equal(*(row.pop("ends") for row in pair))
+            here, there = (row["seconds"] for row in pair)
+            rows += [row | {"throughput": here / row["seconds"], "same": same} for row in pair]
+            print(f"out{ending}: {here / there:.2f} of the throughput here, same ends: {same}")
+    return rows
 
 
 def ends_in(output: Path, number: int) -> Array:

@@ -156,7 +156,7 @@ class Cluster:
             for worker, own in found.items():
                 if not isinstance(own, Findings):
                     raise _unusable(worker, own)
-            seen = all(own.sees for findings in found.values())
+            seen = all(own.sees for own in found.values())
             if seen or time.monotonic() > given_up:
                 return dict(found)
             time.sleep(_LOOK_AGAIN)
@@ -173,7 +173,7 @@ class Cluster:
         pending, numbers = dict[Any, _Task](), itertools.count()
         completed = as_completed(loop=self.client.loop, with_results=True, raise_errors=False)
         # A task, not scattered: what a lost worker held is sent again.
-        shared = self._submit(itself, parcel, key=f"lagrange-{parcel.token}")
+        shared = self._shared(parcel)
         try:
             self._prepare(shared)
             while True:
@@ -195,21 +195,25 @@ class Cluster:
                 with suppress(Exception):
                     self.client.cancel([shared, *pending])
 
-    def _submit(self, function: Callable[..., Any], *args: Any, **options: Any) -> Any:
+    def _shared(self, parcel: Parcel) -> Any:
+        """Send a parcel to the cluster."""
         with warnings.catch_warnings():
             # That a model of many equations is large.
             warnings.filterwarnings("ignore", message="Sending large graph")
-            return self.client.submit(function, *args, pure=False, **options)
+            return self._submit(itself, parcel, key=f"lagrange-{parcel.token}")
+
+    def _submit(self, function: Callable[..., Any], *args: Any, **options: Any) -> Any:
+        return self.client.submit(function, *args, pure=False, **options)
 
     def _prepare(self, shared: Any) -> None:
         """Let one worker of each host compile, so that the others find it done."""
+        from distributed import as_completed
+
         hosts = {worker.rpartition(":")[0]: worker for worker in self.client.nthreads()}
         futures = [
             self._submit(prepare, shared, workers=[worker], allow_other_workers=True)
             for worker in hosts.values()
         ]
-        from distributed import as_completed
-
         ready = as_completed(futures, loop=self.client.loop, with_results=True, raise_errors=False)
         for future, result in ready:
             _received(future, result)

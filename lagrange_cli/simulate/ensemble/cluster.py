@@ -138,9 +138,10 @@ def _hinted(place: str | None) -> Iterator[None]:
         yield
     except InputError as error:
         *others, last = error.problems
-        if place is None or last.hint:
+        if place is None:
             raise
-        hint = "what is finished is kept: --resume goes on, here or on another cluster"
+        further = "what is finished is kept: --resume goes on, here or on another cluster"
+        hint = "\n".join(filter(None, (last.hint, further)))
         raise ClusterError(*others, replace(last, hint=hint)) from error
 
 

@@ -152,7 +152,7 @@ def after(part):
     return progress
 
 
-@pytest.mark.parametrize("ending", [".npz", ".zarr"])
+@pytest.mark.parametrize("ending", [".npz", pytest.param(".zarr", marks=pytest.mark.slow)])
 def test_a_run_goes_on_on_the_other_engine(client, pendulum, tmp_path, ending):
     expected, (first, second) = pendulum.ensemble(drawn(), **KEPT), ("a", "b")
     for name, before, behind in ((first, None, client), (second, client, None)):
@@ -225,6 +225,27 @@ def test_other_versions_are_refused_by_name(alone, pendulum, tmp_path, library):
         with pytest.raises(InputError, match=f"the worker at tcp://.* {said}"):
             pendulum.ensemble(drawn(), **KEPT, store=tmp_path / "out.npz", client=alone)
     assert not list(tmp_path.glob("out.npz*"))
+
+
+@pytest.mark.slow
+def test_a_worker_that_comes_later_is_refused_as_well(alone, pendulum, tmp_path):
+    (tmp_path / "scipy-1.0.dist-info").mkdir()
+    (tmp_path / "scipy-1.0.dist-info" / "METADATA").write_text("Name: scipy\nVersion: 1.0\n")
+    with (
+        worker(alone.scheduler.address, tmp_path, path=str(tmp_path)),
+        pytest.warns(UserWarning, match="the cluster has no workers yet"),
+        pytest.raises(InputError, match=r"the worker at tcp://.*: it has scipy 1.0 where"),
+    ):
+        pendulum.ensemble(drawn(), **KEPT, client=alone)
+
+
+@pytest.mark.slow
+def test_a_task_that_ends_its_workers_is_told(client, pendulum):
+    """As the system does to a process that takes too much memory."""
+    functions = {"deadly": lambda motion: os.kill(os.getpid(), signal.SIGKILL)}
+    with pytest.raises(InputError, match="a task ended one worker after the other"):
+        pendulum.ensemble(drawn(20), columns=[], functions=functions, client=client)
+    wait_for_workers(client, 2)
 
 
 @pytest.mark.slow
@@ -328,7 +349,7 @@ def test_a_lost_scheduler_ends_the_run_and_another_goes_on(pendulum, tmp_path):
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interrupt_cancels_and_says_how_to_go_on(client, tmp_path, number, code):
     (tmp_path / "scene.yaml").write_text(SCENE)
-    words = ["--vary", "theta=linspace(0.1,3,600)", "--method", "DOP853", "--rtol", "1e-10"]
+    words = ["--vary", "theta=linspace(0.1,3,240)", "--method", "DOP853", "--rtol", "1e-10"]
     words += ["-o", "out.npz", "--on", client.scheduler.address]
     command = [sys.executable, "-m", "lagrange_cli", "simulate", "scene.yaml", *words]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
@@ -342,7 +363,7 @@ def test_an_interrupt_cancels_and_says_how_to_go_on(client, tmp_path, number, co
     assert "stopped; --resume -o out.npz goes on with the other members" in told
     done = lagrange(tmp_path, *words, "--resume")
     assert (done.returncode, done.stderr) == (0, "")
-    assert "600 ok" in done.stdout
+    assert "240 ok" in done.stdout
 
 
 def test_no_scheduler_is_refused():
