@@ -6,7 +6,7 @@ import os
 import signal
 import stat
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from typing import BinaryIO
 
@@ -39,15 +39,25 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise cannot_write(f"'{path}'", error) from error
 
 
-def write_file(path: str | os.PathLike[str], content: str | bytes) -> None:
+def write_file(
+    path: str | os.PathLike[str],
+    content: str | bytes,
+    admit: Callable[[], None] | None = None,
+) -> None:
     """Write one file whole or not at all.
+
+    Parameters
+    ----------
+    admit
+        Called once the content lies in the file's folder under another name, right before it takes
+        its place; what it raises leaves nothing behind.
 
     Raises
     ------
     InputError
         The file cannot be written; what was there before is untouched.
     """
-    _write({os.fspath(path): content})
+    _write({os.fspath(path): content}, admit)
 
 
 @contextmanager
@@ -99,7 +109,7 @@ def write_files(folder: str | os.PathLike[str], files: Mapping[str, str]) -> lis
     return list(paths)
 
 
-def _write(files: Mapping[str, str | bytes]) -> None:
+def _write(files: Mapping[str, str | bytes], admit: Callable[[], None] | None = None) -> None:
     """Write all contents to temporary files beside their targets, then rename each."""
     with ExitStack() as stack:
         waiting: list[tuple[str, str, str]] = []
@@ -112,6 +122,8 @@ def _write(files: Mapping[str, str | bytes]) -> None:
                 raise cannot_write(f"'{path}'", error) from error
             if staged is not None:
                 waiting.append((path, staged.path, target))
+        if admit is not None:
+            admit()
         with _uninterrupted():
             for path, temporary, target in waiting:
                 try:

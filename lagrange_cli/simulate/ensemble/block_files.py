@@ -94,10 +94,13 @@ class BlockFiles:
         Where they are.
     size
         Members of each block but the last.
+    admit
+        Called before a block takes its place; what it raises keeps it out.
     """
 
     folder: Path
     size: int
+    admit: Callable[[], None] | None = None
 
     def __call__(self, block: MemberBlock) -> KeptBlock:
         """Write a block.
@@ -107,7 +110,7 @@ class BlockFiles:
         InputError
             It cannot be written.
         """
-        write_file(self._path(block.number), _serialized(block))
+        write_file(self._path(block.number), _serialized(block), self.admit)
         return KeptBlock.of(block, self.size)
 
     def _path(self, number: int) -> Path:

@@ -2,8 +2,9 @@
 
 The plan, the members and the contents of recorded inputs travel once; a task is the number of a
 block. While the run lasts a file of a random name lies in the folder of the blocks. Workers that do
-not see it are refused, and none writes a block once it is gone: a task that outlives its run writes
-into no other run's folder.
+not see it are refused, and none keeps a block once it is gone: a task that outlives its run writes
+into no other run's folder. That is asked when a block lies beside it under another name: where the
+folder is replaced afterwards, there is no such name in the new one.
 """
 
 from __future__ import annotations
@@ -37,6 +38,24 @@ _GLANCE = 1.0
 
 
 @dataclass(frozen=True)
+class _Running:
+    """Refuses to go on with a run that has ended, or whose blocks were removed.
+
+    Attributes
+    ----------
+    watched
+        A file that lies beside the blocks while the run lasts; None if they stay in memory.
+    """
+
+    watched: str | None
+
+    def __call__(self) -> None:
+        if self.watched is not None and not exists(self.watched):
+            folder = os.path.dirname(self.watched)
+            raise refusal(f"'{folder}' is not the folder any more that the run began with")
+
+
+@dataclass(frozen=True)
 class _BlockWork:
     """Runs blocks by their numbers and keeps them, on a worker.
 
@@ -48,14 +67,14 @@ class _BlockWork:
         Keeps each.
     files
         Contents of recorded inputs.
-    watched
-        A file that lies beside the blocks while the run lasts; None if they stay in memory.
+    running
+        Refuses once the run has ended.
     """
 
     blocks: Blocks
     writer: BlockWriter
     files: Mapping[Recording, CarriedFile]
-    watched: str | None
+    running: _Running
 
     def prepare(self) -> None:
         with reading_carried(self.files):
@@ -63,21 +82,8 @@ class _BlockWork:
 
     def __call__(self, number: int) -> KeptBlock | None:
         with reading_carried(self.files):
-            block = run_block(self.blocks.task(number), _Now(self.require_running))
-        self.require_running()
+            block = run_block(self.blocks.task(number), _Now(self.running))
         return None if block is None else self.writer(block)
-
-    def require_running(self) -> None:
-        """Refuse to go on if the run has ended, or its blocks were removed.
-
-        Raises
-        ------
-        ClusterError
-            Its file is gone.
-        """
-        if self.watched is not None and not exists(self.watched):
-            folder = os.path.dirname(self.watched)
-            raise refusal(f"'{folder}' is not the folder any more that the run began with")
 
 
 class _Now:
@@ -126,7 +132,8 @@ class ClusterEngine:
                 if not store.finished:
                     store.give_up()
                 raise
-            work = _BlockWork(sent, store.far_writer, files, watched)
+            running = _Running(watched)
+            work = _BlockWork(sent, store.far_writer(running), files, running)
             with _hinted(store.place):
                 yield from self.cluster.in_any_order(work, numbers, watched)
 

@@ -81,9 +81,14 @@ class Store(ABC):
         """The folder or address that the writer writes into; None if blocks stay in memory."""
         return None
 
-    @property
-    def far_writer(self) -> BlockWriter:
-        """The writer for processes that are in other folders; its paths are absolute."""
+    def far_writer(self, admit: Callable[[], None]) -> BlockWriter:
+        """Return the writer for processes that are in other folders; its paths are absolute.
+
+        Parameters
+        ----------
+        admit
+            Called there before a block is kept; what it raises keeps it out.
+        """
         return self.writer
 
     def finish(self, kept: KeptBlock) -> None:
@@ -209,9 +214,8 @@ class PartsStore(Store):
     def place(self) -> str:
         return str(parts_of(self.output).absolute())
 
-    @property
-    def far_writer(self) -> BlockWriter:
-        return BlockFiles(Path(self.place), self.size)
+    def far_writer(self, admit: Callable[[], None]) -> BlockWriter:
+        return BlockFiles(Path(self.place), self.size, admit)
 
     @property
     def _files(self) -> BlockFiles:

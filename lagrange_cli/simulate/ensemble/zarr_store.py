@@ -12,7 +12,7 @@ import json
 import os
 import secrets
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -83,6 +83,8 @@ class ZarrWriter:
         Number of members, of those in each block but the last, and of samples.
     description
         What is known of the arrays.
+    admit
+        Called before a block is written; what it raises keeps it out.
     """
 
     path: str
@@ -91,6 +93,7 @@ class ZarrWriter:
     size: int
     samples: int
     description: Description
+    admit: Callable[[], None] | None = None
 
     def __call__(self, block: MemberBlock) -> KeptBlock:
         """Write a block.
@@ -101,6 +104,8 @@ class ZarrWriter:
             It cannot be written.
         """
         first = block.number * self.size
+        if self.admit is not None:
+            self.admit()
         with _writing(self.path):
             for name, values in arrays_of(block).items():
                 self._array(name)[first : first + len(values)] = values
@@ -190,9 +195,8 @@ class ZarrStore(Store):
     def place(self) -> str:
         return self.path if is_address(self.path) else os.path.abspath(self.path)
 
-    @property
-    def far_writer(self) -> ZarrWriter:
-        return replace(self.writer, path=self.place)
+    def far_writer(self, admit: Callable[[], None]) -> ZarrWriter:
+        return replace(self.writer, path=self.place, admit=admit)
 
     @property
     def _group(self) -> Any:
