@@ -39,6 +39,11 @@ def name_and_order(expression: sp.Expr) -> tuple[str, int]:
     return name, len(expression.func.__name__) - len(name)
 
 
+def unknown_names(expression: sp.Expr) -> frozenset[str]:
+    """Return the names of the unknown functions that an expression holds, or derivatives of."""
+    return frozenset(name_and_order(f)[0] for f in expression.atoms(AppliedUndef))
+
+
 def unknown_slope(expression: sp.Expr) -> sp.Expr:
     """Differentiate an unknown function by its argument."""
     return unknown_function(f"{expression.func.__name__}'", expression.args[0])

@@ -368,6 +368,46 @@ def test_a_scene_without_particles_is_refused(capsys):
     assert not said.out
 
 
+TOP = """
+parameters: {I: 1, l: 1, g: 9.81}
+points:
+  tip: [0, 0, 0]
+  axis: [l*sin(theta)*cos(phi), l*sin(theta)*sin(phi), l*cos(theta)]
+coordinates: [phi, theta]
+kinetic: {turning: I/2*(dot(theta)^2 + dot(phi)^2*sin(theta)^2)}
+potentials: {weight: g*l*cos(theta)}
+initial: {phi: 1, theta: 0.5}
+"""
+
+
+def test_points_are_drawn_without_particles():
+    sketch = sketch_of(loads(TOP, file="top.yaml").derive().equations)
+    assert sorted(dot.kind for dot in sketch.dots) == ["joint", "origin"]
+    places = [np.array(dot.at) for dot in sketch.dots]
+    # In units of l: up by cos θ and, as x comes towards the viewer, down by a part of x.
+    assert abs(places[0][1] - places[1][1]) > abs(places[0][0] - places[1][0]) > 0
+
+
+UNKNOWN = """
+parameters: {m: 1}
+functions: {f: x, V: x}
+particles: {bead: {mass: m, position: [x, y, z]}}
+constraints: {plane: y = 0, wire: z = CURVE}
+coordinates: [x]
+potentials: {field: V(x)}
+initial: {x: 1}
+"""
+
+
+def test_an_unknown_potential_is_no_obstacle_and_an_unknown_curve_is():
+    scene = loads(UNKNOWN.replace("CURVE", "x^2"), file="it.yaml")
+    drawn = sketch_of(scene.derive().equations)
+    assert [dot.kind for dot in drawn.dots] == ["mass"]
+    assert strokes(drawn, "curve")
+    with pytest.raises(InputError, match="function 'f' is not given"):
+        sketch_of(loads(UNKNOWN.replace("CURVE", "f(x)"), file="it.yaml").derive().equations)
+
+
 def test_too_many_bodies_are_refused():
     derivation = loads(SCENES["chain_of_rods"].read_text(), parameters={"n": "400"}).derive()
     with pytest.raises(InputError, match="more than 400 particles and points"):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 import mpmath
@@ -17,7 +17,7 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.depiction import MOST_BODIES
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
-from lagrange_cli.mechanics.unknown_functions import require_given
+from lagrange_cli.mechanics.unknown_functions import require_given, unknown_names
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -149,10 +149,12 @@ def configurations(equations: Equations) -> Configurations:
     Raises
     ------
     InputError
-        There are no particles, or too many bodies, or no configuration is known.
+        There are no particles and no points, or too many, or no configuration is known, or an
+        unknown function says where something is.
     """
-    require_given(equations.functions)
     depiction = _depiction(equations)
+    placing = frozenset[str]().union(*map(unknown_names, _placing(equations, depiction)))
+    require_given(f for f in equations.functions if f.name in placing)
     start = _start(equations)
     if start is None:
         hint = "give the initial state in 'initial', and a value for every parameter"
@@ -182,13 +184,25 @@ def configurations(equations: Equations) -> Configurations:
 
 
 def _depiction(equations: Equations) -> Depiction:
-    if not equations.particles:
-        hint = "draw scenes with particles; the equations are printed by derive"
-        raise _refusal("this scene has no particles: nothing says where anything is", hint)
-    if equations.depiction is None:
+    depiction = equations.depiction
+    if depiction is None:
         why = f"there are more than {MOST_BODIES} particles and points: a sketch would be a blot"
         raise _refusal(why, "draw the scene with smaller sizes, as in -p n=10")
-    return equations.depiction
+    if not equations.particles and not depiction.points:
+        hint = "name places that move, as points: {axis: [l*sin(theta), 0, l*cos(theta)]}"
+        why = "this scene has no particles and no points: nothing says where anything is"
+        raise _refusal(why, hint)
+    known = tuple(p for p in depiction.potentials if not unknown_names(p[1]))
+    return replace(depiction, potentials=known)
+
+
+def _placing(equations: Equations, depiction: Depiction) -> Iterator[Expr]:
+    """Positions and constraints, which say where things are."""
+    bodies: _Bodies = (*equations.particles, *depiction.points)
+    for body in bodies:
+        yield from body.position
+    yield from (relation.expression for relation in depiction.relations)
+    yield from (closure.expression for closure in equations.closures)
 
 
 def _refusal(message: str, hint: str) -> InputError:
