@@ -612,6 +612,31 @@ def test_a_load_on_the_rope_of_a_drum_is_no_wheel():
     assert not strokes(sketch_of(derived("coupled_gears")), "wheel")
 
 
+HOOP = """
+parameters: {m: 1, R: 0.3, alpha: 0.4, g: 9.81}
+plane: xz
+particles: {c: {mass: m, position: [s*cos(alpha), 0, -s*sin(alpha)]}}
+coordinates: [s]
+constraints: {rolling: EQUATION}
+kinetic: {spin: m*R^2/2*dot(psi)^2}
+potentials: {weight: {gravity: g}}
+initial: {s: 0.4}
+"""
+
+
+@pytest.mark.parametrize("equation", ["s = R*psi", "dot(s) = R*dot(psi)"])
+def test_a_wheel_whose_angle_a_constraint_determines_is_drawn(equation):
+    sketch = sketch_of(loads(HOOP.replace("EQUATION", equation), file="it.yaml").derive().equations)
+    rim, spoke = strokes(sketch, "wheel")
+    radii = np.linalg.norm(np.array(rim.points) - place_of(sketch, "c"), axis=1)
+    assert np.ptp(radii) < 0.002
+    assert spoke.name == "psi"
+    assert not strokes(
+        sketch_of(loads(HOOP.replace("EQUATION", "s = 2*psi"), file="it.yaml").derive().equations),
+        "wheel",
+    )
+
+
 def test_what_a_cylinder_rolls_on_is_drawn():
     sketch = sketch_of(derived("rolling_cylinder"))
     (ground,) = strokes(sketch, "curve")

@@ -85,7 +85,9 @@ def find_wheels(configurations: Configurations, down: Array | None) -> list[Whee
 
 
 def _angles(configurations: Configurations) -> Iterator[tuple[str, Expr]]:
-    """Coordinates that no position depends on, and what the scene calls by a name of its own.
+    """Coordinates that no position depends on, and further names of the scene.
+
+    These are abbreviations, and what constraints determine beside the places of bodies.
 
     Not those that a constraint relates to each other, as of gears: what they roll on may turn.
     """
@@ -97,7 +99,10 @@ def _angles(configurations: Configurations) -> Iterator[tuple[str, Expr]]:
         if k not in moving | geared:
             yield c.name, c.q
     symbols = {c.q for c in coordinates} | set(configurations.values)
-    for name, expression in configurations.equations.abbreviations:
+    placed = {name for names in configurations.components for name in names}
+    determined = [(c.name, c.position) for c in configurations.equations.cartesian_names]
+    further = [(name, place) for name, place in determined if name not in placed]
+    for name, expression in (*configurations.equations.abbreviations, *further):
         if expression.free_symbols <= symbols:
             yield name, expression
 
@@ -193,8 +198,8 @@ def _is_normal(slopes: Array, velocities: list[Array]) -> bool:
 
 
 def _says_that_it_rolls(configurations: Configurations) -> bool:
-    closures = configurations.equations.closures
-    return any(c.name.lower().startswith(_ROLLS) for c in closures)
+    lines = configurations.equations.account.lines
+    return any(line.name.lower().startswith(_ROLLS) for line in lines)
 
 
 def _pressed(towards: Array, down: Array) -> Array | None:
