@@ -71,7 +71,9 @@ def follow(space: Space, start: CurvePoint, most: int = MOST_POINTS) -> Way:
                 if step < _SHORTEST:
                     return Way(tuple(points), "stuck")
                 continue
-            return Way((*points, last), "range")
+            # A branch may begin where the range ends.
+            arrived = np.array_equal(last.y, here.y)
+            return Way(tuple(points) if arrived else (*points, last), "range")
         if closed := _closed(space, points, after):
             return Way((*points, closed), "closed")
         points.append(after)

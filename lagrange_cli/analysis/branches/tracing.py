@@ -141,6 +141,9 @@ class Tracing:
         self._add(_joined(back, forth))
 
     def _add(self, branch: Traced) -> None:
+        if len(branch.points) < 2:
+            self.skipped += 1
+            return
         self.branches.append(branch)
         found = [
             (k, mark)
