@@ -93,6 +93,8 @@ def _certified(paths: Paths) -> str:
 def _search(paths: Paths) -> Iterator[str]:
     whole = paths.scan
     yield f"{len(paths.solutions)} found from {paths.starts} starts"
+    if paths.deflated:
+        yield f", {paths.deflated} of them by deflation of the others"
     if whole is None:
         yield "; there may be others"
     else:
@@ -103,7 +105,7 @@ def _search(paths: Paths) -> Iterator[str]:
         if not whole.is_resolved:
             yield ", and where motions part too fast to be told apart"
     if paths.lost:
-        yield f"; {paths.lost} starts led to what could not be certified"
+        yield f"; {paths.lost} more came close to paths and could not be certified"
     if paths.turnable and not paths.turns:
         names = ", ".join(paths.turnable)
         yield f"; --turns 1 looks a whole turn of {names} further, too"

@@ -87,7 +87,7 @@ def find_paths(
     motions = Motions(models, cache, stop)
     motions.require(first, last, accuracy, samples)
     found: list[StationaryPath] = []
-    tried = lost = 0
+    tried = lost = further = 0
     size = float(scales_of(motions, first, last)[0])
     whole = scan(motions, first, last, size)
     for number, end in enumerate(ends):
@@ -112,10 +112,12 @@ def find_paths(
             known.append(aim.v)
             if not _is_of_family(path, found):
                 found.append(path)
+                further += k >= starts and whole is None
     if not found:
         raise _none_found(tried, lost)
     ordered = tuple(sorted(found, key=_order))
-    return Paths(first, last, ordered, accuracy, tried, lost, turnable, turns, motions, whole)
+    counts = tried, lost, turnable, turns
+    return Paths(first, last, ordered, accuracy, *counts, motions, whole, further)
 
 
 def _require_counts(starts: int, turns: int, samples: int) -> None:

@@ -77,7 +77,7 @@ class Paths:
     starts
         Number of starts of the search.
     lost
-        Number of starts whose paths could not be certified.
+        Number of candidates that could not be certified.
     turnable
         Coordinates of which L is the same a whole turn further.
     turns
@@ -87,6 +87,8 @@ class Paths:
     scan
         The initial velocities that were looked at one after the other, with one degree of freedom;
         else None.
+    deflated
+        Number of the paths that were found by deflation of others.
     """
 
     first: End
@@ -99,6 +101,7 @@ class Paths:
     turns: int
     motions: Motions
     scan: Scan | None = None
+    deflated: int = 0
 
     @property
     def name(self) -> str:
@@ -154,6 +157,7 @@ class Paths:
             "accuracy": {"requested": self.requested, "estimated": self.estimated},
             "starts": self.starts,
             "lost": self.lost,
+            "deflated": self.deflated,
             "scan": None if self.scan is None else self._scan(self.scan),
             "solutions": [self._solution(path) for path in self.solutions],
         }
