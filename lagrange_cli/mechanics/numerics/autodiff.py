@@ -17,6 +17,7 @@ from __future__ import annotations
 import decimal
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from decimal import Decimal
+from functools import lru_cache
 from operator import attrgetter
 from typing import Any
 
@@ -48,6 +49,9 @@ TaylorSeries = tuple[Mpf, Mpf, Mpf]
 
 _ZERO = mpf(0)
 _DECIMAL_ZERO = Decimal(0)
+
+#: Tapes of expressions that :func:`evaluate` keeps for further points.
+_KEPT = 16
 
 
 class Tape:
@@ -356,5 +360,11 @@ def evaluate(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Mpf]) -> 
     outputs = [sp.sympify(e) for e in expressions]
     present = set().union(*map(symbols_in, outputs))
     symbols = sorted((s for s in present if s in point), key=attrgetter("name"))
-    tape = Tape(outputs, symbols)
+    tape = _kept_tape(tuple(outputs), tuple(symbols))
     return tape.run([(mpf(point[s]), _ZERO, _ZERO) for s in symbols], order=0).values
+
+
+@lru_cache(maxsize=_KEPT)
+def _kept_tape(outputs: tuple[sp.Expr, ...], inputs: tuple[sp.Symbol, ...]) -> Tape:
+    """The tape of expressions, which are evaluated at many points one after the other."""
+    return Tape(outputs, inputs)
