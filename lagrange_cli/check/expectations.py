@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from sympy import Expr
 
+from lagrange_cli.analysis.constants_of_motion import with_constants_of_motion
 from lagrange_cli.analysis.hamiltonian import hamiltonian_form
 from lagrange_cli.analysis.symmetries import linear_symmetries
 from lagrange_cli.check.compare import (
@@ -105,6 +106,14 @@ def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
             expect.conserved_mark,
             rule="conserved",
         )
+    if not expect.conserved and not conserved:
+        further = tuple(symmetry.name for symmetry in linear_symmetries(equations).found)
+        if further:
+            yield Problem(
+                f"expected no conserved quantity; symmetries give {_listed(further)}",
+                expect.conserved_mark,
+                rule="conserved",
+            )
     if not set(expect.conserved) <= set(conserved):
         conserved += tuple(symmetry.name for symmetry in linear_symmetries(equations).found)
     for name in expect.conserved:
@@ -265,19 +274,22 @@ def _one_state(state: StateExpectation, equations: Equations) -> Iterator[Proble
 def _drift(expect: Expect, equations: Equations) -> Iterator[Problem]:
     if not expect.drift:
         return
+    if any(name != "energy" for name, _ in expect.drift):
+        equations = with_constants_of_motion(equations)
     trajectory = _simulated(equations)
     yield from _incomplete(trajectory, expect.mark)
+    drifts = {**(trajectory.conserved_drift or {}), "energy": trajectory.energy_drift}
     for name, expression in expect.drift:
-        bound, drift = number_of(equations, expression), trajectory.energy_drift
-        if name != "energy":
-            message = f"no drift of '{name}' is known; expected 'energy'"
-        elif drift is None:
-            message = "energy is not found to be conserved; no drift is measured"
+        bound, drift, hint = number_of(equations, expression), drifts.get(name), ""
+        if drift is None:
+            message = f"'{name}' is not found to be conserved; no drift is measured"
+            known = [other for other, measured in drifts.items() if measured is not None]
+            hint = nearest(name, known) or f"found: {_listed(tuple(known))}"
         elif not drift <= bound:
-            message = f"expected a drift of energy within {bound:g}, found {drift:.3g}"
+            message = f"expected a drift of '{name}' within {bound:g}, found {drift:.3g}"
         else:
             continue
-        yield Problem(message, expression.mark(), rule="drift")
+        yield Problem(message, expression.mark(), hint, rule="drift")
 
 
 def _events(expect: Expect, equations: Equations) -> Iterator[Problem]:

@@ -119,8 +119,8 @@ FAILS = {
     "  equilibria: [{x: 1}]\n": ("equilibria", "this equilibrium is not found"),
     "  equilibria: []\n": ("equilibria", "expected no equilibrium; found: x = 0"),
     "  frequencies: [sqrt(a*g)]\n": ("frequencies", "expected the frequencies"),
-    "  drift: {energy: 1e-30}\n": ("drift", "expected a drift of energy within 1e-30"),
-    "  drift: {phase: 1}\n": ("drift", "no drift of 'phase' is known"),
+    "  drift: {energy: 1e-30}\n": ("drift", "expected a drift of 'energy' within 1e-30"),
+    "  drift: {phase: 1}\n": ("drift", "'phase' is not found to be conserved"),
     "  error: {contains: wire}\n": ("error", "the scene is not refused"),
 }
 
@@ -189,7 +189,35 @@ def test_state_is_compared_within_its_bound(state, found, tmp_path):
 def test_drift_of_what_is_not_conserved_fails(tmp_path):
     damped = FALL + "dissipation: {air: m*dot(z)^2/2}\nsimulate: {until: 1}\n"
     (problem,) = outcome(tmp_path, "  drift: {energy: 1}\n", damped).problems
-    assert "energy is not found to be conserved" in problem.message
+    assert "'energy' is not found to be conserved" in problem.message
+
+
+TWO_BODIES = """
+name: pair
+parameters: {m: 1, k: 2}
+particles: {a: {mass: m, position: [x, 0, 0]}, b: {mass: 3*m, position: [y, 0, 0]}}
+coordinates: [x, y]
+potentials: {V: k/2*(x - y)^2}
+initial: {x: 1, y: 0, dot(x): 0.1, dot(y): 0.2}
+simulate: {until: 5}
+"""
+
+
+def test_momenta_of_symmetries_have_drifts(tmp_path):
+    held = "  drift: {P_x: 1e-9, boost_x: 1e-9, energy: 1e-6}\n"
+    assert outcome(tmp_path, held, TWO_BODIES).outcome == "pass"
+    (problem,) = outcome(tmp_path, "  drift: {boost_x: 1e-30}\n", TWO_BODIES).problems
+    assert "expected a drift of 'boost_x' within 1e-30" in problem.message
+    (problem,) = outcome(tmp_path, "  drift: {P_y: 1}\n", TWO_BODIES).problems
+    assert "'P_y' is not found to be conserved" in problem.message
+
+
+def test_an_empty_list_says_that_symmetries_give_nothing_either(tmp_path):
+    driven = TWO_BODIES.replace("potentials:", "forces: {f: {on: x, force: sin(t)}}\npotentials:")
+    shaken = TWO_BODIES.replace("k/2*", "sin(t)*k/2*")
+    (problem,) = outcome(tmp_path, "  conserved: []\n", shaken).problems
+    assert "symmetries give P_x, boost_x" in problem.message
+    assert outcome(tmp_path, "  conserved: []\n", driven).outcome == "pass"
 
 
 def test_order_of_equations_does_not_matter(tmp_path):
