@@ -181,7 +181,8 @@ def find_equilibria(resting: _Resting) -> Equilibria:
         points += found
     different = resting.completed(without_repeats(system, _ordered(system, points)))
     judged = tuple(replace(p, stability=_stability(resting, p)) for p in different)
-    return Equilibria(judged, forms.absent, forms.complete, starts, system.held)
+    complete = forms.complete and not system.jumps
+    return Equilibria(judged, forms.absent, complete, starts, system.held)
 
 
 def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]:

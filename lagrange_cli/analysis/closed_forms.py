@@ -253,8 +253,12 @@ def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | Absent
     open_ones = [u for u in branch.unknowns if u not in values]
     coordinates, closures = system.equations.coordinates, system.equations.closures
     multipliers = [c.multiplier for c in closures]
-    if any(u in multipliers for u in open_ones):
-        return None  # redundant closures share their forces in any way
+    shared = {u for u in multipliers if u in open_ones}
+    if any(not shared.isdisjoint(values.get(c.q, c.q).free_symbols) for c in coordinates):
+        raise _BudgetError  # a continuum, along which constraint forces differ
+    # Redundant closures share their forces in any way.
+    values = {u: e.xreplace(dict.fromkeys(shared, sp.S.Zero)) for u, e in values.items()}
+    values |= dict.fromkeys(shared, sp.S.Zero)
     exact = tuple(values.get(c.q, c.q) for c in coordinates)
     forces = tuple(values[multiplier] for multiplier in multipliers)
     if any(e.has(sp.I) for e in (*exact, *forces)):

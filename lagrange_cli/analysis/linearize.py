@@ -19,6 +19,7 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
+from lagrange_cli.analysis.kinks import has_derivatives
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf, StateSpace
 from lagrange_cli.errors import InputError, Problem
@@ -84,6 +85,9 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
         They have no derivatives there, or the coordinates are singular.
     """
     position, multipliers = _numbers(system, at)
+    if not has_derivatives(system, at):
+        message = Phrase("the forces are not smooth there")
+        raise InputError(Problem(message, rule="analysis-singular"))
     functions = system.functions
     n, m = functions.n, functions.m
     with mpmath.workdps(DIGITS):

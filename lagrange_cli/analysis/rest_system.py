@@ -128,6 +128,12 @@ class RestSystem:
             and all(e.xreplace({c.q: turned[c.q]}) == e for e in everything if e.has(c.q))
         )
 
+    @property
+    def jumps(self) -> bool:
+        """Tell whether forces jump somewhere, as dry friction at rest: there they have any value
+        between both sides, which may balance others."""
+        return any(e.atoms(sp.sign, sp.Heaviside) for e in self.equations.forcing)
+
     @cached_property
     def functions(self) -> RestFunctions:
         """The same as functions of numbers."""

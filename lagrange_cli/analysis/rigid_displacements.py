@@ -95,6 +95,39 @@ def displacement(equations: Equations, field: Sequence[sp.Expr]) -> Displacement
     return _unit("boost" if grows else "translation", along)
 
 
+def translations_among(equations: Equations, fields: Array) -> Array:
+    """Find the combinations of constant fields that move all particles by a unit along an axis.
+
+    Parameters
+    ----------
+    fields
+        Shape (k, n).
+
+    Returns
+    -------
+    Their weights, shape (m, k), of combinations of two fields or more.
+    """
+    moving = [p for p in equations.particles if p.mass != 0]
+    none = np.zeros((0, len(fields)))
+    if len(fields) < 2 or not moving:
+        return none
+    slopes = [derivative(r, c.q) for p in moving for r in p.position for c in equations.coordinates]
+    values = SampledValues(equations, _STATES, seed=4).of(slopes)
+    table = values.reshape(len(moving), 3, len(equations.coordinates), -1)
+    shifts = np.einsum("kj,pajs->kpsa", fields, table)
+    found = []
+    for axis in range(3):
+        wanted = np.broadcast_to(np.eye(3)[axis], shifts.shape[1:]).ravel()
+        columns = shifts.reshape(len(fields), -1)
+        if not columns.shape[1]:
+            return none
+        weights, *_ = np.linalg.lstsq(columns.T, wanted, rcond=_SAME)
+        misses = np.abs(weights @ columns - wanted).max() > _SAME
+        if not misses and (np.abs(weights) > _SAME).sum() > 1:
+            found.append(weights)
+    return np.array(found) if found else none
+
+
 def _rigid(r: Array, moved: Array) -> tuple[Array | None, Array | None]:
     """a and ω with displacements a + ω × r; None if there are none."""
     x, y, z = (r[:, k].ravel() for k in range(3))

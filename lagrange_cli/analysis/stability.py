@@ -20,11 +20,11 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.energy_test import EnergyTest, reduced_energy
+from lagrange_cli.analysis.kinks import kinks_at
 from lagrange_cli.analysis.linearize import DIGITS, LinearSystem, in_doubles
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Equilibrium, Mpf
 from lagrange_cli.analysis.verdicts import Stability
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.rest_system import RestSystem
@@ -49,33 +49,12 @@ _NO_MINIMUM = Phrase(
 )
 _NOT_POSITIVE = Phrase("no pole has a positive real part")
 
-_KINKED = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.Heaviside)
-
 
 def stability(system: RestSystem, at: Equilibrium, linear: LinearSystem) -> Stability:
     """Find what is proven of an equilibrium's stability."""
-    if _is_kinked(system, at):
+    if kinks_at(system, at):
         return Stability("undecided", Phrase("the forces are not smooth there"))
     return _Question(system, at, linear).answer()
-
-
-def _is_kinked(system: RestSystem, at: Equilibrium) -> bool:
-    """Say whether abs, sign, min or max changes its side at the equilibrium, or at rest."""
-    equations = system.equations
-    place = dict(zip((c.q for c in equations.coordinates), at.position or (), strict=False))
-    place |= {c.v: mpf(0) for c in equations.coordinates} | dict(system.known)
-    for expression in equations.forcing:
-        for atom in expression.atoms(*_KINKED):
-            sides = atom.args if len(atom.args) == 1 else (sp.Add(atom.args[0], -atom.args[1]),)
-            if not any(s in place for s in atom.free_symbols - system.known.keys()):
-                continue
-            with mpmath.workdps(DIGITS):
-                try:
-                    if any(abs(x) < mpf(10) ** -12 for x in evaluate(sides, place)):
-                        return True
-                except DomainError:
-                    return True
-    return False
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,11 @@ import numpy as np
 import sympy as sp
 
 from lagrange_cli.analysis.phrases import Phrase
-from lagrange_cli.analysis.rigid_displacements import Displacement, displacement
+from lagrange_cli.analysis.rigid_displacements import (
+    Displacement,
+    displacement,
+    translations_among,
+)
 from lagrange_cli.analysis.sampled_values import Array, SampledValues
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
@@ -117,6 +121,7 @@ def linear_symmetries(equations: Equations) -> Symmetries:
     """
     search = _Search(equations)
     rows = search.solutions()
+    rows = np.concatenate([search.rigid_translations(rows), rows])
     fields = [search.exact(row) for row in rows]
     moved = [None if field is None else displacement(equations, field[0]) for field in fields]
     order = sorted(range(len(rows)), key=lambda k: (_rank(moved[k]), fields[k] is None, k))
@@ -229,6 +234,19 @@ class _Search:
             along = (slopes.get(c.number, 0.0) * values[number[c.factor]] for c in self.columns)
             blocks.append(np.array(list(along)))
         return _null_space(np.concatenate(blocks, axis=1).T, self._directions)
+
+    def rigid_translations(self, rows: Array) -> Array:
+        """Combinations of null vectors that move all particles alike, which no single one does.
+
+        Two bodies with a dashpot between keep m ẋ + c (x − X) each, and so their momentum.
+        """
+        is_constant = np.array([c.number >= 0 and c.factor == 1 for c in self.columns])
+        is_moving = np.array([c.number >= 0 for c in self.columns])
+        steady = rows[(np.abs(rows[:, is_moving & ~is_constant]) <= _SMALL).all(axis=1)]
+        fields = np.zeros((len(steady), self.n))
+        for place in np.flatnonzero(is_constant):
+            fields[:, self.columns[place].number] = steady[:, place]
+        return np.asarray(translations_among(self.equations, fields) @ steady)
 
     @staticmethod
     def _change(

@@ -355,3 +355,60 @@ initial: {r: 1, phi: 0}
     found = analyzed(scene)
     assert [float(p.position[0]) for p in found.equilibria.points] == [2.0]
     assert found.equilibria.points[0].free == ("phi",)
+
+
+SKATE = """
+name: skate
+parameters: {m: 1, I: 0.5, k: 2}
+particles: {p: {mass: m, position: [x, y, 0]}}
+coordinates: [x, y, phi]
+kinetic: {turn: I/2*dot(phi)^2}
+potentials: {V: k/2*(x^2 + y^2)}
+constraints: {blade: dot(y)*cos(phi) - dot(x)*sin(phi) = 0}
+initial: {x: 0.3, y: 0, phi: 0, dot(x): 0, dot(phi): 0.2}
+"""
+
+BLOCK = """
+name: block
+parameters: {m: 1, k: 1, mu: 0.2}
+particles: {p: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {V: POTENTIAL}
+forces: {drag: {on: x, force: FORCE}}
+initial: {x: 1, dot(x): 0}
+"""
+
+
+def block(force, potential="k/2*x^2"):
+    return loads(BLOCK.replace("FORCE", force).replace("POTENTIAL", potential)).derive()
+
+
+def test_a_skate_rests_where_the_spring_pulls_across_the_blade():
+    """x cos φ + y sin φ = 0: the constraint force balances, and differs along the continuum."""
+    found = loads(SKATE).derive().analyze("equilibria").equilibria
+    assert not found.complete
+    assert found.points
+    for point in found.points:
+        x, y, phi = map(float, point.position)
+        assert x * math.cos(phi) + y * math.sin(phi) == pytest.approx(0, abs=1e-12)
+        assert point.stability.verdict == "undecided"
+
+
+@pytest.mark.parametrize(
+    ("force", "potential"), [("-mu*sign(dot(x))", "k/2*x^2"), ("0*x", "abs(x) - x/2")]
+)
+def test_forces_that_jump_hold_more_than_what_is_found(force, potential):
+    """Dry friction holds the block at |x| ≤ μ/k, the edge of |x| at 0."""
+    derivation = block(force, potential)
+    analysis = derivation.analyze()
+    assert not analysis.equilibria.complete
+    assert {left.part for left in analysis.left_out} == {"linearization", "modes"}
+    with pytest.raises(InputError):
+        derivation.analyze("modes")
+
+
+def test_a_drag_of_second_order_has_a_linear_system():
+    analysis = block("-mu*abs(dot(x))*dot(x)").analyze()
+    assert analysis.equilibria.complete
+    assert analysis.linearization.damping.tolist() == [[0.0]]
+    assert analysis.modes[0].frequency == pytest.approx(1)

@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 from lagrange_cli.analysis.symmetries import Symmetries, linear_symmetries
+from lagrange_cli.api import loads
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
@@ -182,3 +183,23 @@ def test_quantities_stay_along_accurate_motions(name: str) -> None:
     sizes = [1 + abs(a) for a in ends[0]]
     moved = [abs(a - b) / size for a, b, size in zip(*ends, sizes, strict=True)]
     assert max(moved) < 1e-6, dict(zip(names(found), moved, strict=True))
+
+
+def test_two_bodies_with_a_dashpot_keep_their_momentum():
+    """Each keeps m ẋ + c (x − X); what both give is the momentum of the whole."""
+    scene = """
+name: dashpot
+parameters: {m: 1, M: 3, c: 2}
+particles: {a: {mass: m, position: [x, 0, 0]}, b: {mass: M, position: [X, 0, 0]}}
+coordinates: [x, X]
+potentials: {}
+dissipation: {d: c/2*(dot(x) - dot(X))^2}
+initial: {x: 0, X: 1, dot(x): 0.2, dot(X): 0}
+simulate: {until: 2}
+"""
+    derivation = loads(scene).derive()
+    found = {s.name: s.expression for s in derivation.analyze("symmetries").symmetries.found}
+    assert list(found) == ["P_x", "boost_x", "J_1"]
+    run = derivation.simulate(extra=["conserved"], accuracy=1e-10)
+    assert run.columns["P_x"][0] == pytest.approx(0.2)
+    assert max(run.conserved_drift.values()) < 1e-9

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from lagrange_cli.errors import Mark
@@ -244,9 +244,10 @@ def _check_expected(scene: Scene, table: NameTable, problems: Problems) -> None:
                 )
 
 
-def _quantities(positions: Iterable[str]) -> list[str]:
+def _quantities(positions: Sequence[str]) -> list[str]:
     of_all = [f"{stem}_{axis}" for stem in ("P", "L", "boost") for axis in "xyz"]
-    return ["energy", "jacobi", *(f"p_{name}" for name in positions), *of_all]
+    others = [f"J_{k + 1}" for k in range(len(positions))]
+    return ["energy", "jacobi", *(f"p_{name}" for name in positions), *of_all, *others]
 
 
 def _meanings(scene: Scene, table: NameTable) -> dict[str, Expression]:
