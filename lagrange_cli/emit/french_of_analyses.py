@@ -272,4 +272,7 @@ FRENCH_OF_ANALYSES = {
         " vers ceux-ci"
     ),
     "rounding is at most {error} of a value": "l'arrondi est au plus {error} d'une valeur",
+    "{bracket} is not all of the rate: forces, constraints or inputs add to it.": (
+        "{bracket} n'est pas tout le taux\u00a0: forces, contraintes ou entrées y contribuent."
+    ),
 }

@@ -269,4 +269,8 @@ GERMAN_OF_ANALYSES = {
         "ein Pol hat positiven Realteil: Bewegungen wachsen und gehen nicht in diese über"
     ),
     "rounding is at most {error} of a value": "Rundung ist höchstens {error} eines Werts",
+    "{bracket} is not all of the rate: forces, constraints or inputs add to it.": (
+        "{bracket} ist nicht die ganze Änderung: Kräfte, Zwangsbedingungen oder Eingänge tragen"
+        " dazu bei."
+    ),
 }

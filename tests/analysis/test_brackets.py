@@ -123,6 +123,8 @@ def test_friction_changes_more_than_a_bracket_says():
         "rate": None,
         "conserved": None,
     }
+    told = loads(FRICTION).derive().with_brackets("p_x, H").text(form="hamiltonian")
+    assert "{p_x, H} is not all of the rate" in told
 
 
 def test_the_formats_print_them():

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.findings import PoissonBracket, PoissonBrackets
 
 
+#: Name of Hamilton's function in brackets.
+_H = "H"
+
+
 def bracket_sections(writer: FormWriter) -> list[Section]:
     """The section on brackets, if any were asked for.
 
@@ -63,6 +67,10 @@ def _rates(writer: FormWriter, found: PoissonBrackets) -> Iterator[Block]:
             sentences.append(writer.say("{function} is conserved: {rate} vanishes.", **said))
         elif b.conserved is False:
             sentences.append(writer.say("{function} is not conserved.", **said))
+        elif b.rate is None and getattr(b.second, "name", "") == f"{_H} ":
+            bracket = letters.inline(_label(writer, b))
+            open_rate = "{bracket} is not all of the rate: forces, constraints or inputs add to it."
+            sentences.append(writer.say(open_rate, bracket=bracket))
     words = writer.told(*dict.fromkeys(sentences))
     if words is not None:
         yield words
