@@ -17,6 +17,7 @@ from lagrange_cli.mechanics.algebra.collect import (
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.hyperbolic import shorten_hyperbolic
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.squares import binomial_square, normalize_square_signs
 
 _ONE = sp.Integer(1)
@@ -96,7 +97,16 @@ def factored(terms: list[sp.Expr]) -> sp.Expr:
     if all(t.could_extract_minus_sign() for t in terms):
         number = -number
     inner = _shorter_form(sp.Add(*(t / common / number for t in terms)))
-    return scaled(number, common * inner)
+    product = scaled(number, common * inner)
+    if common == 1 and inner.is_Add and any(map(_is_fraction, terms)):
+        # R² + h²/(4 π²) rather than ¼ (4 R² + h²/π²): the fraction stays one.
+        return min(sp.Add(*terms), product, key=printed_length)
+    return product
+
+
+def _is_fraction(term: sp.Expr) -> bool:
+    """Tell whether a product has a denominator beside a number."""
+    return any(not p.is_Rational for p in sp.Mul.make_args(sp.fraction(term)[1]))
 
 
 def _shorter_form(expr: sp.Expr) -> sp.Expr:
