@@ -85,6 +85,12 @@ def analyze(
     configuration = configuration_at(equations, at or {}, turning)
     result = Analysis(equations)
     if branches is not None:
+        if configuration.coordinates and not wanted:
+            name = next(iter(configuration.coordinates))
+            message = Phrase(
+                "branches are of all equilibria, and not of the one at {name}", name=(name,)
+            )
+            raise InputError(Problem(message, configuration.marks[name], rule="analysis-branches"))
         system = rest_system(equations, configuration.held)
         result = replace(result, branches=find_branches(system, branches))
     if "symmetries" in wanted:

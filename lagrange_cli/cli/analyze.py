@@ -155,7 +155,8 @@ def analyze(
     bode, plot = (None, plot)
     if response is not None:
         bode, plot = _bode(plot, others=modes or branches is not None, steady=steady), None
-    diagram, plot = _told_apart(plot, modes=modes, branches=branches is not None)
+    pictured = modes or response is not None
+    diagram, plot = _told_apart(plot, modes=modes, others=pictured, branches=branches is not None)
     _require_modes({"--plot": plot, "--animate": animate}, modes=modes, steady=steady)
     asked = {
         "symmetries": symmetries,
@@ -166,7 +167,8 @@ def analyze(
     parts = [part for part, wanted in asked.items() if wanted]
     ending = "" if output is None else Path(output).suffix.lower()
     as_report, as_arrays = ending in (".json", ".npz"), ending == ".npz"
-    if as_arrays and parts and not linearization and along is None and response is None:
+    others = parts or branches is not None
+    if as_arrays and others and not linearization and along is None and response is None:
         raise click.UsageError("an .npz file holds the linear system; add --linearization")
     motions = lyapunov is not None or along is not None
     _require_used(along, accuracy, samples, at, alone=motions and not (parts or steady or branches))
@@ -259,12 +261,14 @@ def _bode(plot: str | None, *, others: bool, steady: bool) -> str | None:
     return plot
 
 
-def _told_apart(plot: str | None, *, modes: bool, branches: bool) -> tuple[str | None, str | None]:
-    """Return the file of a bifurcation diagram, and that of shapes of modes."""
+def _told_apart(
+    plot: str | None, *, modes: bool, others: bool, branches: bool
+) -> tuple[str | None, str | None]:
+    """Return the file of a bifurcation diagram, and that of modes and other pictures."""
     if plot is None:
         return None, None
-    if modes and branches:
-        message = "--plot draws the modes or the branches; ask for one of them at a time"
+    if others and branches:
+        message = "--plot draws one picture; ask for --branches alone, or without them"
         raise click.UsageError(message)
     if not branches and modes and Path(plot).suffix.lower() == ".tex":
         raise click.UsageError("--plot draws modes as .svg, .pdf or .png")

@@ -246,6 +246,9 @@ FRENCH_OF_ANALYSES = {
         "{count} coordonnées et multiplicateurs sont plus que les {most} dont les branches sont"
         " suivies"
     ),
+    "branches are of all equilibria, and not of the one at {name}": (
+        "les branches sont de tous les équilibres, non de celui en {name}"
+    ),
     "no force depends on a coordinate": "aucune force ne dépend d'une coordonnée",
     "both ends of the range of {name} are one": (
         "les deux extrémités de l'intervalle de {name} n'en font qu'une"

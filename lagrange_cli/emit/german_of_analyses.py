@@ -246,6 +246,9 @@ GERMAN_OF_ANALYSES = {
         "{count} Koordinaten und Multiplikatoren sind mehr als die {most}, deren Zweige verfolgt"
         " werden"
     ),
+    "branches are of all equilibria, and not of the one at {name}": (
+        "Zweige sind von allen Gleichgewichten, nicht von dem bei {name}"
+    ),
     "no force depends on a coordinate": "keine Kraft hängt von einer Koordinate ab",
     "both ends of the range of {name} are one": "beide Enden des Bereichs von {name} sind eines",
     "the scene declares {name} positive": "die Szene erklärt {name} für positiv",

@@ -24,6 +24,43 @@ initial: {x: 1}
 """
 
 
+def test_branches_in_text_json_and_a_picture(tmp_path):
+    pytest.importorskip("matplotlib")
+    over = ("analyze", HOOP, "--branches", "omega=0..sqrt(2*g/R)")
+    files = ("--plot", str(tmp_path / "hoop.png"), "-o", str(tmp_path / "hoop.json"))
+    shown = succeed(*over, *files)
+    assert "pitchfork   ω = 5.71839138219" in shown
+    assert (tmp_path / "hoop.png").read_bytes().startswith(b"\x89PNG")
+    report = json.loads((tmp_path / "hoop.json").read_text())["branches"]
+    assert report["to"] == pytest.approx((2 * 9.81 / 0.3) ** 0.5, rel=1e-15)
+    assert json.loads(succeed(*over, "--json"))["branches"] == report
+    # Again, from the cache, the picture too.
+    (tmp_path / "hoop.png").unlink()
+    succeed(*over, *files)
+    assert (tmp_path / "hoop.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--branches", "omega"], "NAME=FROM..TO"),
+        (["--branches", "omega=1.."], "NAME=FROM..TO"),
+        (["--branches", "omega=0..nan"], "unknown name 'nan'"),
+        (["--branches", "omega=0..1e300"], "a range ends at 1e+30"),
+        (["--branches", "omga=0..1"], "did you mean 'omega'"),
+        (["--branches", "omega=0..9", "--at", "theta=0"], "branches are of all equilibria"),
+        (["--branches", "omega=0..9", "-o", "x.npz"], "add --linearization"),
+        (["--branches", "omega=0..9", "--modes", "--plot", "x.png"], "--plot draws one picture"),
+        (["--branches", "omega=0..9", "--steady"], "not of steady motions"),
+    ],
+)
+def test_branches_that_are_refused(options, message):
+    run = lagrange("analyze", HOOP, *options)
+    assert run.returncode == 2
+    assert message in run.stderr
+    assert "internal" not in run.stderr
+
+
 def test_text_shows_each_part():
     shown = succeed("analyze", HOOP)
     assert "Equilibria   these are all\n" in shown

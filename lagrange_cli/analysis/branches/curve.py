@@ -100,9 +100,11 @@ class Space:
     def linearized(self, y: Matrix) -> tuple[Matrix, Matrix] | None:
         """Evaluate scaled residuals and their derivatives; None where there are none."""
         level, slopes = self.functions.residuals(y)
+        with np.errstate(all="ignore"):
+            level, slopes = level / self.rows, slopes * self.scale / self.rows[:, None]
         if not (np.isfinite(level).all() and np.isfinite(slopes).all()):
             return None
-        return level / self.rows, slopes * self.scale / self.rows[:, None]
+        return level, slopes
 
     def point(self, y: Matrix, along: Matrix) -> CurvePoint | None:
         """Add the tangent, turned to the side of ``along``; None if none is single."""

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 _DIGITS = 50
 
+#: Largest magnitude of an end.
+_LARGEST = mpf(10) ** 30
+
 #: Width of a range, relative to its ends, below which it is none.
 _NARROW = mpf(10) ** -9
 
@@ -137,8 +140,11 @@ def _value(equations: Equations, text: str, place: Mark) -> Mpf:
                 value = evaluate([expression], known)[0]
             except DomainError:
                 value = mpf("nan")
-            if mpmath.isfinite(value):
+            if mpmath.isfinite(value) and abs(value) <= _LARGEST:
                 return value
+            if mpmath.isfinite(value):
+                message = f"a range ends at {float(_LARGEST):g} at most"
+                raise InputError(Problem(message, place, rule="analysis-range"))
     message = "this is no number for the values of the parameters"
     raise InputError(Problem(message, place, rule="no-value"))
 
