@@ -64,6 +64,25 @@ def test_pitchfork_of_the_bead_on_a_rotating_hoop():
     assert all(branch.ends == ("range", "range") for branch in found.branches)
 
 
+@pytest.mark.parametrize("bound", [1e3, 1e6])
+def test_what_comes_and_goes_within_a_step_of_the_range_is_found(bound):
+    """Between ±√(g/R) the lowest point is stable: a step is two thousand times as long."""
+    found = branches(
+        load(SYSTEMS / "beads/bead_on_rotating_hoop.yaml"), omega=(-bound, 1.3 * bound)
+    )
+    critical = math.sqrt(9.81 / 0.3)
+    assert kinds(found) == ["pitchfork", "pitchfork"]
+    assert [m.value for m in found.marks] == pytest.approx([-critical, critical], rel=1e-15)
+    assert verdicts(found.branches[0]) == ["unstable", "stable", "unstable"]
+
+
+def test_flutter_far_below_the_end_of_the_range():
+    """Above P = (7/2 + √2) k/l poles are real; there nothing else crosses the axis."""
+    found = branches(load(SYSTEMS / "pendulums/zieglers_column.yaml"), P=(0, 400))
+    assert kinds(found) == ["flutter"]
+    assert found.marks[0].value == pytest.approx(3.5 - 2**0.5, rel=1e-15)
+
+
 def test_transcritical_point():
     """x (x - p) = 0: both branches pass, and change their stability."""
     found = branches(particle("x^3/3 - p*x^2/2"), p=(-1, 1.2))

@@ -59,6 +59,20 @@ def counted(space: Space, points: Sequence[Matrix]) -> list[Counts | None]:
 
 
 def _counts(mass: Matrix, damping: Matrix, stiffness: Matrix, gradients: Matrix) -> Counts | None:
+    known = first_order_in_doubles(mass, damping, stiffness, gradients)
+    if known is None:
+        return None
+    poles, squares = map(np.linalg.eigvals, known)
+    size = float(np.abs(poles).max(initial=0.0))
+    height = float(np.abs(squares).max(initial=0.0))
+    negative = (squares.real < -_FLAT * height) & (np.abs(squares.imag) <= _FLAT * height)
+    return Counts(int((poles.real > _COARSE * size).sum()), int(negative.sum()))
+
+
+def first_order_in_doubles(
+    mass: Matrix, damping: Matrix, stiffness: Matrix, gradients: Matrix
+) -> tuple[Matrix, Matrix] | None:
+    """Write A of small motions that closures allow, and M⁻¹K; None where there are none."""
     if not all(np.isfinite(m).all() for m in (mass, damping, stiffness, gradients)):
         return None
     if len(gradients):
@@ -72,11 +86,8 @@ def _counts(mass: Matrix, damping: Matrix, stiffness: Matrix, gradients: Matrix)
     except np.linalg.LinAlgError:
         return None
     a = np.block([[np.zeros((n, n)), np.eye(n)], [-below[:, :n], -below[:, n:]]])
-    poles, squares = np.linalg.eigvals(a), np.linalg.eigvals(below[:, :n])
-    size = float(np.abs(poles).max(initial=0.0))
-    height = float(np.abs(squares).max(initial=0.0))
-    negative = (squares.real < -_FLAT * height) & (np.abs(squares.imag) <= _FLAT * height)
-    return Counts(int((poles.real > _COARSE * size).sum()), int(negative.sum()))
+    square = np.asarray(below[:, :n], dtype=np.float64)
+    return (a, square) if np.isfinite(a).all() else None
 
 
 def equilibrium(system: RestSystem, space: Space, at: Located) -> Equilibrium:
@@ -177,10 +188,14 @@ class CrossingSearch:
         return AxisCrossing(at, float(closest.imag))
 
     def _flat_on_chord(self, chord: _Chord) -> AxisCrossing | None:
-        at = self._zero_of(chord, lambda part: self._flattest(chord.place(part)))
-        return None if at is None else AxisCrossing(at, None)
+        at = self._zero_of(chord, lambda part: mpmath.re(self._flattest(chord.place(part))))
+        if at is None:
+            return None
+        # Two that are not real pass zero beside it.
+        sizes = [abs(self._flattest(chord.place(mpf(x)))) for x in (0, 1)]
+        return AxisCrossing(at, None) if abs(self._flattest(at)) < _FINE * max(sizes) else None
 
-    def _flattest(self, at: Located) -> Mpf:
+    def _flattest(self, at: Located) -> mpmath.mpc:
         """Return the eigenvalue of M⁻¹K that is nearest to zero, but for drift."""
         system = self.system_at(at.y[-1])
         place = equilibrium(system, self.space, at)
@@ -192,7 +207,7 @@ class CrossingSearch:
         rows = [kept + i for i, j in enumerate(linear.independent) if names[j] not in place.free]
         with mpmath.workdps(DIGITS):
             square = mpmath.matrix([[-a[row, column] for column in range(kept)] for row in rows])
-            return mpmath.re(min(_eigenvalues(square), key=abs))
+            return min(_eigenvalues(square), key=abs)
 
     def _zero_of(self, chord: _Chord, value: Callable[[Mpf], Mpf]) -> Located | None:
         found = _zero(value, (mpf(0), value(mpf(0))), (mpf(1), value(mpf(1))))

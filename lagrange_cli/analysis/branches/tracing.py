@@ -17,6 +17,7 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.branches.curve import CurvePoint, Space
 from lagrange_cli.analysis.branches.follow import Way, follow
+from lagrange_cli.analysis.branches.refining import refined
 from lagrange_cli.analysis.branches.special import Crossing, Located, crossing_at, fold_at
 from lagrange_cli.analysis.values import Matrix
 
@@ -42,7 +43,7 @@ _OFF, _PROBE = 1e-3, 2e-2
 #: Part of a tangent along the parameter that is none.
 _STEEP = 1e-6
 #: Change of the parameter over its range that is none.
-_STILL = 1e-9
+_STILL = 1e-13
 #: Cosine of the angle between a branch and its own tangent at a branch point.
 _OWN = 0.9
 #: Halvings of an interval with a change of sign that no regular system of equations explains.
@@ -144,6 +145,7 @@ class Tracing:
         if len(branch.points) < 2:
             self.skipped += 1
             return
+        self._refine(branch)
         self.branches.append(branch)
         found = [
             (k, mark)
@@ -153,6 +155,17 @@ class Tracing:
         for k, mark in reversed(found):
             insert(self.space, branch, k, mark)
         branch.marks.sort(key=lambda pair: pair[0])
+
+    def _refine(self, branch: Traced) -> None:
+        """Add points between those of a branch, apart from where it is marked already."""
+        cuts = [0, *(k for k, _ in branch.marks), len(branch.points) - 1]
+        parts = [branch.points[a : b + 1] for a, b in pairwise(cuts) if b > a]
+        points, places = [branch.points[0]], {0: 0}
+        for (_, end), part in zip([p for p in pairwise(cuts) if p[1] > p[0]], parts, strict=True):
+            points += refined(self.space, part)[1:]
+            places[end] = len(points) - 1
+        branch.points[:] = points
+        branch.marks[:] = [(places[k], mark) for k, mark in branch.marks]
 
     # Marks.
 
