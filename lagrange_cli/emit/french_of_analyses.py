@@ -188,11 +188,13 @@ FRENCH_OF_ANALYSES = {
     "Branches of equilibria": "Branches d'équilibres",
     "Marked points": "Points remarquables",
     "{name} from {start} to {end}": "{name} de {start} à {end}",
+    "{name} from {start} over {middle} to {end}": "{name} de {start} par {middle} à {end}",
+    "{start} over {middle} to {end}": "{start} par {middle} à {end}",
     "{start} to {end}": "{start} à {end}",
     "{name} from {start} to {end}; {count} found, from equilibria at {values} values; there may be"
     " others": (
-        "{name} de {start} à {end}\u00a0; {count} trouvées, à partir des équilibres pour {values}"
-        " valeurs\u00a0; il peut y en avoir d'autres"
+        "{name} de {start} à {end}\u00a0; trouvées\u00a0: {count}, à partir des équilibres pour"
+        " {values} valeurs\u00a0; il peut y en avoir d'autres"
     ),
     "{count} equilibria were not followed: they are degenerate, or parts of continua": (
         "{count} équilibres n'ont pas été suivis\u00a0: ils sont dégénérés ou font partie de"

@@ -189,6 +189,8 @@ GERMAN_OF_ANALYSES = {
     "Branches of equilibria": "Zweige von Gleichgewichten",
     "Marked points": "Ausgezeichnete Punkte",
     "{name} from {start} to {end}": "{name} von {start} bis {end}",
+    "{name} from {start} over {middle} to {end}": "{name} von {start} über {middle} bis {end}",
+    "{start} over {middle} to {end}": "{start} über {middle} bis {end}",
     "{start} to {end}": "{start} bis {end}",
     "{name} from {start} to {end}; {count} found, from equilibria at {values} values; there may be"
     " others": (

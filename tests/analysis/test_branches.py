@@ -139,6 +139,10 @@ def test_isola_is_a_closed_loop_with_two_folds():
     assert loop.ends == ("closed", "closed")
     assert [(m.kind, round(m.value, 14)) for m in found.marks] == [("fold", 0.5), ("fold", 1.5)]
     assert len(loop.stretches) == 2
+    text = loads(particle(force="{f: {on: x, force: 0.25 - x^2 - (p - 1)^2}}")).derive()
+    shown = text.analyze(branches={"p": (0, 2)}).text(width=120)
+    assert "p from 0.5 to 1.5, x from 0 over 0.4" in shown
+    assert "a closed loop" in shown
     assert (loop.values[0], loop.positions[0, 0]) == (loop.values[-1], loop.positions[-1, 0])
     assert loop.positions[:, 0] ** 2 + (loop.values - 1) ** 2 == pytest.approx(0.25, abs=1e-15)
 

@@ -16,6 +16,7 @@ from lagrange_cli.emit.analysis.branch_words import (
     on_branches,
     skipped_lines,
     value_text,
+    way_of,
     within_turn,
 )
 from lagrange_cli.emit.analysis.wording import verdict_word
@@ -105,22 +106,29 @@ class BranchRows:
     def _stretch(self, branch: Branch, number: int, part: int, stretch: Stretch, width: int) -> Row:
         verdict = verdict_word(stretch.stability.verdict, self.say)
         head = f"{number:3d}  {verdict}" if part == 0 else f"{'':5}{verdict}"
-        ends = [stretch.first, stretch.last]
-        first, last = (float(branch.values[k]) for k in ends)
-        told = [self._between(self.found.parameter, first, last)]
+        part_of = slice(stretch.first, stretch.last + 1)
+        told = [self._between(self.found.parameter, branch.values[part_of].tolist())]
         for k, name in followed(self.found, self.names)[:_MOST_COORDINATES]:
-            values = (float(branch.positions[j, k]) for j in ends)
-            told.append(self._between(name, *(within_turn(self.found, name, x) for x in values)))
+            values = branch.positions[part_of, k].tolist()
+            told.append(self._between(name, [within_turn(self.found, name, x) for x in values]))
         gap = " " * (5 + width - len(head) + 3)
         reason = self.told(stretch.stability.reason)
         return Row(head, gap, words(", ".join(told)), "name", 2, reason)
 
-    def _between(self, name: str, first: float, last: float) -> str:
-        symbol = self.symbol(name)
-        start, end = f"{first + 0.0:.6g}", f"{last + 0.0:.6g}"
-        if start == end:
-            return f"{symbol} = {start}"
-        return self.say("{name} from {start} to {end}", name=symbol, start=start, end=end)
+    def _between(self, name: str, values: Sequence[float]) -> str:
+        symbol, way = self.symbol(name), way_of(values)
+        if len(way) == 1:
+            return f"{symbol} = {way[0]}"
+        if len(way) == 2:
+            return self.say("{name} from {start} to {end}", name=symbol, start=way[0], end=way[1])
+        start, middle, end = way
+        return self.say(
+            "{name} from {start} over {middle} to {end}",
+            name=symbol,
+            start=start,
+            middle=middle,
+            end=end,
+        )
 
     def _mark(self, number: int, mark: MarkedPoint, width: int) -> Row:
         kind = kind_word(mark.kind, self.say)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from lagrange_cli.emit.analysis.branch_words import (
     on_branches,
     skipped_lines,
     value_text,
+    way_of,
     within_turn,
 )
 from lagrange_cli.emit.analysis.wording import verdict_word
@@ -98,21 +99,22 @@ class BranchSections:
     def _stretches(self, number: int, branch: Branch) -> Iterator[tuple[str, ...]]:
         say = self.writer.say
         for k, stretch in enumerate(branch.stretches[:MOST_LISTED]):
-            ends = [stretch.first, stretch.last]
-            cells = [self._between(*(float(branch.values[j]) for j in ends))]
+            part = slice(stretch.first, stretch.last + 1)
+            cells = [self._between(branch.values[part].tolist())]
             for place, name in self._coordinates():
-                values = (float(branch.positions[j, place]) for j in ends)
-                cells.append(self._between(*(within_turn(self.found, name, x) for x in values)))
+                values = branch.positions[part, place].tolist()
+                cells.append(self._between([within_turn(self.found, name, x) for x in values]))
             verdict = verdict_word(stretch.stability.verdict, say)
             reason = self.told(stretch.stability.reason)
             yield (str(number) if k == 0 else "", *cells, verdict, reason)
 
-    def _between(self, first: float, last: float) -> str:
-        start, end = f"{first + 0.0:.6g}", f"{last + 0.0:.6g}"
-        if start == end:
-            return self._number(start)
-        say = self.writer.say
-        return say("{start} to {end}", start=self._number(start), end=self._number(end))
+    def _between(self, values: Sequence[float]) -> str:
+        say, way = self.writer.say, [self._number(text) for text in way_of(values)]
+        if len(way) == 1:
+            return way[0]
+        if len(way) == 2:
+            return say("{start} to {end}", start=way[0], end=way[1])
+        return say("{start} over {middle} to {end}", start=way[0], middle=way[1], end=way[2])
 
     def _mark(self, number: int, mark: MarkedPoint) -> tuple[str, ...]:
         values = [

@@ -102,6 +102,17 @@ def end_lines(branch: Branch, say: Language, place: Callable[[float], str]) -> l
     return list(dict.fromkeys(line for line in lines if line))
 
 
+def way_of(values: Sequence[float]) -> tuple[str, ...]:
+    """Write the value of a stretch, both ends, or the ends with what is farthest from them amid."""
+    start, end = (f"{values[k] + 0.0:.6g}" for k in (0, -1))
+    if start != end:
+        return start, end
+    far = max(values, key=lambda x: abs(x - values[0]))
+    middle = f"{far + 0.0:.6g}"
+    size = max(1.0, abs(values[0]))
+    return (start,) if abs(far - values[0]) <= 1e-9 * size else (start, middle, end)
+
+
 def value_text(value: float, error: float) -> str:
     """Write a number with the digits that are known, sixteen at most."""
     if value == 0.0 or abs(value) <= error:

@@ -8,7 +8,7 @@ import numpy as np
 
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.simulate.results.decimation import simplified
-from lagrange_cli.simulate.results.picture import Line, Panel, Picture
+from lagrange_cli.simulate.results.picture import Line, MarkedPlace, Panel, Picture
 
 #: Distance from a line that the points left of it have at most, over the extent of the axes; a
 #: twentieth of a millimetre.
@@ -97,8 +97,16 @@ def _plots(panel: Panel) -> Iterator[str]:
             yield f"\\addlegendentry{{{line.label.latex}}}\n"
     for place in panel.places:
         at = f"(axis cs:{_number(place.x)},{_number(place.y)})"
-        label = f"label={{[font=\\scriptsize, inner sep=1pt]45:{{{place.label.latex}}}}}"
+        text = f"{_side(panel, place)}:{{{place.label.latex}}}"
+        label = f"label={{[font=\\scriptsize, inner sep=1pt]{text}}}"
         yield f"\\node[circle, fill, inner sep=1pt, {label}] at {at} {{}};\n"
+
+
+def _side(panel: Panel, place: MarkedPlace) -> int:
+    """Return the direction of a text beside a point in degrees: left where the axes end."""
+    everything = np.concatenate([line.x for line in panel.lines])
+    low, high = float(everything.min()), float(everything.max())
+    return 135 if place.x > low + 0.75 * (high - low) else 45
 
 
 def _plot(line: Line, style: str) -> str:

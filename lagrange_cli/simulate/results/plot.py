@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lagrange_cli.simulate.model.labels import Label
-    from lagrange_cli.simulate.results.picture import Panel, Picture
+    from lagrange_cli.simulate.results.picture import MarkedPlace, Panel, Picture
     from lagrange_cli.simulate.results.plane import PlaneMap
 
 #: Ending of files for pgfplots, which need no matplotlib.
@@ -40,6 +40,9 @@ _WIDTH, _SINGLE, _HEIGHT, _STACKED = 6.3, 4.4, 1.9, 2.4
 
 #: Points, in which letters are measured, across a dot.
 _DOT = 2.5
+
+#: Part of the axes beyond which a mark has its text on the left.
+_LEFT = 0.75
 
 #: Points across a mark, and the label of what no legend names.
 _MARK, _UNNAMED = 3.5, "_nolegend_"
@@ -178,8 +181,7 @@ def _draw_panel(axes: Axes, panel: Panel, by_tex: bool) -> None:
             drawn.set(linestyle="none", marker=".", markersize=_DOT, markeredgewidth=0)
     for place in panel.places:
         axes.plot([place.x], [place.y], "o", color="black", markersize=_MARK, label=_UNNAMED)
-        text, offset = _shown(place.label, by_tex), (4, 4)
-        axes.annotate(text, (place.x, place.y), offset, textcoords="offset points", fontsize=8)
+        _name_place(axes, place, by_tex)
     axes.set_xlabel(_shown(panel.x_label, by_tex))
     axes.set_ylabel(_shown(panel.y_label, by_tex))
     axes.tick_params(direction="in", top=True, right=True)
@@ -187,6 +189,20 @@ def _draw_panel(axes: Axes, panel: Panel, by_tex: bool) -> None:
         axes.set_aspect("equal", adjustable="datalim")
     elif panel.over_time:
         axes.margins(x=0)
+
+
+def _name_place(axes: Axes, place: MarkedPlace, by_tex: bool) -> None:
+    """Write the text of a marked point, on its left where the axes end on its right."""
+    low, high = axes.get_xlim()
+    side = -1 if place.x > low + _LEFT * (high - low) else 1
+    axes.annotate(
+        _shown(place.label, by_tex),
+        (place.x, place.y),
+        (4 * side, 4),
+        textcoords="offset points",
+        fontsize=8,
+        ha="left" if side > 0 else "right",
+    )
 
 
 def _legend_length(panel: Panel) -> int:
