@@ -6,6 +6,7 @@ import math
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -370,6 +371,16 @@ def test_no_scheduler_is_refused():
     began = time.monotonic()
     with pytest.raises(InputError, match="no Dask scheduler answers at tcp://127"):
         connected("tcp://127.0.0.1:9", patience=0.3).__enter__()
+    assert time.monotonic() - began < 5
+
+
+def test_a_server_that_is_no_scheduler_is_refused():
+    """One that takes connections and says nothing, as Dask takes a server of web pages."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        began = time.monotonic()
+        with pytest.raises(InputError, match=f"no Dask scheduler answers at {address}"):
+            connected(address, patience=0.3).__enter__()
     assert time.monotonic() - began < 5
 
 
