@@ -84,6 +84,18 @@ def test_a_cluster_finds_what_this_process_finds(client, pendulum, tmp_path, end
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("how", [{}, ALONE])
+def test_threads_of_a_worker_find_the_same(pendulum, tmp_path, how):
+    """Of this process, as notebooks start them; a member by itself may be derived there."""
+    members = sampled({"theta": "uniform(-1, 1)", "g": "uniform(-5, 10)"}, 60, seed=7)
+    options = {"n_workers": 1, "threads_per_worker": 4, "processes": False}
+    with LocalCluster(**options, dashboard_address=":0") as cluster, Client(cluster) as client:
+        store = tmp_path / "out.npz"
+        found = pendulum.ensemble(members, **KEPT, **how, store=store, client=client)
+    same(found, pendulum.ensemble(members, **KEPT, **how))
+
+
+@pytest.mark.slow
 def test_workers_write_to_an_address(client, pendulum, tmp_path, monkeypatch):
     """Of a file system that makes folders as object stores do: when something is put there."""
     fsspec = pytest.importorskip("fsspec")
