@@ -75,6 +75,23 @@ class Stretch:
 
 
 @dataclass(frozen=True)
+class Locus:
+    """Poles of small motions along a branch.
+
+    Attributes
+    ----------
+    values
+        The parameter at points of the branch, shape (points,).
+    poles
+        Shape (points, poles); each column is one pole that moves with the parameter. Where two
+        meet, which is which is not known beyond. NaN where there is another number of them.
+    """
+
+    values: NDArray[np.float64]
+    poles: NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
 class Branch:
     """A curve of equilibria.
 
@@ -90,6 +107,8 @@ class Branch:
         Number of a point of it, and number of the marked point there, in their order.
     stretches
         Its parts, in their order.
+    locus
+        The poles along it.
     """
 
     values: NDArray[np.float64]
@@ -97,6 +116,7 @@ class Branch:
     ends: tuple[EndKind, EndKind]
     marks: tuple[tuple[int, int], ...]
     stretches: tuple[Stretch, ...]
+    locus: Locus
 
 
 @dataclass(frozen=True)

@@ -72,15 +72,30 @@ class Analyzed(Analysis):
 
         write_file(os.fspath(path), self.drawn(Path(path).suffix.lower().lstrip(".")))
 
-    def drawn(self, ending: str) -> bytes:
-        """Return the bytes of the picture that :meth:`plot` writes, in a file of this ending."""
+    def plot_loci(self, path: str | os.PathLike[str]) -> None:
+        """Draw root loci: the poles along branches of equilibria in the complex plane.
+
+        Parameters and errors are those of :meth:`plot`.
+        """
+        from lagrange_cli.files import write_file
+
+        ending = Path(path).suffix.lower().lstrip(".")
+        write_file(os.fspath(path), self.drawn(ending, loci=True))
+
+    def drawn(self, ending: str, *, loci: bool = False) -> bytes:
+        """Return the bytes of the picture that :meth:`plot` writes, in a file of this ending.
+
+        ``loci``: of that of :meth:`plot_loci`.
+        """
         from lagrange_cli.simulate.results.plot import draw
         from lagrange_cli.studies.branch_picture import picture_of_branches
+        from lagrange_cli.studies.locus_picture import picture_of_loci
 
         if self.branches is None:
             hint = "branches={NAME: (FROM, TO)}"
             raise InputError(Problem("there are no branches to draw", hint=hint, rule="no-picture"))
-        return draw(picture_of_branches(self.equations, self.branches), ending)
+        picture_of = picture_of_loci if loci else picture_of_branches
+        return draw(picture_of(self.equations, self.branches), ending)
 
     def _repr_markdown_(self) -> str:
         return self.emit("markdown").popitem()[1]

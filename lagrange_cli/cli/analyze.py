@@ -108,6 +108,11 @@ if TYPE_CHECKING:
     help="Branches of equilibria as a parameter varies, with folds, branch points, flutter and the"
     " stability of each part.  [default: none]",
 )
+@options.plot(
+    "With --branches: draw root loci, the poles along each branch in the complex plane.",
+    "tex",
+    name="--loci",
+)
 @click.option(
     "--format",
     "format_",
@@ -141,6 +146,7 @@ def analyze(
     plot: str | None,
     animate: str | None,
     branches: tuple[str, str, str] | None,
+    loci: str | None,
     format_: str,
     ascii_only: bool,
     parameters: dict[str, str],
@@ -151,7 +157,10 @@ def analyze(
     """Analyze the equations of motion of SCENE, a YAML file or - for standard input."""
     session: Session = ctx.obj
     source = read_source(scene)
-    guard(source, parameters, {"-o": output, "--plot": plot, "--animate": animate})
+    outputs = {"-o": output, "--plot": plot, "--animate": animate, "--loci": loci}
+    guard(source, parameters, outputs)
+    if loci is not None and branches is None:
+        raise click.UsageError("--loci draws poles along branches; add --branches NAME=FROM..TO")
     bode, plot = (None, plot)
     if response is not None:
         bode, plot = _bode(plot, others=modes or branches is not None, steady=steady), None
@@ -172,7 +181,8 @@ def analyze(
         raise click.UsageError("an .npz file holds the linear system; add --linearization")
     motions = lyapunov is not None or along is not None
     _require_used(along, accuracy, samples, at, alone=motions and not (parts or steady or branches))
-    picture = None if diagram is None else Path(diagram).suffix.lower().lstrip(".")
+    drawn = {"diagram": diagram, "loci": loci}
+    pictures = {k: Path(f).suffix.lower().lstrip(".") for k, f in drawn.items() if f is not None}
     format_ = "json" if as_json else format_
     written_with = {name: value for name, value in chosen.items() if value is not None}
     completed(format_, ANALYZED[format_], written_with)
@@ -203,13 +213,14 @@ def analyze(
         written = FORMATS[format_](analysis, written_with, ascii_only, encoding)
         shown = written.to_json() if isinstance(written, Page) else written
         answer = {"report": analysis.report(), "shown": shown}
-        if picture is not None:
-            answer["picture"] = base64.b64encode(analysis.drawn(picture)).decode()
+        for name, ending in pictures.items():
+            drawing = analysis.drawn(ending, loci=name == "loci")
+            answer[name] = base64.b64encode(drawing).decode()
         recorded = any(u.recording is not None for u in derivation.equations.inputs)
         return answer_of(derivation, answer, lasting=not (motions and recorded))
 
     motion = lyapunov, along, accuracy, samples, response
-    asked_of = parts, motion, steady, list(at.items()), list(parameters.items()), branches, picture
+    asked_of = parts, motion, steady, list(at.items()), list(parameters.items()), branches, pictures
     question = (*asked_of, format_, sorted(written_with.items()), ascii_only, encoding)
     value = remembered(session, "analyze", source, question, work)
     report = value["report"]
@@ -220,8 +231,9 @@ def analyze(
     content = shown if isinstance(shown, str) else Page.from_json(shown)
     if plot is not None or animate is not None:
         _draw_modes(session, request, plot, animate, at)
-    if diagram is not None:
-        write_file(diagram, base64.b64decode(value["picture"]))
+    for name, path in drawn.items():
+        if path is not None:
+            write_file(path, base64.b64decode(value[name]))
     if bode is not None and response is not None:
         derivation = derivation_of_scene(session, request)
         derivation.plot_response(bode, derivation.frequency_response(*response, at=at))

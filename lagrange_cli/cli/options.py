@@ -181,9 +181,9 @@ def formulation(default: str | None, said: str) -> Callable[[_Command], _Command
     )
 
 
-def plot(said: str, *formats: str) -> Callable[[_Command], _Command]:
+def plot(said: str, *formats: str, name: str = "--plot") -> Callable[[_Command], _Command]:
     """``--plot FILE``; ``formats`` are endings of files that are made without matplotlib."""
-    return file("--plot", f"{said}  [default: none]", callback=_plottable(*formats))
+    return file(name, f"{said}  [default: none]", callback=_plottable(*formats))
 
 
 def frequencies(

@@ -9,6 +9,7 @@ __all__ = [
     "branch_picture",
     "effective_potential",
     "linear_motion",
+    "locus_picture",
     "lyapunov",
     "mode_pictures",
     "reference",

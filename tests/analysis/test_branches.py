@@ -334,3 +334,41 @@ def test_systems_without_isolated_equilibria_are_refused():
     derivation = load(SYSTEMS / "pendulums/spherical_pendulum.yaml").derive()
     with pytest.raises(InputError, match="not of steady motions"):
         derivation.analyze(branches={"l": (1, 2)}, steady=True)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+def test_root_loci_of_zieglers_column(damping):
+    """Poles are the zeros of the characteristic polynomial, and move little between points."""
+    scene = load(SYSTEMS / "pendulums/zieglers_column.yaml", parameters={"c": damping})
+    (branch,) = branches(scene, P=(0, 6)).branches
+    locus = branch.locus
+    assert locus.poles.shape == (len(locus.values), 4)
+    mass = np.array([[3, 1], [1, 1]])
+    rub = damping * np.array([[2, -1], [-1, 1]])
+    for value, poles in zip(locus.values, locus.poles, strict=True):
+        stiffness = np.array([[2 - value, value - 1], [-1, 1]])
+        for s in poles:
+            assert abs(np.linalg.det(mass * s**2 + rub * s + stiffness)) < 1e-9
+    assert np.abs(np.diff(locus.poles, axis=0)).max() <= 0.0101 * np.abs(locus.poles).max()
+
+
+def test_poles_that_meet_at_zero_are_followed_beyond():
+    """ω² R² - g R: two poles on the imaginary axis, then two on the real one."""
+    found = branches(load(SYSTEMS / "beads/bead_on_rotating_hoop.yaml"), omega=(0, 12))
+    bottom = found.branches[0].locus
+    expected = np.emath.sqrt(bottom.values**2 - 9.81 / 0.3)
+    away = np.abs(expected) > 0.05
+    squares = bottom.poles[away] ** 2
+    assert squares == pytest.approx(np.stack([expected[away] ** 2] * 2, axis=1), rel=1e-9)
+    assert bottom.poles.sum(axis=1) == pytest.approx(0, abs=1e-6)
+
+
+def test_pictures_of_loci(tmp_path):
+    found = (
+        load(SYSTEMS / "pendulums/zieglers_column.yaml").derive().analyze(branches={"P": (0, 6)})
+    )
+    found.plot_loci(tmp_path / "loci.tex")
+    told = (tmp_path / "loci.tex").read_text()
+    assert told.count(r"\addplot") == 5
+    assert "1 flutter" in told
+    assert "P = 6" in told

@@ -12,6 +12,7 @@ from lagrange_cli.analysis.branch_values import Branch, Branches, Stretch
 from lagrange_cli.analysis.branches.curve import DIGITS, Space, row_sizes
 from lagrange_cli.analysis.branches.functions import BranchFunctions
 from lagrange_cli.analysis.branches.judging import Judge
+from lagrange_cli.analysis.branches.loci import locus
 from lagrange_cli.analysis.branches.tracing import Traced, Tracing
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.repeats import without_repeats
@@ -185,4 +186,5 @@ def _branch(
     positions = np.tile([float(x) for x in system.start], (len(table), 1))
     positions[:, list(space.functions.moving)] = table[:, : len(space.functions.moving)]
     marks = tuple((k, numbers[id(mark)]) for k, mark in branch.marks)
-    return Branch(table[:, -1], positions, branch.ends, marks, stretches)
+    poles = locus(space, branch.points)
+    return Branch(table[:, -1], positions, branch.ends, marks, stretches, poles)

@@ -40,9 +40,9 @@ def refined(space: Space, points: Sequence[CurvePoint]) -> list[CurvePoint]:
     fresh = [True] * (len(known) - 1)
     for _ in range(_HALVINGS):
         places = [k for k, is_fresh in enumerate(fresh) if is_fresh]
-        amid = {k: _amid(space, known[k], known[k + 1]) for k in places}
-        found = [k for k in places if amid[k] is not None]
-        middle = tested(space, [y for k in found for y in (amid[k],) if y is not None])
+        middles = {k: amid(space, known[k].y, known[k + 1].y) for k in places}
+        found = [k for k in places if middles[k] is not None]
+        middle = tested(space, [y for k in found for y in (middles[k],) if y is not None])
         doubtful = {
             k: m
             for k, m in zip(found, middle, strict=True)
@@ -50,7 +50,7 @@ def refined(space: Space, points: Sequence[CurvePoint]) -> list[CurvePoint]:
         }
         if not doubtful or len(known) + len(doubtful) > len(points) + _MOST:
             return known
-        known, values, fresh = _halved(space, known, values, amid, doubtful)
+        known, values, fresh = _halved(space, known, values, middles, doubtful)
     return known
 
 
@@ -79,10 +79,11 @@ def _tested(mass: Matrix, damping: Matrix, stiffness: Matrix, gradients: Matrix)
     return values
 
 
-def _amid(space: Space, one: CurvePoint, other: CurvePoint) -> Matrix | None:
-    chord = (other.y - one.y) / space.scale
+def amid(space: Space, one: Matrix, other: Matrix) -> Matrix | None:
+    """Return the point of a branch amid two neighbours, in doubles; None if none is near."""
+    chord = (other - one) / space.scale
     length = float(np.linalg.norm(chord))
-    return space.approached((one.y + other.y) / 2, chord / length) if length else None
+    return space.approached((one + other) / 2, chord / length) if length else None
 
 
 def _is_doubtful(rows: Matrix) -> bool:
@@ -112,13 +113,13 @@ def _halved(
     space: Space,
     known: Sequence[CurvePoint],
     values: Sequence[Matrix],
-    amid: dict[int, Matrix | None],
+    middles: dict[int, Matrix | None],
     doubtful: dict[int, Matrix],
 ) -> tuple[list[CurvePoint], list[Matrix], list[bool]]:
     """Put points into intervals; the halves are to be looked at again."""
     points, tests, fresh = [known[0]], [values[0]], list[bool]()
     for k in range(len(known) - 1):
-        y = amid.get(k) if k in doubtful else None
+        y = middles.get(k) if k in doubtful else None
         chord = (known[k + 1].y - known[k].y) / space.scale
         exact = None if y is None else space.polished(y, chord / np.linalg.norm(chord))
         point = None if exact is None else space.point(exact, known[k].tangent)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
 
     from lagrange_cli.analysis.branch_values import Branch, Branches, MarkedPoint
 
@@ -46,9 +50,11 @@ def _mark(mark: MarkedPoint, names: Sequence[str]) -> dict[str, Any]:
 
 def _branch(branch: Branch, parameter: str, names: Sequence[str]) -> dict[str, Any]:
     columns = zip(names, branch.positions.T.tolist(), strict=True)
+    poles = [_pole(column) for column in branch.locus.poles.T]
     return {
         "ends": list(branch.ends),
         "points": {parameter: branch.values.tolist(), **dict(columns)},
+        "poles": {parameter: branch.locus.values.tolist(), "columns": poles},
         "marks": [{"point": k, "mark": number} for k, number in branch.marks],
         "stretches": [
             {
@@ -59,4 +65,11 @@ def _branch(branch: Branch, parameter: str, names: Sequence[str]) -> dict[str, A
             }
             for s in branch.stretches
         ],
+    }
+
+
+def _pole(column: NDArray[np.complex128]) -> dict[str, list[float | None]]:
+    parts = {"real": column.real.tolist(), "imag": column.imag.tolist()}
+    return {
+        name: [x if math.isfinite(x) else None for x in values] for name, values in parts.items()
     }
