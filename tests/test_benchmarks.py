@@ -219,7 +219,8 @@ def test_peers_of_the_promise_have_no_larger_error(scene: str) -> None:
     rows = [line.strip("| ").split(" | ") for line in printed.splitlines()[2:]]
     assert [row[:2] for row in rows] == [[scene.split("/")[1], eps] for eps in ("1e-06", "1e-09")]
     for _, eps, error, _, _, theirs, _ in rows:
-        assert float(theirs) <= max(float(error), 1e-11), "below this the reference decides"
+        # Below this the rounding of NumPy's solver decides, which differs between processors.
+        assert float(theirs) <= max(float(error), 1e-10)
         assert float(error) < float(eps)
 
 
