@@ -39,7 +39,7 @@ def response_table(found: FrequencyResponse, say: Language) -> list[tuple[str, .
     """Write the head and a row for each peak; the first of a pair names it."""
     of_pair = say("input"), say("output"), say("static gain")
     of_peak = say("at"), say("gain"), say("phase")
-    table = [(*of_pair, *of_peak)]
+    table: list[tuple[str, ...]] = [(*of_pair, *of_peak)]
     for channel in found.channels[:_MOST_CHANNELS]:
         static = say("infinite") if channel.static is None else f"{channel.static:.6g}"
         head = channel.source, channel.output, static
