@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import unicodedata
 
+from lagrange_cli.latex_allowlist import with_formulas
+
 _GREEK_NAMES = """
     alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi rho sigma tau upsilon
     phi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega
@@ -145,6 +147,11 @@ def _composed(character: str) -> str | None:
         accent = _ACCENTS.get(made_of[1])
         return None if accent is None else f"{accent}{{{made_of[0]}}}"
     return None
+
+
+def latex_prose(text: str) -> str:
+    """Write a title or description, which may hold formulas between dollars."""
+    return with_formulas(text, latex_text, lambda formula: f"${formula}$")
 
 
 def latex_text(text: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from lagrange_cli.latex_allowlist import with_formulas
 from lagrange_cli.notation.latex_escape import GREEK
 from lagrange_cli.notation.symbols import UNIT_PART, latex_name, split_name
 
@@ -85,6 +86,11 @@ def typst_text(text: str) -> str:
     )
     # Numbers of lists, and ellipses.
     return re.sub(r"^(\d+)\.|(?<=\.)\.", r"\1\\.", shown)
+
+
+def typst_prose(text: str) -> str:
+    """Write a title or description, which may hold formulas of LaTeX between dollars."""
+    return with_formulas(text, typst_text, lambda formula: f"${_of_latex(formula)}$")
 
 
 def typst_string(text: str) -> str:

@@ -32,6 +32,7 @@ from lagrange_cli.scene.reading.overrides import (
     override_times,
 )
 from lagrange_cli.scene.reading.source import Mapping, SourceNode, compose, decode
+from lagrange_cli.scene.reading.texts import read_prose
 from lagrange_cli.scene.unit_check import check_units
 
 
@@ -52,11 +53,11 @@ def _read_name(node: SourceNode, reading: Reading) -> str | None:
 
 
 def _read_title(node: SourceNode, reading: Reading) -> str | None:
-    return reading.text(node, "'title'")
+    return read_prose(node, "'title'", reading)
 
 
 def _read_description(node: SourceNode, reading: Reading) -> str | None:
-    return reading.text(node, "'description'")
+    return read_prose(node, "'description'", reading)
 
 
 SECTIONS: dict[str, _Section] = {

@@ -152,7 +152,7 @@ def test_sections_are_those_that_were_asked_for():
 
 def test_no_text_of_a_scene_is_markup():
     text = """
-        title: "$x$ \\\\input{a}"
+        title: "$\\\\input{x}$ \\\\input{a}"
         parameters: {k: {value: 4, latex: '\\kappa'}}
         particles: {p: {mass: 1, position: [x, 0, 0]}}
         coordinates: [x]
@@ -162,7 +162,7 @@ def test_no_text_of_a_scene_is_markup():
 
     found = loads(text, file="it.yaml").derive().analyze()
     (shown,) = found.emit("latex").values()
-    assert r"\$x\$ \textbackslash" in shown
+    assert r"\$\textbackslash{}input\{x\}\$ \textbackslash{}input" in shown
     assert r"\mathbf{K} & = {\kappa} = 4" in shown
     assert math.isclose(found.modes[0].frequency, 2)
 

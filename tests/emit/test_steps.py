@@ -203,7 +203,7 @@ initial: {x: 0, z: -2, s: 0}
 def test_text_of_a_scene_is_no_markup() -> None:
     scene = """
 name: hostile
-title: "<script>alert(1)</script> [a](javascript:b) $x$ `c` *d* | e"
+title: "<script>alert(1)</script> [a](javascript:b) $\\\\input{x}$ `c` *d* | e"
 description: "# heading\\n\\n- item $$ \\\\write18{touch owned} &amp; ![i](j)"
 parameters: {m: 1, F: 2}
 particles: {bob: {mass: m, position: [x, 0, 0]}}
@@ -212,7 +212,10 @@ forces: {"push": {on: bob, force: [F, 0, 0]}}
 """
     text = markdown(derive(read_text(scene), steps="lagrange"))
     head = text.split("## ")[0]
-    assert r"\<script\>alert(1)\</script\> \[a\](javascript:b) \$x\$ \`c\` \*d\* \| e" in head
+    assert (
+        r"\<script\>alert(1)\</script\> \[a\](javascript:b) \$\\input\{x\}\$ \`c\` \*d\* \| e"
+        in head
+    )
     assert r"\# heading - item \$\$ \\write18\{touch owned\} \&amp; \!\[i\](j)" in head
     assert not re.search(r"(?<!\\)[<`$]", head.replace("$x$.", ""))
 

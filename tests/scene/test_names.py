@@ -3,8 +3,8 @@
 import pytest
 
 from lagrange_cli.errors import InputError
+from lagrange_cli.latex_allowlist import check_latex
 from lagrange_cli.scene import read_text
-from lagrange_cli.scene.reading.latex import check_latex
 
 BOB = "particles: {bob: {mass: 1, position: [x, y, z]}}\n"
 

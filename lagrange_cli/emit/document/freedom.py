@@ -136,7 +136,7 @@ def _described(writer: DocumentWriter, coordinate: Coordinate) -> str:
     letters = writer.letters
     domain = " > 0" if coordinate.is_positive else ""
     text = letters.inline(f"{writer.coordinate(coordinate)}{domain}")
-    told = [letters.words(coordinate.description)] if coordinate.description else []
+    told = [letters.prose(coordinate.description)] if coordinate.description else []
     if coordinate.unit:
         told.append(letters.unit(coordinate.unit))
     return f"{text} ({', '.join(told)})" if told else text

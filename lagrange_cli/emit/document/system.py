@@ -99,7 +99,7 @@ def _parameters(writer: DocumentWriter) -> Table | Words | None:
 def _meaning(writer: DocumentWriter, parameter: Parameter) -> str:
     letters = writer.letters
     if parameter.start_of is None:
-        return letters.words(parameter.description or "")
+        return letters.prose(parameter.description or "")
     latex = latex_overrides(writer.equations).get(parameter.start_of)
     symbol = letters.inline(letters.symbol(parameter.start_of, 0, latex))
     return writer.say("{coordinate} at the start", coordinate=symbol)

@@ -8,7 +8,7 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.steps.sections import Block, Section, Title
-from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.notation.latex_escape import latex_prose, latex_text
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.latex.options import LatexOptions
@@ -39,14 +39,14 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
     long for a frame goes on in the next, broken between lines.
     """
     setter = options.setter(equations)
-    title = latex_text(equations.title or equations.name)
+    title = latex_prose(equations.title or equations.name)
     frames = [
         [
             r"\begin{frame}[allowframebreaks=0.85]",
             r"\begin{center}\usebeamerfont{title}\usebeamercolor[fg]{title}",
             title,
             r"\end{center}",
-            latex_text(equations.description or ""),
+            latex_prose(equations.description or ""),
             r"\end{frame}",
         ]
     ]

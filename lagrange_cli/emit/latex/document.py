@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.latex.options import LatexOptions
 from lagrange_cli.emit.width import length
-from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.notation.latex_escape import latex_prose, latex_text
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -37,14 +37,14 @@ def latex_document(equations: Equations, options: LatexOptions | None = None) ->
     sections = options.sections(equations)
     body = [setter.section(section) for section in sections]
     spread = [] if equations.steps is None else [r"\setlength{\jot}{1ex}"]
-    title = latex_text(equations.title or equations.name)
+    title = latex_prose(equations.title or equations.name)
     opening = [
         f"% {latex_text(equations.name)}: {options.about}, written by lagrange",
         _preamble(options) + options.definitions(equations, chain(*body)) + r"\begin{document}",
         rf"\begin{{center}}\LARGE {title}\end{{center}}",
     ]
     if equations.description:
-        opening += ["", latex_text(equations.description)]
+        opening += ["", latex_prose(equations.description)]
     blocks = [opening, spread, *body, [r"\end{document}"]]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
 

@@ -9,6 +9,7 @@ from lagrange_cli.emit.document.letters import DocumentLetters
 from lagrange_cli.emit.family_wording import latex_ranges
 from lagrange_cli.emit.latex import words as latex_words
 from lagrange_cli.emit.latex.macros import MacroPrinter, Macros
+from lagrange_cli.latex_allowlist import with_formulas
 from lagrange_cli.notation.latex import LatexPrinter, latex_number
 from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.layout import width
@@ -118,6 +119,9 @@ class LatexLetters(DocumentLetters):
 
     def words(self, text: str) -> str:
         return latex_text(text)
+
+    def prose(self, text: str) -> str:
+        return with_formulas(text, self.words, self.inline)
 
     def statement(self, text: str) -> str:
         return latex_words.scene_text_latex(text, self._names, self._printer)

@@ -83,9 +83,9 @@ def emit_sections(
     letters = MarkdownLetters(equations)
     say, written_out = language(str(options["language"])), bool(options["written_out"])
     writer = DocumentWriter(equations, letters, say, written_out=written_out)
-    paragraphs = [f"# {letters.words(equations.title or equations.name)}"]
+    paragraphs = [f"# {letters.prose(equations.title or equations.name)}"]
     if equations.description:
-        paragraphs.append(letters.words(equations.description))
+        paragraphs.append(letters.prose(equations.description))
     for section in content.sections(writer, Typesetter().columns):
         paragraphs += _section(section)
     return {f"{equations.name}.md": "\n\n".join(paragraphs) + "\n"}

@@ -82,6 +82,10 @@ class Letters(ABC):
     def words(self, text: str) -> str:
         """Text of a scene within a sentence."""
 
+    def prose(self, text: str) -> str:
+        """A title or description of a scene, which may hold formulas between dollars."""
+        return self.words(text)
+
     def group(self, body: str) -> str:
         """A sum that is a factor."""
         return f"({body})"

@@ -11,7 +11,7 @@ from lagrange_cli.emit.document_options import sections_of
 from lagrange_cli.emit.language import language
 from lagrange_cli.emit.typst.letters import TypstLetters
 from lagrange_cli.emit.typst.typesetter import Typesetter
-from lagrange_cli.notation.typst_symbols import typst_text
+from lagrange_cli.notation.typst_symbols import typst_prose
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
@@ -61,12 +61,12 @@ def emit_sections(
 
 
 def _opening(equations: Equations, language: str, about: str) -> list[str]:
-    title = typst_text(equations.title or equations.name)
+    title = typst_prose(equations.title or equations.name)
     lines = [
         f"// {equations.name}: {about}, written by lagrange",
         f'{_PREAMBLE}#set text(lang: "{language}")\n',
         f"#align(center, text(size: 17pt)[{title}])",
     ]
     if equations.description:
-        lines += ["", typst_text(equations.description)]
+        lines += ["", typst_prose(equations.description)]
     return lines

@@ -13,6 +13,7 @@ from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.notation.typst import TypstPrinter, balanced, typst_number
 from lagrange_cli.notation.typst_symbols import (
     typst_name,
+    typst_prose,
     typst_scripted,
     typst_string,
     typst_text,
@@ -114,6 +115,9 @@ class TypstLetters(DocumentLetters):
 
     def words(self, text: str) -> str:
         return typst_text(text)
+
+    def prose(self, text: str) -> str:
+        return typst_prose(text)
 
     def statement(self, text: str) -> str:
         written = _STATEMENTS.formula(text, self.written)

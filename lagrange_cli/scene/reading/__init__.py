@@ -4,4 +4,13 @@ YAML with positions goes in; declarations, physics, initial and simulated values
 written out. Read :mod:`.source` for how places are kept, then :mod:`.declarations`.
 """
 
-__all__ = ["conditions", "declarations", "entries", "helpers", "overrides", "physics", "source"]
+__all__ = [
+    "conditions",
+    "declarations",
+    "entries",
+    "helpers",
+    "overrides",
+    "physics",
+    "source",
+    "texts",
+]

@@ -22,7 +22,7 @@ from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.overrides import given_size
 from lagrange_cli.scene.reading.recordings import RECORDED, read_recorded
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
-from lagrange_cli.scene.reading.texts import read_latex, read_text_field, with_indices
+from lagrange_cli.scene.reading.texts import read_latex, read_prose, read_text_field, with_indices
 
 AXES = ("x", "y", "z")
 
@@ -73,7 +73,7 @@ def _parameter(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredParam
         value,
         read_text_field(fields, "unit", what, reading),
         _positive(fields, what, reading),
-        read_text_field(fields, "description", what, reading),
+        _description(fields, what, reading),
         read_latex(fields, what, reading),
     )
 
@@ -223,7 +223,7 @@ def _coordinate(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredCoor
         key.mark,
         read_latex(fields, what, reading),
         read_text_field(fields, "unit", what, reading),
-        read_text_field(fields, "description", what, reading),
+        _description(fields, what, reading),
         _positive(fields, what, reading),
     )
 
@@ -240,3 +240,9 @@ def read_definitions(node: SourceNode, reading: Reading) -> tuple[Definition, ..
         if expression:
             definitions.append(Definition(key.text, key.mark, expression, latex))
     return tuple(definitions)
+
+
+def _description(fields: dict[str, SourceNode], what: str, reading: Reading) -> str | None:
+    if "description" not in fields:
+        return None
+    return read_prose(fields["description"], f"'description' of {what}", reading)

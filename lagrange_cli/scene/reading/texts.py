@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from lagrange_cli.latex_allowlist import between_dollars, check_latex
 from lagrange_cli.scene.reading.entries import Reading, is_indexed
-from lagrange_cli.scene.reading.latex import check_latex
 from lagrange_cli.scene.reading.source import SourceNode
 
 
@@ -14,6 +14,21 @@ def read_text_field(
 ) -> str | None:
     """Read the text at a key; None without it."""
     return reading.text(fields[key], f"'{key}' of {what}") if key in fields else None
+
+
+def read_prose(node: SourceNode, what: str, reading: Reading) -> str | None:
+    """Read a text that may hold formulas between dollars; warn of those that are not allowed."""
+    text = reading.text(node, what)
+    for found in between_dollars(text or ""):
+        refused = check_latex(found[1])
+        if refused and "\\" in found[1]:
+            reading.problems.warn(
+                f"'{found[0]}' in {what} prints as it stands here: as a formula it {refused}",
+                node.mark,
+                hint="formulas in texts take what 'latex' keys take",
+                rule="latex",
+            )
+    return text
 
 
 def read_latex(

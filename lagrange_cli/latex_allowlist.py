@@ -1,8 +1,12 @@
-"""The allowlist for ``latex:`` keys: math symbols with scripts, and nothing that acts."""
+"""The allowlist of LaTeX in a scene: math symbols with scripts, and nothing that acts.
+
+It is for ``latex:`` keys, and for formulas between dollars in titles and descriptions.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterator
 
 #: Most characters of a ``latex`` key.
 _LONGEST = 100
@@ -31,6 +35,41 @@ _PART = re.compile(
       | [{}_^]""",
     re.VERBOSE,
 )
+
+#: As Pandoc has it: no blank beside the dollars within, no digit behind the second.
+_BETWEEN_DOLLARS = re.compile(r"\$(?![\s$])([^$]*[^$\s])\$(?!\d)")
+
+
+def between_dollars(text: str) -> Iterator[re.Match[str]]:
+    """Yield what may be formulas in a text; group 1 is without the dollars."""
+    return _BETWEEN_DOLLARS.finditer(text)
+
+
+def with_formulas(text: str, words: Callable[[str], str], formula: Callable[[str], str]) -> str:
+    """Write a text in which allowed formulas stand between dollars.
+
+    Parameters
+    ----------
+    text
+        Text of a scene.
+    words
+        Writes what is between formulas, formulas that are not allowed among it.
+    formula
+        Writes a formula, without its dollars.
+    """
+    parts, place = list[str](), 0
+    for found in between_dollars(text):
+        if check_latex(found[1]) is None:
+            parts += [_words(text[place : found.start()], words), formula(found[1])]
+            place = found.end()
+    return "".join([*parts, _words(text[place:], words)])
+
+
+def _words(text: str, words: Callable[[str], str]) -> str:
+    """Write a text with a blank where it has some at its ends."""
+    if not text.strip():
+        return " " if text else ""
+    return " " * text[0].isspace() + words(text.strip()) + " " * text[-1].isspace()
 
 
 def check_latex(text: str) -> str | None:
