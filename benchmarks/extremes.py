@@ -14,6 +14,8 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import nullcontext
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,8 @@ from typing import Any
 from lagrange_cli.cli.reports.stress import sentence, setting, stress_summary
 from lagrange_cli.files import read_bytes
 from lagrange_cli.scene import SceneText
+from lagrange_cli.simulate.cluster.connection import connected
+from lagrange_cli.simulate.cluster.tasks import Cluster
 from lagrange_cli.simulate.ensemble.members import Recipe
 from lagrange_cli.studies.stress.measure import Stress, stress
 from lagrange_cli.studies.stress.runs import StressRun
@@ -229,11 +233,13 @@ def page(results: Sequence[Any], found: Sequence[Stress], budget: float, digits:
     return "".join(parts)
 
 
-def stressed(scene: str, axes: Sequence[str] | None, budget: float, jobs: int | None) -> Stress:
+def stressed(
+    scene: str, axes: Sequence[str] | None, budget: float, jobs: int | None, cluster: Cluster | None
+) -> Stress:
     path = SYSTEMS / f"{scene}.yaml"
     started = time.perf_counter()
     recipe = Recipe(SceneText(str(path), read_bytes(str(path))))
-    found = stress(recipe, axes=axes, budget=budget, jobs=jobs)
+    found = stress(recipe, axes=axes, budget=budget, jobs=jobs, cluster=cluster)
     spent = time.perf_counter() - started
     print(f"{scene}: {sentence(found.counts)} ({spent:.0f} s)", file=sys.stderr)
     return found
@@ -245,6 +251,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--axes", help="of scenes, with commas between them; by default all")
     parser.add_argument("--budget", type=float, default=BUDGET, help="seconds of a point")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="points at a time")
+    parser.add_argument("--on", metavar="tcp://HOST:PORT", help="points on this Dask cluster")
     parser.add_argument("--quick", action="store_true", help="without the cases that take long")
     parser.add_argument("--json", help="write every point to this file")
     parser.add_argument("--docs", help="write the page to this file")
@@ -252,7 +259,9 @@ def main(words: Sequence[str] | None = None) -> int:
     results = list(cases(not asked.quick))
     axes = asked.axes.split(",") if asked.axes else None
     scenes = asked.scenes or SCENES
-    found = [stressed(scene, axes, asked.budget, asked.jobs) for scene in scenes]
+    with connected(asked.on) if asked.on else nullcontext() as client:
+        cluster = None if client is None else Cluster(client, partial(print, file=sys.stderr))
+        found = [stressed(scene, axes, asked.budget, asked.jobs, cluster) for scene in scenes]
     digits = import_module("tests.extremes.extreme_exact").DIGITS
     text = page(results, found, asked.budget, digits)
     if asked.json:
