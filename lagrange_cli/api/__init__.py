@@ -4,7 +4,7 @@
 value is frozen; the modules behind a step are imported when it is taken.
 
 Read :mod:`.scenes` first, then :mod:`.derivation`: its methods are in :mod:`.written`,
-:mod:`.moving` and :mod:`.studied`.
+:mod:`.moving`, :mod:`.analyzing` and :mod:`.studied`.
 """
 
 from lagrange_cli.api.derivation import Derivation

@@ -1,4 +1,4 @@
-"""What is found out about the equations and their motions."""
+"""What is found out about the motions of the equations."""
 
 from __future__ import annotations
 
@@ -7,17 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.api.moving import GivenMembers, Moving, members_given
-from lagrange_cli.api.values import GivenValues, text_of, texts
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.api.analyzing import Analyzing
+from lagrange_cli.api.moving import GivenMembers, members_given
+from lagrange_cli.api.values import GivenValues
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.branches.varied import Varied
-    from lagrange_cli.analysis.response_values import FrequencyResponse
-    from lagrange_cli.api.analyzed import Analyzed
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.studies.fit.fit import Fit
-    from lagrange_cli.studies.linear_motion import LinearMotion
     from lagrange_cli.studies.lyapunov import Lyapunov
     from lagrange_cli.studies.path.models import PathModels
     from lagrange_cli.studies.path.result import Paths
@@ -25,68 +21,8 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.tradeoff.measure import Trade
 
 
-class Studied(Moving):
-    """Analyses of the equations, and studies of many motions."""
-
-    def analyze(
-        self,
-        *parts: str,
-        at: GivenValues | None = None,
-        steady: bool = False,
-        branches: Mapping[str, tuple[float | str, float | str]] | None = None,
-    ) -> Analyzed:
-        """Find symmetries, equilibria and their stability, the linear system and its modes.
-
-        Parameters
-        ----------
-        parts
-            ``symmetries``, ``equilibria``, ``linearization``, ``modes``; all that can be found if
-            there are none.
-        at
-            Coordinates of the equilibrium to linearize at, and values of inputs that are held;
-            numbers or expressions. Of steady motions also momenta ``p_phi`` or rates ``dot(phi)``
-            of ignored coordinates, by default the momenta of the initial state.
-        steady
-            Find steady motions, in which ignored coordinates turn uniformly and the others rest,
-            in place of equilibria.
-        branches
-            A parameter and its range: branches of equilibria are followed over it. Alone unless
-            parts are named.
-
-        Raises
-        ------
-        InputError
-            A part that is named cannot be found, or there is no equilibrium at ``at``.
-
-        Examples
-        --------
-        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
-        >>> [point.stability.verdict for point in derivation.analyze().equilibria.points]
-        ['stable', 'unstable']
-        >>> derivation.analyze("linearization", at={"theta": "pi"}).linearization.stiffness
-        array([[-9.81]])
-        >>> table = load("systems/lecture/masses_through_hole.yaml").derive()
-        >>> orbit = table.analyze("modes", at={"dot(theta)": 3}, steady=True)
-        >>> [str(mode.exact_square) for mode in orbit.modes]
-        ['3*M*dot(theta)**2/(M + m)']
-        >>> hoop = load("systems/beads/bead_on_rotating_hoop.yaml").derive()
-        >>> [mark.kind for mark in hoop.analyze(branches={"omega": (0, 12)}).branches.marks]
-        ['pitchfork']
-        """
-        from lagrange_cli.analysis.analyze import analyze
-        from lagrange_cli.api.analyzed import Analyzed
-
-        over = None if branches is None else self._varied(branches)
-        return Analyzed.of(analyze(self.equations, parts, texts(at), steady=steady, branches=over))
-
-    def _varied(self, branches: Mapping[str, tuple[float | str, float | str]]) -> Varied:
-        from lagrange_cli.analysis.branches.varied import varied
-
-        if len(branches) != 1:
-            raise ValueError("branches are followed over one parameter")
-        ((name, (first, last)),) = branches.items()
-        ends = text_of(first), text_of(last)
-        return varied(self.equations, self.source.read(), name, ends, "--branches")
+class Studied(Analyzing):
+    """Studies of motions, one or many."""
 
     def tradeoff(
         self,
@@ -212,150 +148,6 @@ class Studied(Moving):
         starts = [*names, *(f"dot({name})" for name in names)]
         model = self.model(starts)
         return lyapunov_exponents(model, until, accuracy=accuracy, progress=progress)
-
-    def plot_effective_potential(self, path: str | os.PathLike[str]) -> str:
-        """Draw V_eff of Routh's form about the start, with the turning points; return these.
-
-        Parameters
-        ----------
-        path
-            A picture by matplotlib, or ``.tex`` for pgfplots.
-
-        Raises
-        ------
-        InputError
-            As :func:`lagrange_cli.studies.effective_potential.effective_potential`; matplotlib is
-            not installed, or cannot write such a file.
-        """
-        from lagrange_cli.files import write_file
-        from lagrange_cli.simulate.results.plot import draw
-        from lagrange_cli.studies.effective_potential import (
-            effective_potential,
-            picture_of_potential,
-        )
-
-        found = effective_potential(self.equations)
-        write_file(path, draw(picture_of_potential(found), _ending(path)))
-        return found.told
-
-    def frequency_response(
-        self, low: float, high: float, *, at: GivenValues | None = None
-    ) -> FrequencyResponse:
-        """Find the responses of outputs to inputs between two angular frequencies.
-
-        Parameters
-        ----------
-        low, high
-            The angular frequencies, positive and ascending.
-        at
-            As of :meth:`analyze`.
-
-        Raises
-        ------
-        InputError
-            There are no inputs, no equilibrium, or no such frequencies.
-
-        Examples
-        --------
-        >>> derivation = load("systems/oscillators/driven_spring.yaml").derive()
-        >>> found = derivation.frequency_response(0.1, 100)
-        >>> [round(peak.frequency, 6) for peak in found.channels[0].peaks]
-        [6.324555]
-        """
-        from lagrange_cli.analysis.frequency_response import frequency_response
-
-        if not (0 < low < high < float("inf")):
-            message = f"frequencies are positive and ascend, not from {low:g} to {high:g}"
-            raise InputError(Problem(message, hint="0.1..100", rule="response"))
-        if not self.equations.inputs:
-            hint = "inputs: [F] declares one, and forces may hold it"
-            raise InputError(Problem("the scene has no inputs", hint=hint, rule="response"))
-        linear = self.analyze("linearization", at=at).linearization
-        assert linear is not None
-        return frequency_response(linear.state_space, low, high)
-
-    def plot_response(self, path: str | os.PathLike[str], response: FrequencyResponse) -> None:
-        """Draw the Bode diagram of a frequency response by matplotlib.
-
-        Raises
-        ------
-        InputError
-            matplotlib is not installed, or cannot write such a file.
-        """
-        from lagrange_cli.files import write_file
-        from lagrange_cli.studies.bode import bode_diagram
-
-        title = self.equations.title or self.equations.name
-        write_file(path, bode_diagram(response, title, _ending(path)))
-
-    def plot_modes(self, path: str | os.PathLike[str], *, at: GivenValues | None = None) -> str:
-        """Draw the shapes of the modes; return a remark on what is not drawn, or an empty one.
-
-        Parameters
-        ----------
-        path
-            A picture by matplotlib.
-        at
-            As of :meth:`analyze`.
-
-        Raises
-        ------
-        InputError
-            There are no modes, or the system cannot be drawn; matplotlib is not installed, or
-            cannot write such a file.
-        """
-        from lagrange_cli.files import write_file
-        from lagrange_cli.studies.mode_pictures import draw_modes, mode_pictures
-
-        pictures = mode_pictures(self.equations, texts(at), moving=False)
-        write_file(path, draw_modes(pictures, _ending(path)))
-        return pictures.remark
-
-    def animate_modes(self, path: str | os.PathLike[str], *, at: GivenValues | None = None) -> str:
-        """Draw the modes moving, as ``.svg`` or ``.gif``; as :meth:`plot_modes`."""
-        from lagrange_cli.files import write_file
-        from lagrange_cli.studies.mode_pictures import animated_modes, mode_pictures
-
-        pictures = mode_pictures(self.equations, texts(at), moving=True)
-        write_file(path, animated_modes(pictures, _ending(path)))
-        return pictures.remark
-
-    def linearize(
-        self,
-        *,
-        until: float | None = None,
-        accuracy: float = 1e-6,
-        samples: int | None = None,
-        initial: GivenValues | None = None,
-    ) -> LinearMotion:
-        """Linearize along the motion: A(t), B(t), C(t), D(t) at its samples.
-
-        Parameters
-        ----------
-        until, samples, initial
-            As for :meth:`simulate`.
-        accuracy
-            Of the motion, and of the matrices, as :class:`.studies.linear_motion.LinearMotion`
-            measures them.
-
-        Raises
-        ------
-        InputError
-            As :func:`lagrange_cli.studies.linear_motion.linear_motion`.
-
-        Examples
-        --------
-        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
-        >>> beside = derivation.linearize(until=1.0, samples=3)
-        >>> beside.matrices["A"].shape, beside.states
-        ((3, 2, 2), ('theta', 'dot(theta)'))
-        """
-        from lagrange_cli.studies.linear_motion import linear_motion
-
-        def motion(to: float) -> Trajectory:
-            return self.simulate(until=until, accuracy=to, samples=samples, initial=initial)
-
-        return linear_motion(self.equations, motion, accuracy)
 
     def section(
         self,
@@ -488,8 +280,3 @@ class Studied(Moving):
         acting = replace(self, equations=with_action(self.equations))
         rates = [f"dot({c.name})" for c in self.equations.coordinates]
         return PathModels(acting.model(), acting.model(rates), periodic_coordinates(self.equations))
-
-
-def _ending(path: str | os.PathLike[str]) -> str:
-    """Return the ending of a file's name, without its dot."""
-    return os.path.splitext(os.fspath(path))[1].lower().lstrip(".")
