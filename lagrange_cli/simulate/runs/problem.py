@@ -21,6 +21,9 @@ from lagrange_cli.simulate.system.rounding import in_arithmetic, off_by_one_ulp
 #: between the samples, is measured by the larger one; set by hand.
 _SMALL_BESIDE_OTHERS = 1e-3
 
+#: Units in the last place of its start by which a coordinate that rests is off; set by hand.
+_ROUNDING_ULPS = 8
+
 #: Longest step as a part of the span; set by hand.
 _LONGEST_STEP = 1 / 128
 
@@ -206,7 +209,7 @@ def unsampled_motion(problem: InitialValueProblem, states: Array, moved: Array) 
     """Return motions that samples show less than a thousandth of, 0 for other components, (2n,).
 
     Samples once a period show a coordinate always at the same place, but for rounding, which is
-    no scale. A short rush between samples, as of an azimuth past the pole, is no reason to allow
+    no scale; nor is the rounding of a coordinate that rests. A short rush between samples, as of an azimuth past the pole, is no reason to allow
     larger errors at them: it leaves the mean speed as it is.
 
     Parameters
@@ -218,5 +221,7 @@ def unsampled_motion(problem: InitialValueProblem, states: Array, moved: Array) 
         speeds along the whole motion, shape (2n,).
     """
     n = len(problem.kinds)
+    rests = moved[:n] <= _ROUNDING_ULPS * ulps(problem.y0[:n])
+    moved = np.where(np.tile(rests, 2), 0.0, moved)
     shown = np.abs(np.concatenate([states[:, :n] - problem.y0[:n], states[:, n:]], axis=1))
     return np.where(shown.max(axis=0) < _SMALL_BESIDE_OTHERS * moved, moved, 0.0)

@@ -125,3 +125,22 @@ def test_what_is_below_rounding_is_still_refused():
     text, _, _, until, _ = MOTIONS["slot"]
     with pytest.raises(InputError, match="below what double precision can hold"):
         simulated(text.format(until=until, eps="1e-10"))
+
+
+@pytest.mark.compiler
+def test_the_rounding_of_a_body_that_friction_holds_is_no_scale():
+    """F > k x: it stays, though the balance of forces is off by a last place."""
+    scene = """
+name: held
+parameters: {m: 1, k: 1, F: 1}
+particles: {p: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {s: k*x^2/2}
+forces: {friction: {on: p, force: [-F*sign(dot(x)), 0, 0]}}
+simulate: {until: 10, accuracy: 1e-6}
+"""
+    for start in (0.1, -0.3, 0.7):
+        found = loads(scene, initial={"x": repr(start), "dot(x)": "0"}).derive().simulate()
+        assert found.status == "ok"
+        assert (found.columns["x"] == start).all()
+        assert found.scales["x"] == 1
