@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     multiple=True,
     metavar="'F, G'",
     help="With --form hamiltonian: the Poisson bracket of two functions of coordinates, momenta "
-    "(p_x), what linear symmetries conserve (L_z), H; repeatable.",
+    "(p_x), what linear symmetries conserve (L_z), H; repeatable.  [default: none]",
 )
 @options.of_formats(DERIVED)
 @click.option(
