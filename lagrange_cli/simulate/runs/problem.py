@@ -209,8 +209,9 @@ def unsampled_motion(problem: InitialValueProblem, states: Array, moved: Array) 
     """Return motions that samples show less than a thousandth of, 0 for other components, (2n,).
 
     Samples once a period show a coordinate always at the same place, but for rounding, which is
-    no scale; nor is the rounding of a coordinate that rests. A short rush between samples, as of an azimuth past the pole, is no reason to allow
-    larger errors at them: it leaves the mean speed as it is.
+    no scale; nor is the rounding of a coordinate that rests. A short rush between samples, as of an
+    azimuth past the pole, is no reason to allow larger errors at them: it leaves the mean speed as
+    it is.
 
     Parameters
     ----------
