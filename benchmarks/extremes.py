@@ -234,7 +234,11 @@ def page(results: Sequence[Any], found: Sequence[Stress], budget: float, digits:
 
 
 def stressed(
-    scene: str, axes: Sequence[str] | None, budget: float, jobs: int | None, cluster: Cluster | None
+    scene: str,
+    axes: Sequence[str] | None,
+    budget: float,
+    jobs: int | None,
+    cluster: Cluster | None = None,
 ) -> Stress:
     path = SYSTEMS / f"{scene}.yaml"
     started = time.perf_counter()

@@ -171,9 +171,9 @@ def test_a_page_holds_no_text_of_the_scene_as_markup():
         coordinates: [x]
     """
     page = loads(scene, file="it.yaml").derive()._repr_markdown_()
-    assert page.startswith(r"# \<b\> \$x\$ \# \*bold\* \| \[a\](b)")
+    assert page.startswith(r"# \<b\> $x$ \# \*bold\* \| \[a\](b)")
     (row,) = [line for line in page.splitlines() if line.startswith("| $")]
-    assert row == r"| ${x\vert{}y\vert{}}$ | a \| b \<i\> \$z\$ | $1$ |"
+    assert row == r"| ${x\vert{}y\vert{}}$ | a \| b \<i\> $z$ | $1$ |"
 
 
 @pytest.mark.slow
