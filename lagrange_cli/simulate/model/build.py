@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from sympy import Integer
@@ -39,7 +39,11 @@ from lagrange_cli.simulate.model.switching_surfaces import (
     surface_rates,
     surface_values,
 )
-from lagrange_cli.simulate.model.unbounded_slopes import steep_places, steep_source
+from lagrange_cli.simulate.model.unbounded_slopes import (
+    steep_arguments,
+    steep_places,
+    steep_source,
+)
 from lagrange_cli.simulate.native.guarded_rhs import GUARD_PROGRAM, guard_source
 from lagrange_cli.simulate.native.rounding_model import perturb
 from lagrange_cli.simulate.native.sources import (
@@ -51,11 +55,46 @@ from lagrange_cli.simulate.native.sources import (
 )
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.program.program import Program
 
 #: Evaluators of a simulation, beside the disturbed right-hand side.
 _EVALUATORS = ("rhs", "energy", "positions", "velocities")
+
+
+@dataclass(frozen=True)
+class _Evaluated:
+    """Equations as a simulation evaluates them, and what is found in them once.
+
+    Attributes
+    ----------
+    equations
+        With functions of time in place of inputs, weights of the sides of surfaces, and flags of
+        contacts.
+    sided
+        The equations on one side of each switching surface; None where nothing has a kink.
+    exponents
+        Exponents of sharp functions.
+    steep
+        Arguments of functions with unbounded slopes.
+    """
+
+    equations: Equations
+    sided: OneSided | None
+    exponents: tuple[Expr, ...]
+    steep: tuple[Expr, ...]
+
+    @classmethod
+    def of(cls, equations: Equations) -> _Evaluated:
+        known = substitute_inputs(equations)
+        sided, exponents, steep = one_sided(known), peak_exponents(known), steep_arguments(known)
+        if sided is not None:
+            known = replace(known, parameters=sided.equations.parameters)
+        if known.contacts:
+            known = with_contact_flags(known)
+        return cls(known, sided, exponents, steep)
 
 
 def model_of(equations: Equations) -> Model:
@@ -77,6 +116,7 @@ def _model_of(equations: Equations) -> Model:
     initial = equations.initial
     facts = asdict(equations.facts)
     del facts["unused_parameters"]
+    evaluated = _Evaluated.of(_with_terms(equations))
     return Model(
         name=equations.name,
         coordinates=tuple(c.name for c in equations.coordinates),
@@ -92,7 +132,7 @@ def _model_of(equations: Equations) -> Model:
         conserved=tuple(c.kind for c in equations.conserved),
         facts=facts,
         formulation=equations.formulation,
-        code=_code(equations),
+        code=_code(evaluated, _forces(equations)),
         multipliers=tuple(c.name for c in equations.closures),
         symbols=tuple(c.multiplier.name for c in equations.pushing),
         residuals=sum(1 + (c.kind == "position") for c in equations.closures),
@@ -109,10 +149,10 @@ def _model_of(equations: Equations) -> Model:
         positive=tuple(name for name, _ in equations.positive),
         chart=former_chart(equations),
         massless=_massless(equations),
-        steep=steep_places(substitute_inputs(equations)),
-        **_surfaces(equations),
+        steep=steep_places(equations, evaluated.steep),
+        **_surfaces(evaluated),
         labels=labels_of(equations),
-        landmarks=len(peak_exponents(substitute_inputs(equations))),
+        landmarks=len(evaluated.exponents),
     )
 
 
@@ -129,30 +169,15 @@ def _massless(equations: Equations) -> tuple[str, ...]:
 
 def programs_of(equations: Equations) -> dict[str, Program]:
     """Make the programs of a simulation by name, without the perturbed ones."""
-    return _programs(_evaluated(equations))
+    return _programs(_Evaluated.of(equations).equations)
 
 
-def _evaluated(equations: Equations) -> Equations:
-    """The equations as they are evaluated: with functions of time in place of inputs, weights of
-    the sides of surfaces, and flags of contacts."""
-    known, sided = _sided(equations)
-    if sided is not None:
-        known = replace(known, parameters=sided.equations.parameters)
-    return with_contact_flags(known) if known.contacts else known
-
-
-def _sided(equations: Equations) -> tuple[Equations, OneSided | None]:
-    """Return equations with functions of time in place of inputs, and those on one side."""
-    known = substitute_inputs(equations)
-    return known, one_sided(known)
-
-
-def _surfaces(equations: Equations) -> dict[str, Any]:
+def _surfaces(evaluated: _Evaluated) -> dict[str, Any]:
     """Describe the switching surfaces by fields of a model; empty where there are none."""
-    _, sided = _sided(equations)
+    sided = evaluated.sided
     if sided is None:
         return {}
-    velocities = {c.v for c in equations.coordinates}
+    velocities = {c.v for c in evaluated.equations.coordinates}
     return {
         "surfaces": tuple(s.free_symbols.isdisjoint(velocities) for s in sided.surfaces),
         "continuous": len(sided.continuous),
@@ -166,10 +191,9 @@ def _programs(equations: Equations) -> dict[str, Program]:
     return programs | constraint_programs(equations) | contact_programs(equations)
 
 
-def _sided_programs(equations: Equations) -> dict[str, Program]:
+def _sided_programs(sided: OneSided | None) -> dict[str, Program]:
     """Right-hand sides on one side of each surface, and what tells where it is crossed; none
     where nothing has a kink."""
-    _, sided = _sided(equations)
     if sided is None:
         return {}
     programs = {}
@@ -185,11 +209,9 @@ def _sided_programs(equations: Equations) -> dict[str, Program]:
     }
 
 
-def _code(equations: Equations) -> Code:
-    forces = _forces(equations)
-    equations = _with_terms(equations)
-    sided = _sided_programs(equations)
-    equations = _evaluated(equations)
+def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
+    equations = evaluated.equations
+    sided = _sided_programs(evaluated.sided)
     programs = _programs(equations) | sided
     disturbed = {
         name.replace("rhs", "disturbed"): perturb(programs[name])
@@ -197,7 +219,8 @@ def _code(equations: Equations) -> Code:
         if name in programs
     }
     programs |= disturbed | shifting_programs(equations)
-    compiled = programs | _watched(equations) | ({} if forces is None else {"forces": forces})
+    watched = programs | _watched(evaluated)
+    compiled = watched | ({} if forces is None else {"forces": forces})
     guarded = guard_program(equations)
     places, rates = ({}, []) if guarded is None else ({GUARD_PROGRAM: guarded[0]}, guarded[1])
     compiled |= places
@@ -208,13 +231,13 @@ def _code(equations: Equations) -> Code:
         # The series know nothing of the borders.
         taylor="" if sided or equations.positive else taylor_source(programs),
         tables=lane_tables_source(programs),
-        python=module_source(programs | _watched(equations)),
+        python=module_source(watched),
         work=workspace_size(compiled),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
         forces="" if forces is None else module_source({"outputs": forces}),
         singular=singular_source(equations),
         positive=positive_source(equations),
-        steep=steep_source(equations),
+        steep=steep_source(equations, evaluated.steep),
     )
 
 
@@ -226,12 +249,11 @@ def _with_terms(equations: Equations) -> Equations:
     return replace(equations, outputs=(*equations.outputs, *terms))
 
 
-def _watched(equations: Equations) -> dict[str, Program]:
+def _watched(evaluated: _Evaluated) -> dict[str, Program]:
     """Make the program for exponents of sharp functions, if there are any."""
-    exponents = peak_exponents(equations)
-    if not exponents:
+    if not evaluated.exponents:
         return {}
-    return {"landmarks": outputs_program(equations, exponents)}
+    return {"landmarks": outputs_program(evaluated.equations, evaluated.exponents)}
 
 
 def _forces(equations: Equations) -> Program | None:

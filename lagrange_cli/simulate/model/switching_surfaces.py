@@ -70,7 +70,7 @@ def one_sided(equations: Equations) -> OneSided | None:
     forcing = tuple(map(sides.smooth, equations.forcing))
     closures = tuple(_closure(closure, sides.smooth) for closure in equations.closures)
     contacts = tuple(_contact(contact, sides.smooth) for contact in equations.contacts)
-    continuous = (sides.smooth(equations.energy), *_momenta(equations, sides.smooth))
+    continuous = (sides.smooth(equations.energy), *_momenta(equations, sides))
     if not sides.surfaces:
         return None
     weights = [*sides.above, *sides.below]
@@ -89,13 +89,15 @@ def one_sided(equations: Equations) -> OneSided | None:
     )
 
 
-def _momenta(equations: Equations, smooth: Callable[[Expr], Expr]) -> Iterator[Expr]:
+def _momenta(equations: Equations, sides: _Sides) -> list[Expr]:
     """Return the momenta of coordinates on whose velocities a kink of L depends."""
+    if sides.is_plain(equations.lagrangian):
+        return []
     kinks = equations.lagrangian.atoms(*_KINKED)
     kinked = {s for kink in kinks for s in kink.free_symbols}
     velocities = [c.v for c in equations.coordinates if c.v in kinked]
-    lagrangian = smooth(equations.lagrangian) if velocities else equations.lagrangian
-    return (derivative(lagrangian, v) for v in velocities)
+    lagrangian = sides.smooth(equations.lagrangian) if velocities else equations.lagrangian
+    return [derivative(lagrangian, v) for v in velocities]
 
 
 def _row(row: Sequence[Expr], smooth: Callable[[Expr], Expr]) -> Sequence[Expr]:
@@ -148,16 +150,16 @@ class _Sides:
 
     def smooth(self, expression: Expr) -> Expr:
         """Replace every kinked function in an expression by itself on one side of its surface."""
-        if self._is_plain(expression):
+        if self.is_plain(expression):
             return expression
         if expression not in self._smooth:
             self._smooth[expression] = self._smoothed(expression)
         return self._smooth[expression]
 
-    def _is_plain(self, e: Expr) -> bool:
+    def is_plain(self, e: Expr) -> bool:
         """Tell if nothing in an expression has a kink; parts that expressions share are known."""
         plain = e in self._plain
-        if not plain and not isinstance(e, _KINKED) and all(map(self._is_plain, e.args)):
+        if not plain and not isinstance(e, _KINKED) and all(map(self.is_plain, e.args)):
             self._plain.add(e)
             plain = True
         return plain

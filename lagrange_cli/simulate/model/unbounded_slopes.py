@@ -7,7 +7,7 @@ evaluates them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import sympy
@@ -64,19 +64,18 @@ def _steep(expressions: Iterable[Expr], numbers: Mapping[Expr, Expr]) -> Iterato
             yield part.args[0] - 1
 
 
-def steep_places(equations: Equations) -> tuple[str, ...]:
+def steep_places(equations: Equations, arguments: Sequence[Expr]) -> tuple[str, ...]:
     """Write the places where arguments vanish as equations in words of the scene."""
-    return tuple(f"{in_scene_language(equations, g)} = 0" for g in steep_arguments(equations))
+    return tuple(f"{in_scene_language(equations, g)} = 0" for g in arguments)
 
 
-def steep_source(equations: Equations) -> str:
+def steep_source(equations: Equations, arguments: Sequence[Expr]) -> str:
     """Write a Python module whose function ``outputs`` evaluates the arguments and their rates.
 
     It gives all arguments, then their first and their second rates; a second rate is 0 if the
     argument depends on velocities. It reads accelerations behind the parameters. The text is
     empty if there are no arguments.
     """
-    arguments = steep_arguments(equations)
     if not arguments:
         return ""
     first, second = rates(arguments, equations, derivative)
