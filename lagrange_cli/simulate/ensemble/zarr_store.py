@@ -15,10 +15,11 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, discard, is_address, remove_abandoned_files
@@ -29,6 +30,7 @@ from lagrange_cli.simulate.ensemble.description import Description
 from lagrange_cli.simulate.ensemble.result import Ensemble
 from lagrange_cli.simulate.ensemble.store import Store, refused
 from lagrange_cli.simulate.ensemble.summaries import KeptBlock
+from lagrange_cli.simulate.ensemble.zarr_chunks import chunk, codecs, put
 from lagrange_cli.simulate.request import resolve
 
 if TYPE_CHECKING:
@@ -103,12 +105,14 @@ class ZarrWriter:
         InputError
             It cannot be written.
         """
-        first = block.number * self.size
-        if self.admit is not None:
-            self.admit()
         with _writing(self.path):
-            for name, values in arrays_of(block).items():
-                self._array(name)[first : first + len(values)] = values
+            chunks = [
+                chunk(self._array(name), block.number, values)
+                for name, values in arrays_of(block).items()
+            ]
+            if self.admit is not None:
+                self.admit()
+            put(_opened(self.path, self.token).group, chunks)
         return KeptBlock.of(block, self.size)
 
     def _array(self, name: str) -> Any:
@@ -157,6 +161,7 @@ class _Opened:
                     fill_value="" if texts else np.nan,
                     dimension_names=_AXES[:axes],
                     attributes={**attributes, _NAME: name},
+                    **codecs(texts),
                 )
             except ContainsArrayError:
                 pass
@@ -202,9 +207,18 @@ class ZarrStore(Store):
     def _group(self) -> Any:
         return _opened(self.path, self.writer.token).group
 
+    @cached_property
+    def _flags(self) -> tuple[Any, NDArray[np.bool_]]:
+        """The array in the store of which blocks are finished, and what it holds."""
+        array = self._group[_FINISHED]
+        return array, array[:]
+
     def finish(self, kept: KeptBlock) -> None:
+        array, flags = self._flags
+        flags[kept.number] = True
+        number = kept.number // _FLAGS
         with _writing(self.path):
-            self._group[_FINISHED][kept.number] = True
+            put(self._group, [chunk(array, number, flags[number * _FLAGS :][:_FLAGS])])
         super().finish(kept)
 
     def complete(self, t: Array) -> None:
@@ -225,8 +239,7 @@ class ZarrStore(Store):
 
     def load(self, blocks: Blocks) -> None:
         """Count the blocks that an earlier run marked as finished and that can be read."""
-        flags = self._group[_FINISHED][:]
-        for number in np.flatnonzero(flags).tolist():
+        for number in np.flatnonzero(self._flags[1]).tolist():
             block = self._read(number, blocks.length(number))
             if block is not None:
                 super().finish(KeptBlock.of(block, self.size))
@@ -388,5 +401,6 @@ def _begin(path: str, blocks: Blocks, t: Array, note: str, description: Descript
         chunks=(min(len(blocks), _FLAGS),),
         dtype=bool,
         dimension_names=("block",),
+        **codecs(texts=False),
         overwrite=True,
     )

@@ -111,6 +111,25 @@ def test_xarray_opens_a_store_as_it_is(pendulum, tmp_path):
     assert json.loads(said["versions"])["numpy"] == np.__version__
 
 
+def test_chunks_are_those_that_zarr_writes(pendulum, tmp_path):
+    """Byte for byte, and no others; they are encoded here."""
+    path = tmp_path / "out.zarr"
+    pendulum.ensemble(drawn(), **KEPT, store=path)
+
+    def files():
+        return {file: file.read_bytes() for file in path.glob("*/c/**/*") if file.is_file()}
+
+    own = files()
+    with zarr.config.set({"array.write_empty_chunks": True}):
+        arrays = dict(zarr.open_group(str(path), mode="r+", use_consolidated=False).arrays())
+        values = {name: array[...] for name, array in arrays.items()}
+        for file in own:
+            file.unlink()
+        for name, array in arrays.items():
+            array[...] = values[name]
+    assert files() == own
+
+
 def test_a_grid_is_unstacked_by_its_values(pendulum, tmp_path):
     path = str(tmp_path / "out.zarr")
     pendulum.ensemble({"theta": [0.1, 0.2, 0.3], "l": [1, 2]}, **FIGURES, store=path)
