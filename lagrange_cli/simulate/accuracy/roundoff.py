@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, in_mode
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
+from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.system.rounding import each_off_by_one_ulp
 
@@ -47,27 +49,41 @@ def noise_of_steps(
     """
     if problem.perturbed is None:
         return np.zeros(states.shape)
+    at = np.array(times)
     moved = [each_off_by_one_ulp(states, pattern) for pattern in _PATTERNS]
-    values = []
-    for k, (t, y) in enumerate(zip(times, states, strict=True)):
-        rhs, *perturbed = _smooth(problem.rhs, *problem.perturbed, t=t, y=y, closed=closed[k])
-        exact = rhs(t, y)
-        values.append([exact, *(off(t, y) for off in perturbed), *(rhs(t, m[k]) for m in moved)])
-    rates, h = np.array(values), np.asarray(lengths)[:, None]
-    noise = h * np.abs(rates[:, 1:] - rates[:, :1]).max(axis=1)
+    rates = np.empty((3 + len(moved), *states.shape))
+    for alike, (rhs, *perturbed) in _smooth_parts(problem, at, states, closed):
+        rates[:3, alike] = [_slopes(side, at[alike], states[alike]) for side in (rhs, *perturbed)]
+        rates[3:, alike] = [_slopes(rhs, at[alike], off[alike]) for off in moved]
+    h = np.asarray(lengths)[:, None]
+    noise = h * np.abs(rates[1:] - rates[0]).max(axis=0)
     noise = np.where(np.isfinite(noise), noise, 0.0)
     n = states.shape[1] // 2
     noise[:, :n] += h * noise[:, n:]
     return noise
 
 
-def _smooth(*sides: Rhs, t: float, y: Array, closed: ContactMode) -> list[Rhs]:
-    """Take right-hand sides of one mode, without the jumps that a last place may cross."""
-    if closed:
-        return [in_mode(rhs, closed) for rhs in sides]
-    surfaces = surfaces_of(sides[0])
-    if surfaces is None:
-        return list(sides)
-    around = surfaces.around(t, y)
-    every = [surfaces_of(rhs) for rhs in sides]
-    return [surface.side(around) for surface in every if surface is not None]
+def _slopes(rhs: Rhs, t: Array, y: Array) -> Array:
+    """Evaluate a right-hand side at many states, shapes (m,), (m, 2n) → (m, 2n)."""
+    if isinstance(rhs, NativeRhs) and rhs.kernels is not None:
+        return rhs.table(t, y, y.shape[1])
+    return np.array([rhs(s, state) for s, state in zip(t.tolist(), y, strict=True)])
+
+
+def _smooth_parts(
+    problem: InitialValueProblem, t: Array, y: Array, closed: Sequence[ContactMode]
+) -> list[tuple[list[int], list[Rhs]]]:
+    """Divide states into those of one mode, with the right-hand side and the perturbed ones in it,
+    without the jumps that a last place may cross."""
+    sides = [problem.rhs, *(problem.perturbed or ())]
+    surfaces = [surfaces_of(rhs) for rhs in sides]
+    parts: dict[Any, tuple[list[int], list[Rhs]]] = {}
+    for k, mode in enumerate(closed):
+        around = None if mode or surfaces[0] is None else surfaces[0].around(float(t[k]), y[k])
+        if (mode, around) not in parts:
+            smooth = [in_mode(rhs, mode) for rhs in sides]
+            if around is not None:
+                smooth = [every.side(around) for every in surfaces if every is not None]
+            parts[mode, around] = [], smooth
+        parts[mode, around][0].append(k)
+    return list(parts.values())

@@ -38,6 +38,23 @@ int lagrange_call_projection(lagrange_projection project, const double *t, doubl
     return project(*t, y, u, p, work);
 }
 
+/* out[i*columns ..]: a function at t[i] and y[i*width ..], for i below rows; not a number where it
+ * does not exist. */
+void lagrange_table(lagrange_function function, int64_t rows, const double *t, const double *y,
+                    int64_t width, const double *u, const void *p, double *work, double *out,
+                    int64_t columns)
+{
+    int64_t i, k;
+    for (i = 0; i < rows; ++i) {
+        double *const row = out + i*columns;
+        if (lagrange_call(function, t + i, y + i*width, u, p, work, row)) {
+            for (k = 0; k < columns; ++k) {
+                row[k] = NAN;
+            }
+        }
+    }
+}
+
 static void current(const lagrange_run *run, double *out)
 {
     const double *hi = lagrange_row(run, HI), *low = lagrange_row(run, LOW);

@@ -43,7 +43,7 @@ _TABLES = ("energy", "positions", "velocities", "outputs")
 
 
 def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> str:
-    """Write C with a function ``system_NAME`` for each program, and ``system_table``.
+    """Write C with a function ``system_NAME`` for each program.
 
     With those of :func:`lagrange_cli.program.constraint_programs.constraint_programs` there
     is ``system_project`` too, with those of ``contact_programs`` beside it
@@ -64,7 +64,6 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
         *(project_text(programs, target, kind) for kind in ("", "contact_")),
         impact_text(programs, target),
         _both(programs),
-        target.fill(c_template("table")),
     ]
     return "\n".join(filter(None, parts))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -28,7 +29,6 @@ from lagrange_cli.simulate.system.tables import (
     interpreted_state_function,
     interpreted_table,
     native_state_function,
-    native_table,
 )
 from lagrange_cli.simulate.system.tracing import tracer
 
@@ -108,8 +108,7 @@ class NativeContacts:
         return self._function(name, parameters, project, tracer(self._model.code.python, name))
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
-        width = 2 * len(self._model.coordinates)
-        return native_table(self._system, self._function(name, parameters), width, columns)
+        return partial(self._function(name, parameters).table, columns=columns)
 
     def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
         width = 2 * len(self._model.coordinates)

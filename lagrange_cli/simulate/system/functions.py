@@ -44,7 +44,6 @@ from lagrange_cli.simulate.system.tables import (
     bound,
     interpreted_table,
     native_parameter_table,
-    native_table,
     no_columns,
 )
 from lagrange_cli.simulate.system.tracing import functions_of, tracer
@@ -285,19 +284,18 @@ class KeptFunctions:
 def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSide:
     """Bind the parameters of a model to the functions of loaded libraries."""
     model, recorded = libraries.model, libraries.recorded_inputs
-    width = 2 * len(model.coordinates)
 
     def table(name: str, columns: int) -> Table:
         if columns == 0:
             return no_columns
-        return native_table(libraries.system, libraries.function(name), width, columns)
+        return partial(libraries.function(name).table, columns=columns)
 
     def forces() -> ParameterTable | None:
         if not model.forces:
             return None
         known = np.empty(len(model.parameters) + len(model.coordinates) + len(model.symbols))
         function = libraries.function("forces", parameters=known)
-        return native_parameter_table(libraries.system, function, width, len(model.forces))
+        return native_parameter_table(function, len(model.forces))
 
     def guarded(guards: Array) -> RightHandSide:
         rhs, perturbed = libraries.sides(guards)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
+from functools import partial
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
@@ -22,7 +23,7 @@ from lagrange_cli.simulate.integrators.piecewise import InputPieces, with_projec
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.libraries import Libraries
 from lagrange_cli.simulate.system.parameters import parameter_values
-from lagrange_cli.simulate.system.tables import Table, bound, interpreted_table, native_table
+from lagrange_cli.simulate.system.tables import Table, bound, interpreted_table
 
 
 class SurfaceCode(Protocol):
@@ -179,8 +180,7 @@ class NativeCode:
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         function = self._libraries.function(name, self._pattern, parameters)
-        width = 2 * len(self._libraries.model.coordinates)
-        return native_table(self._libraries.system, function, width, columns)
+        return partial(function.table, columns=columns)
 
     def native(self, name: str) -> tuple[Any, Array] | None:
         function = RHS((f"system_{name}", self._libraries.system))

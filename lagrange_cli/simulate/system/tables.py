@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -13,7 +12,6 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
-from lagrange_cli.simulate.integrators.native.c_types import POINTER
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.piecewise import InputPieces, PiecewiseRhs
 
@@ -26,40 +24,10 @@ StateFunction: TypeAlias = Callable[[float, Array], Array]
 #: The same at many, with parameters that differ from state to state: those of all, (m, l).
 ParameterTable: TypeAlias = Callable[[Array, Array, Array], Array]
 
-_LONG = ctypes.c_long
-
-#: void system_table(f, rows, t, y, width, u, p, work, out, columns)
-_TABLE = ctypes.CFUNCTYPE(None, POINTER, _LONG, POINTER, POINTER, _LONG, *[POINTER] * 4, _LONG)
-
 
 def no_columns(t: Array, y: Array) -> Array:
     """Return a table without columns."""
     return np.empty((len(t), 0))
-
-
-def native_table(library: ctypes.CDLL, function: NativeRhs, width: int, columns: int) -> Table:
-    """Evaluate a function of a library at many states of ``width`` numbers."""
-    call = _TABLE(("system_table", library))
-
-    def table(t: Array, y: Array) -> Array:
-        t, y = np.ascontiguousarray(t, dtype=float), np.ascontiguousarray(y, dtype=float)
-        out = np.empty((len(t), columns))
-        for first, last, inputs in _alike(function, t):
-            call(
-                function.address,
-                last - first,
-                t[first:].ctypes.data,
-                y[first:].ctypes.data,
-                width,
-                inputs,
-                function.parameters.ctypes.data,
-                function.work.ctypes.data,
-                out[first:].ctypes.data,
-                columns,
-            )
-        return out
-
-    return table
 
 
 def native_state_function(function: NativeRhs, width: int, columns: int) -> StateFunction:
@@ -82,33 +50,17 @@ def interpreted_state_function(function: Callable[[float, Array], Any]) -> State
     return lambda t, y: np.asarray(function(t, y), dtype=float)
 
 
-def native_parameter_table(
-    library: ctypes.CDLL, function: NativeRhs, width: int, columns: int
-) -> ParameterTable:
+def native_parameter_table(function: NativeRhs, columns: int) -> ParameterTable:
     """Evaluate a function of a library at many states, with the parameters of each."""
-    table = native_table(library, function, width, columns)
 
     def rows(t: Array, y: Array, known: Array) -> Array:
         values = np.empty((len(t), columns))
         for k, parameters in enumerate(known):
             function.parameters[:] = parameters
-            values[k : k + 1] = table(t[k : k + 1], y[k : k + 1])
+            values[k : k + 1] = function.table(t[k : k + 1], y[k : k + 1], columns)
         return values
 
     return rows
-
-
-def _alike(function: NativeRhs, t: Array) -> Iterator[tuple[int, int, int | None]]:
-    """Yield the ranges of rows in which inputs have the same numbers, and their address."""
-    inputs = function.native_inputs
-    if inputs is None:
-        yield 0, len(t), None
-        return
-    piece = [inputs.pieces.at(time) for time in t.tolist()]
-    ends = [k for k in range(1, len(t)) if piece[k] != piece[k - 1]]
-    for first, last in zip([0, *ends], [*ends, len(t)], strict=True):
-        if first < last:
-            yield first, last, inputs.address(piece[first])
 
 
 def interpreted_table(function: Callable[[float, Array], Any], columns: int) -> Table:

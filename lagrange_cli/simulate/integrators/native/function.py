@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import copy
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,12 +13,21 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Projection, Shift
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
-from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal, address_of
+from lagrange_cli.simulate.integrators.native.c_types import (
+    DOUBLE,
+    LONG,
+    POINTER,
+    NativeReal,
+    address_of,
+)
 from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
+
+#: void lagrange_table(function, rows, t, y, width, u, p, work, out, columns)
+_TABLE = ctypes.CFUNCTYPE(None, POINTER, LONG, POINTER, POINTER, LONG, *[POINTER] * 4, LONG)
 
 
 class NativeInputs:
@@ -121,6 +131,42 @@ class NativeRhs:
         if self.function(t, state, self.inputs(t), self.parameters_address, work, slope):
             return np.full(len(y), np.nan)
         return np.array(self.real.doubles(self._slope))
+
+    def table(self, t: Array, y: Array, columns: int) -> Array:
+        """Evaluate it, with its kernels, at many states: t (m,), y (m, width) → (m, columns)."""
+        t, y = self.real.array(t), self.real.array(y)
+        out = np.empty((len(t), columns), self.real.dtype)
+        for first, last, inputs in self._alike(t):
+            self._table(
+                self.address,
+                last - first,
+                t[first:].ctypes.data,
+                y[first:].ctypes.data,
+                y.shape[1],
+                inputs,
+                self.parameters_address,
+                self.work.ctypes.data,
+                out[first:].ctypes.data,
+                columns,
+            )
+        return self.real.doubles(out)
+
+    @cached_property
+    def _table(self) -> Any:
+        library = None if self.kernels is None else self.kernels("dop853")
+        assert library is not None
+        return _TABLE(("lagrange_table", library))
+
+    def _alike(self, t: Array) -> Iterator[tuple[int, int, int | None]]:
+        """Yield the ranges of times in which inputs have the same numbers, and their address."""
+        if self.pieces is None:
+            yield 0, len(t), self.inputs(0.0)
+            return
+        piece = [self.pieces.at(time) for time in self.real.doubles(t).tolist()]
+        ends = [k for k in range(1, len(t)) if piece[k] != piece[k - 1]]
+        for first, last in zip([0, *ends], [*ends, len(t)], strict=True):
+            if first < last:
+                yield first, last, self.inputs(float(t[first]))
 
     @property
     def pieces(self) -> InputPieces | None:
