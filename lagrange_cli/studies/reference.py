@@ -263,7 +263,7 @@ def _noise(problem: InitialValueProblem, coarse: CoarseResult) -> Array:
     of_start = h * np.sum(moved, axis=0)
     of_start = np.where(np.isfinite(of_start), of_start, 0.0)
     finer = problem.epsilon / float(np.finfo(float).eps)
-    noise = np.maximum(coarse.noise_so_far(len(coarse.scales)), finer * of_start)
+    noise = np.maximum(coarse.noise[-1], finer * of_start)
     noise[:n] = np.maximum(noise[:n], finer * last_places[:n])
     return np.asarray(_NOISE_PART * noise)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
@@ -22,7 +23,7 @@ from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
 from lagrange_cli.simulate.accuracy.tolerances import ToleranceSchedule
 from lagrange_cli.simulate.accuracy.tuning import AttemptTuning
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
+from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import SavedState
 from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
@@ -43,15 +44,12 @@ class _March:
         Blocks of samples that all runs have passed.
     turn
         Number of the run whose turn it is.
-    loosened
-        The absolute tolerance of that run has been adapted to the motion so far.
     ended
         No run goes on.
     """
 
     blocks: int = 0
     turn: int = 0
-    loosened: bool = False
     ended: bool = False
 
 
@@ -78,7 +76,8 @@ class Attempt:
         self._longest = problem.longest_step
         if number > 0 and before is not None:
             self._longest = before._longest / (_TUNING.shorter if looser is None else longer)
-        self._controls: dict[Run, tuple[Control, float]] = {}
+        #: Runs that are not an earlier attempt's.
+        self._own_runs: list[Run] = []
         self.run = self._start(method, tolerance)
         self._looser = looser or self._start(
             method, tolerance * _TUNING.looser, longer=longer, off=1
@@ -120,7 +119,7 @@ class Attempt:
             rhs=perturbed[off - 1] if off else None,
             y0=problem.start_off(off),
         )
-        self._controls[run] = control, tolerance
+        self._own_runs.append(run)
         return run
 
     def _perturbed_method(self, method: type[Integrator]) -> type[Integrator]:
@@ -138,16 +137,11 @@ class Attempt:
         return self.run, self._looser, self._perturbed
 
     @property
-    def _own_runs(self) -> list[Run]:
-        """Runs that are not an earlier attempt's."""
-        return [run for run in self._runs if run in self._controls]
-
-    @property
     def evaluations(self) -> int:
         return sum(run.evaluations for run in self._own_runs)
 
     def _spent(self, run: Run) -> bool:
-        return run in self._controls and run.evaluations > self._most
+        return run in self._own_runs and run.evaluations > self._most
 
     @property
     def lost(self) -> bool:
@@ -166,27 +160,27 @@ class Attempt:
 
     def go(self, watch: Callable[[float], None]) -> None:
         """Advance the runs side by side until the end, a failure, or a hopeless error."""
-        samples, at = len(self._problem.times), self._march_at
-        block = _TUNING.block_wider if self.wider else _TUNING.block
-        block = max(block, samples // _TUNING.most_blocks)
+        samples, at, block = len(self._problem.times), self._march_at, self._block
         while not at.ended:
             goal = 1 + (at.blocks + 1) * block
             while at.turn < len(self._runs):
-                run = self._runs[at.turn]
-                if not at.loosened and run in self._controls:
-                    self._loosen(run)
-                    at.loosened = True
-                self._advance(run, min(goal, samples), watch)
-                at.turn, at.loosened = at.turn + 1, False
-            ended = any(run.failure or self._spent(run) for run in self._runs)
-            ended = ended or self._hopeless(goal - block)
-            at.blocks, at.turn, at.ended = at.blocks + 1, 0, ended or goal >= samples
+                self._advance(self._runs[at.turn], min(goal, samples), watch)
+                at.turn += 1
+            ended = goal >= samples or any(run.failure or self._spent(run) for run in self._runs)
+            at.ended = ended or self._hopeless(goal - block)
+            at.blocks, at.turn = at.blocks + 1, 0
+
+    @property
+    def _block(self) -> int:
+        """Samples between two looks at the errors: a look costs little beside the runs."""
+        samples = len(self._problem.times)
+        looks = min(self._coarse.evaluations / _TUNING.look, _TUNING.most_blocks)
+        return max(_TUNING.block, math.ceil(samples / max(looks, 1)))
 
     def state(self) -> SavedState:
         """Return all that the runs go on from, as plain values."""
-        runs = [(run.state(), self._controls[run][0].atol) for run in self._own_runs]
         return {
-            "runs": runs,
+            "runs": [run.state() for run in self._own_runs],
             "march": vars(self._march_at),
             "seconds": self.run_seconds,
         }
@@ -196,16 +190,9 @@ class Attempt:
         self._march_at = _March(**state["march"])
         self.run_seconds = state["seconds"]
         known = True
-        for run, (run_state, atol) in zip(self._own_runs, state["runs"], strict=True):
-            self._controls[run][0].atol[:] = atol
+        for run, run_state in zip(self._own_runs, state["runs"], strict=True):
             known = run.restore(run_state) and known
         return known
-
-    def _loosen(self, run: Run) -> None:
-        """Let the absolute tolerance grow with the motion."""
-        if not run.method.implicit:
-            control, tolerance = self._controls[run]
-            control.atol[:] = self._tolerances.absolute(tolerance, run.filled)
 
     def _advance(self, run: Run, samples: int, watch: Callable[[float], None]) -> None:
         started = time.perf_counter()
@@ -248,7 +235,7 @@ class Attempt:
     @property
     def _weights(self) -> tuple[float, float, float]:
         """Weights of the distances of the run, the looser and the perturbed one from the run."""
-        alone = self._looser not in self._controls
+        alone = self._looser not in self._own_runs
         weight = _TUNING.only_rounding_weight if alone else _TUNING.rounding_weight
         return 0.0, _TUNING.looser_weight, weight
 

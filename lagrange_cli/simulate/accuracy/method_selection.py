@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lagrange_cli.simulate.accuracy.coarse_run import (
     COARSE_TOLERANCES,
@@ -82,12 +83,12 @@ class CoarseResult:
     stride: int = 1
     sharp: bool = False
 
-    def scales_so_far(self, samples: int) -> Array:
-        """The scales within a number of samples."""
-        return np.asarray(self.scales[min(self._own(samples), len(self.scales)) - 1])
+    def scales_so_far(self, samples: NDArray[np.int_]) -> Array:
+        """The scales within some numbers of samples (m,), shape (m, 2n)."""
+        return np.asarray(self.scales[np.minimum(self._own(samples), len(self.scales)) - 1])
 
-    def _own(self, samples: int) -> int:
-        """Return the number of coarse samples within a number of samples."""
+    def _own(self, samples: NDArray[np.int_]) -> NDArray[np.int_]:
+        """Return the numbers of coarse samples within numbers of samples."""
         return -(-samples // self.stride)
 
     @property
@@ -99,10 +100,10 @@ class CoarseResult:
         typical = median / self.scales[-1]
         return float(np.max(typical, initial=0.0, where=np.isfinite(typical)))
 
-    def noise_so_far(self, samples: int) -> Array:
-        """The noise within a number of samples."""
-        part = min(self._own(samples) / len(self.scales), 1.0)
-        return np.asarray(self.noise[round(part * (len(self.noise) - 1))])
+    def noise_so_far(self, samples: NDArray[np.int_]) -> Array:
+        """The noise within some numbers of samples (m,), shape (m, 2n)."""
+        part = np.minimum(self._own(samples) / len(self.scales), 1.0)
+        return np.asarray(self.noise[np.rint(part * (len(self.noise) - 1)).astype(int)])
 
     def finer(self, factor: float) -> CoarseResult:
         """The same found with arithmetic whose rounding is that part of doubles'."""

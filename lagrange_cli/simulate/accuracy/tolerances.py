@@ -12,6 +12,7 @@ from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
 from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import Control, Integrator
+from lagrange_cli.simulate.integrators.base import Loosening
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 
 #: Part of the tolerance that does not shrink with |y|; set by hand.
@@ -19,6 +20,10 @@ _ABSOLUTE_PART = 0.1
 
 #: The same at least, if y comes close to 0; set by hand.
 _LEAST_PART = 1e-12
+
+#: Samples in which absolute tolerances stay as they are, in doubles and in wider arithmetic, and
+#: the largest number of such stretches.
+_STRETCH, _STRETCH_WIDER, _MOST_STRETCHES = 64, 4, 2**14
 
 #: Least scale so far as a part of the last one, at each attempt: motion that grows from almost
 #: nothing may need it resolved.
@@ -40,17 +45,44 @@ class ToleranceSchedule:
         # motion of many sizes (a comet's) is resolved at each; an angle, or a
         # position far from the origin, relative to how far it moves.
         relative = np.where(self._sweeping, tolerance, 0.0)
-        samples = len(self._problem.times) if method.implicit else 1
-        absolute, rests = self.absolute(tolerance, samples), self._problem.autonomous
-        return Control(relative, absolute, first_step, longest, autonomous=rests)
+        rows = np.maximum(tolerance * self._scales, self._noise)
+        return Control(
+            relative,
+            rows[-1 if method.implicit else 0].copy(),
+            first_step,
+            longest,
+            autonomous=self._problem.autonomous,
+            loosening=None if method.implicit else Loosening(self._since, rows[:-1]),
+        )
 
-    def absolute(self, tolerance: float, samples: int) -> Array:
-        """Return the absolute tolerance after a number of samples, not below the noise, (2n,)."""
+    @cached_property
+    def _since(self) -> Array:
+        """The times at which stretches of samples begin, shape (k,)."""
+        return self._problem.times[:: self._stretch]
+
+    @property
+    def _stretch(self) -> int:
+        wider = self._problem.epsilon < np.finfo(float).eps
+        samples = len(self._problem.times) // _MOST_STRETCHES
+        return max(_STRETCH_WIDER if wider else _STRETCH, samples)
+
+    @property
+    def _reached(self) -> NDArray[np.int_]:
+        """Samples that are reached where stretches begin, and all of them, shape (k + 1,)."""
+        samples = len(self._problem.times)
+        return np.append(np.arange(0, samples, self._stretch) + 1, samples)
+
+    @cached_property
+    def _scales(self) -> Array:
+        """Scales of absolute tolerances where stretches begin, and at the end, (k + 1, 2n)."""
         whole = self._coarse.scales[-1]
-        so_far = np.maximum(self._coarse.scales_so_far(samples), self._smallest * whole)
-        absolute = tolerance * np.where(self._sweeping, self._part * so_far, whole)
-        noise = NOISE_PART * self._coarse.noise_so_far(samples)
-        return np.asarray(np.maximum(absolute, noise + LEAST))
+        so_far = np.maximum(self._coarse.scales_so_far(self._reached), self._smallest * whole)
+        return np.asarray(np.where(self._sweeping, self._part * so_far, whole))
+
+    @cached_property
+    def _noise(self) -> Array:
+        """The least absolute tolerances there, shape (k + 1, 2n)."""
+        return np.asarray(NOISE_PART * self._coarse.noise_so_far(self._reached) + LEAST)
 
     @property
     def loose_at_first(self) -> bool:

@@ -87,9 +87,9 @@ class AttemptTuning:
         The same if the looser companion is not perturbed: draws that count 2 and 3 are spread as
         one that counts 3.6.
     block, most_blocks
-        Samples between two looks at the errors, and the largest number of looks.
-    block_wider
-        Samples between two looks in wider arithmetic, whose steps take longer than a look.
+        Least number of samples between two looks at the errors, and the largest number of looks.
+    look
+        Right-hand sides of the coarse run for which a look is made.
     close
         Time before the end in which an event that only some runs see is not missing, as a part of
         the error that its time may have.
@@ -121,7 +121,7 @@ class AttemptTuning:
     only_rounding_weight: float = 4.0
     block: int = 64
     most_blocks: int = 2**14
-    block_wider: int = 4
+    look: int = 2000
     close: float = 0.01
     same_end: float = 1e-3
     lost: float = 4.0

@@ -51,6 +51,8 @@ def start_integrator(
         integrator = implementation(rhs, t0, y0, t_end, control)
     if control.observed is not None:
         integrator.observe(control.observed)
+    if control.loosening is not None:
+        integrator.loosen_by(control)
     return integrator
 
 

@@ -130,6 +130,22 @@ class UnfitError(Exception):
 
 
 @dataclass(frozen=True)
+class Loosening:
+    """Absolute tolerances that grow with a motion.
+
+    Attributes
+    ----------
+    since
+        Times from which they hold, ascending from the start, shape (k,).
+    rows
+        The tolerances, shape (k, 2n).
+    """
+
+    since: Array
+    rows: Array
+
+
+@dataclass(frozen=True)
 class Control:
     """The tolerances and step sizes of a run.
 
@@ -145,6 +161,8 @@ class Control:
         Whether rhs is known not to depend on t, so that what rests goes on to.
     observed
         What is seen of the motion on the way, whose scales ``atol`` follows; None if nothing is.
+    loosening
+        What ``atol`` is brought up to date by; None if it stays.
     """
 
     rtol: Array
@@ -154,6 +172,13 @@ class Control:
     step: float | None = None
     autonomous: bool = False
     observed: ObservedMotion | None = None
+    loosening: Loosening | None = None
+
+    def loosen(self, t: float) -> None:
+        """Let the absolute tolerances be those that hold at a time."""
+        if self.loosening is not None:
+            number = int(self.loosening.since.searchsorted(t, side="right")) - 1
+            self.atol[:] = self.loosening.rows[max(number, 0)]
 
 
 #: Of event functions: their signs, noise and reach (:mod:`.event_functions`).
@@ -239,6 +264,7 @@ class Integrator(ABC):
     _projection: Projection | None = None
     _search: EventSearch | None = None
     _observed: ObservedMotion | None = None
+    _loosened: Control | None = None
 
     @property
     def dips(self) -> Sequence[ZeroCrossing]:
@@ -273,6 +299,10 @@ class Integrator(ABC):
     def observe(self, motion: ObservedMotion) -> None:
         """Let a motion see each step of :meth:`advance` from here on."""
         self._observed = motion
+
+    def loosen_by(self, control: Control) -> None:
+        """Let the tolerances of :meth:`advance` be brought up to date before each step."""
+        self._loosened = control
 
     def again(self, t0: float, y0: Array, first_step: float, event_start: EventStart) -> bool:
         """Stand at another state with the same right-hand side, control and event functions, as
@@ -318,6 +348,8 @@ class Integrator(ABC):
         ):
             try:
                 start, before = self.t, self.y
+                if self._loosened is not None:
+                    self._loosened.loosen(start)
                 self.step(self.t_end if self.interpolates else float(times[filled]))
                 self.steps += 1
                 self.last_step = self.t - start

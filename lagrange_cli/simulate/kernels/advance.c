@@ -143,6 +143,21 @@ static int next_piece(lagrange_run *run, lagrange_begin start)
     return start && start(run) ? LAGRANGE_NOT_FINITE : LAGRANGE_OK;
 }
 
+/* Let absolute tolerances be those that hold by now. */
+static void loosen(lagrange_run *run)
+{
+    const double *row = 0;
+    int64_t i;
+    for (; run->stretches > 0 && run->t >= *run->since; run->stretches -= 1) {
+        row = run->looser;
+        run->since += 1;
+        run->looser += DIM(run);
+    }
+    for (i = 0; row && i < DIM(run); ++i) {
+        run->atol[i] = row[i];
+    }
+}
+
 /* One step within the piece. A step that the end of a piece has cut is no reason for short ones. */
 static int step_in_piece(lagrange_run *run, lagrange_step step, double limit)
 {
@@ -235,6 +250,7 @@ int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step
         }
         status = next_piece(run, start);
         if (!status) {
+            loosen(run);
             status = step_in_piece(run, step, interpolate ? run->t_end : times[*filled]);
         }
         if (!status) {

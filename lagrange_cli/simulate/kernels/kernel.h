@@ -120,6 +120,10 @@ typedef struct {
     lagrange_series series; /* or null */
     int64_t series_rows;
     lagrange_observed *observed; /* or null */
+    /* Absolute tolerances that hold from some times on, ascending; rows of n. */
+    const double *since;
+    const double *looser;
+    int64_t stretches;
 } lagrange_run;
 
 #ifdef LAGRANGE_DIM

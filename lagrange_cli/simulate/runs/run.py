@@ -29,6 +29,9 @@ _GLANCE = 0.02
 #: Steps until the first look, for which a short run looks once or twice; set by hand.
 _FIRST_PACE = 16
 
+#: Most factor by which the steps until the next look are more than those until the last.
+FASTER = 8.0
+
 
 @dataclass(frozen=True)
 class Failure:
@@ -197,7 +200,8 @@ class Run:
         started = time.perf_counter()
         goes_on = self.advance(samples, self._pace, most_evaluations)
         taken = time.perf_counter() - started
-        self._pace = 2 * self._pace if taken < _GLANCE / 2 else max(1, self._pace // 2)
+        faster = FASTER if taken == 0 else min(_GLANCE / (2 * taken), FASTER)
+        self._pace = max(1, int(faster * self._pace))
         return goes_on
 
     def advance(self, samples: int, most_steps: int, most_evaluations: float = math.inf) -> bool:

@@ -18,7 +18,7 @@ from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
-from tests.simulate.accuracy.accuracy_systems import SYSTEMS, problem
+from tests.simulate.accuracy.accuracy_systems import SYSTEMS, oscillator, problem
 
 SHIPPED = Path(__file__).parents[3] / "systems"
 
@@ -96,7 +96,7 @@ def test_a_run_that_nearly_was_enough_is_the_looser_one_of_the_next_attempt(atte
 
 
 def test_an_attempt_that_misses_early_is_given_up_where_another_may_follow():
-    *given, _ = SYSTEMS["oscillator"]
+    *given, _ = oscillator(3.0, 200.0)
     of = problem(*given, samples=641)
     found = coarse_result(of, 1e-8, Watch())
     whole = Attempt(of, 1.0, found, 1e-6, 0)
@@ -124,7 +124,7 @@ def test_attempts_that_share_a_run_go_on(attempts, tmp_path):
             accuracy=1e-6,
             until=15.0,
             checkpoint=Checkpoint(str(path), resume=path.exists()),
-            stop=lambda looks=looks, most=8 * (parts + 1): next(looks) >= most,
+            stop=lambda looks=looks, most=3 * (parts + 1): next(looks) >= most,
         )
         if found.status != "stopped":
             break

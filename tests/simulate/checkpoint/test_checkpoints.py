@@ -22,6 +22,7 @@ from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.results.streaming import Stream
+from lagrange_cli.simulate.runs import run
 from lagrange_cli.simulate.samples import rows
 from lagrange_cli.simulate.simulation import RunContext
 from lagrange_cli.stages import Listener, heard_by
@@ -67,6 +68,12 @@ simulate: {until: 20}
 """
 
 SCENES = {"pendulum": PENDULUM, "ball": BALL, "rod": ROD, "driven": DRIVEN}
+
+
+@pytest.fixture(autouse=True)
+def _many_looks(monkeypatch):
+    """Runs are looked at often, so that they can be stopped at many places."""
+    monkeypatch.setattr(run, "FASTER", 1.0)
 
 
 @pytest.fixture

@@ -47,7 +47,8 @@ def run_type(real: NativeReal) -> Any:
         *((name, LONG) for name in ("width", "pieces", "piece")),
         *((name, POINTER) for name in ("shift", "landmarks", "series")),
         ("series_rows", LONG),
-        ("observed", POINTER),
+        *((name, POINTER) for name in ("observed", "since", "looser")),
+        ("stretches", LONG),
     )
     return _structure("Run", fields)
 

@@ -81,6 +81,7 @@ class _Compiled:
         self._landmarks: LandmarkBuffer | None = None
         self._events: EventBuffer | None = None
         self._seen: ObservedBuffer | None = None
+        self._stretches: tuple[Array, Array] | None = None
         self._fresh = b""
         self.ended = False
         self.end_event: int | None = None
@@ -158,6 +159,11 @@ class _Compiled:
         self._seen = ObservedBuffer(motion)
         self._run.observed = self._seen.address
 
+    def loosen_by(self, control: Control) -> None:
+        assert control.loosening is not None
+        real, loosening = self._native.real, control.loosening
+        self._stretches = real.array(loosening.since), real.array(loosening.rows)
+
     def stop_at(self, events: TerminalEvents) -> None:
         assert events.native is not None
         self.watch(events.native)
@@ -215,6 +221,9 @@ class _Compiled:
         filled, run = LONG(), self._run
         run.max_step = real.number(self._control.max_step)
         self._tolerances[:] = real.array([self._control.rtol, self._control.atol])
+        if self._stretches is not None:
+            run.since, run.looser = (array.ctypes.data for array in self._stretches)
+            run.stretches = len(self._stretches[0])
         if self._seen is not None:
             self._seen.give()
             most_steps = min(most_steps, ROOM)
@@ -233,6 +242,7 @@ class _Compiled:
         if self._seen is not None:
             self._seen.take()
         self._read()
+        self._control.loosen(self.t)
         if self.ended:
             self.end_event = self.events[-1].index
         return Advance(filled.value, _FAILURES.get(status))
