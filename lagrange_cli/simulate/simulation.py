@@ -46,7 +46,7 @@ from lagrange_cli.simulate.system.singular_guard import guard_signs
 from lagrange_cli.simulate.verification.branching import without_branches
 from lagrange_cli.simulate.verification.conserved_drift import conserved_drifts
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions, functions_along
-from lagrange_cli.simulate.verification.disproof import cut_at_disproof, energy_drift
+from lagrange_cli.simulate.verification.disproof import cut_at_disproof
 from lagrange_cli.simulate.verification.energy_drift import EnergyDrift
 from lagrange_cli.simulate.verification.uniqueness import require_unique_start, unbounded_slopes
 from lagrange_cli.stages import is_to_end
@@ -250,10 +250,10 @@ def _simulated(
     else:
         measured = integrate_with_method(problem, request, watch, keeper)
     seen = functions_along(model, functions, problem.start, measured)
-    measured = cut_at_disproof(model, seen, problem.times, measured, request.accuracy)
+    measured, drift = cut_at_disproof(model, seen, problem.times, measured, request.accuracy)
     if not measured.stopped:
         watch.progress.done()
-    trajectory = _trajectory(model, request, seen, problem, measured, compile_seconds)
+    trajectory = _trajectory(model, request, seen, problem, measured, drift, compile_seconds)
     if stream is not None and look is not None:
         look(problem.times, measured.states, trajectory)
     if stream is not None:
@@ -328,8 +328,8 @@ def trajectory_of(
     """Build a trajectory from measured samples, cut at a disproof."""
     problem = problem_of(model, request, functions)
     seen = functions_along(model, functions, problem.start, measured)
-    kept = cut_at_disproof(model, seen, problem.times, measured, request.accuracy)
-    return _trajectory(model, request, seen, problem, kept, 0.0)
+    kept, drift = cut_at_disproof(model, seen, problem.times, measured, request.accuracy)
+    return _trajectory(model, request, seen, problem, kept, drift, 0.0)
 
 
 def _trajectory(
@@ -338,13 +338,13 @@ def _trajectory(
     seen: MotionFunctions,
     problem: InitialValueProblem,
     measured: Measured,
+    drift: EnergyDrift | None,
     compile_seconds: float,
 ) -> Trajectory:
     times, states, functions = problem.times, measured.states, seen.functions
     promised = request.accuracy is not None
     last_time = float(times[len(states) - 1])
     part = sampled(model, seen, *shown_samples(times, states))
-    drift = energy_drift(model, seen, times, states)
     return Trajectory(
         name=model.name,
         status=status(problem, measured),

@@ -10,7 +10,6 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.results.forces import constraint_force_columns
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions
-from lagrange_cli.simulate.verification.disproof import energies
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ def sampled(model: Model, seen: MotionFunctions, t: Array, states: Array) -> Sam
     return Sampled(
         t=t,
         columns=state_columns(model, functions, t, states),
-        energy=energies(seen, t, states)[0],
+        energy=functions.energy(t, states)[:, 0],
         multipliers=dict(zip(names, functions.multipliers(t, states).T, strict=True)),
         forces=constraint_force_columns(model, functions, t, states),
     )

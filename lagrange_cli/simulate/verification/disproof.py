@@ -33,7 +33,7 @@ _DIGITS = 60
 
 def cut_at_disproof(
     model: Model, seen: MotionFunctions, t: RowSequence, measured: Measured, accuracy: float | None
-) -> Measured:
+) -> tuple[Measured, EnergyDrift | None]:
     """Cut a motion at the first disproof: a conserved energy that changes although an accuracy is
     promised, a value that is not positive although it is declared to be, a negative gap, or an
     impact that adds energy.
@@ -42,20 +42,31 @@ def cut_at_disproof(
     ----------
     t
         Times of all samples that were asked for.
+
+    Returns
+    -------
+    What is kept of the motion, and the drift of its energy; None if that is not conserved.
     """
-    disproofs = list(_disproofs(model, seen, t, measured, accuracy))
+    drift = energy_drift(model, seen, t, measured.states)
+    disproofs = list(_disproofs(model, seen, t, measured, accuracy, drift))
     if not disproofs:
-        return measured
+        return measured, drift
     first, disproof = min(disproofs, key=lambda numbered: numbered[0])
-    return replace(measured, states=first_rows(measured.states, first), disproved=disproof)
+    kept = replace(measured, states=first_rows(measured.states, first), disproved=disproof)
+    return kept, energy_drift(model, seen, t, kept.states)
 
 
 def _disproofs(
-    model: Model, seen: MotionFunctions, t: RowSequence, measured: Measured, accuracy: float | None
+    model: Model,
+    seen: MotionFunctions,
+    t: RowSequence,
+    measured: Measured,
+    accuracy: float | None,
+    drift: EnergyDrift | None,
 ) -> Iterator[tuple[int, Disproof]]:
     """Yield the number of the first sample that does not hold, and why, for each reason."""
-    if accuracy is not None and energy_is_conserved(model):
-        first = _contradicted(model, seen, t, measured, accuracy)
+    if accuracy is not None and drift is not None:
+        first = _contradicted(model, seen, t, measured, accuracy, drift.size)
         if first is not None:
             yield first, Disproof(float(t[first]), "energy")
     if model.positive:
@@ -91,10 +102,13 @@ def _not_positive(model: Model, t: RowSequence, states: RowSequence) -> tuple[in
 
 
 def _contradicted(
-    model: Model, seen: MotionFunctions, t: RowSequence, measured: Measured, accuracy: float
+    model: Model,
+    seen: MotionFunctions,
+    t: RowSequence,
+    measured: Measured,
+    accuracy: float,
+    size: float,
 ) -> int | None:
-    parts = windows(t, measured.states)
-    kinetic = max(float(np.abs(energies(seen, *part)[1]).max()) for part in parts)
     return first_contradiction(
         lambda times, states: (
             seen.functions.energy(times, states) - seen.lost(np.asarray(times))[:, None]
@@ -103,7 +117,7 @@ def _contradicted(
         measured.states,
         accuracy,
         measured.scales,
-        kinetic,
+        size,
         lambda: _in_digits(model, seen),
     )
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -40,7 +40,7 @@ def first_contradiction(
     states: RowSequence,
     accuracy: float,
     scales: Array,
-    kinetic: float,
+    size: float,
     in_digits: Callable[[], ExactEnergy | None] = lambda: None,
 ) -> int | None:
     """Find the number of the first sample whose energy the accuracy cannot explain, or None.
@@ -53,65 +53,57 @@ def first_contradiction(
         Samples, shapes (m,) and (m, 2n).
     accuracy, scales
         Each component of a state is promised to ``accuracy·scales``, shape (2n,).
-    kinetic
-        The largest of the part of the energy that depends on velocities.
+    size
+        The largest of the energy and of its part that depends on velocities.
     in_digits
         Makes the same function in more digits, None if it is not to be had; called where doubles
         convict.
     """
-    first = float(energy(t[:1], states[:1])[0, 0])
-    largest = [np.abs(energy(*part)).max() for part in windows(t, states)]
-    size = max(float(np.max(largest)), kinetic)
-    moves = accuracy * scales
-    exact = cache(in_digits)
     # The start is given: nothing but its last place is open there.
-    start = _allowance(energy, t[0], states[0], np.spacing(np.abs(states[0])))
+    at_start = _around(energy, t[:1], states[:1], np.spacing(np.abs(states[0])))
+    first, start = float(at_start[0, 0]), float(_allowed(at_start)[0])
+    moves, exact = accuracy * scales, cache(in_digits)
 
-    def suspects() -> Iterator[tuple[int, Array, Callable[[int], bool]]]:
-        """Yield for each window its first number, changes, and the test of a sample."""
+    def changes() -> Iterator[tuple[int, Array, Array, Array]]:
+        """Yield for each window its first number, times, states, and changes but for rounding."""
         begin = 0
         for times, part in windows(t, states):
-            change = np.abs(energy(times, part)[:, 0] - first) - _ROUNDING * size
-            convicts = partial(_contradicts, energy, times, part, change, moves, start)
-            exactly = partial(_contradicts_exactly, exact, times, part, moves, (t[0], states[0]))
-            yield begin, change, partial(_both, convicts, exactly)
+            yield begin, times, part, np.abs(energy(times, part)[:, 0] - first) - _ROUNDING * size
             begin += len(part)
 
+    def contradict(times: Array, part: Array, change: Array) -> bool:
+        """Tell if the change of the energy at one of some samples is more than errors explain."""
+        allowed = _allowed(_around(energy, times, part, moves))
+        convicted = np.flatnonzero((change > 0) & (change > _MARGIN * (start + allowed)))
+        begun = t[0], states[0]
+        return any(_contradicts_exactly(exact, times[k], part[k], moves, begun) for k in convicted)
+
+    def suspicious(change: Array) -> NDArray[np.intp]:
+        return np.argsort(change)[::-1][:_SUSPECTS]
+
     if not any(
-        change[k] > 0 and contradicts(k)
-        for _, change, contradicts in suspects()
-        for k in np.argsort(change)[::-1][:_SUSPECTS].tolist()
+        contradict(times[some], part[some], change[some])
+        for _, times, part, change in changes()
+        for some in [suspicious(change)]
     ):
         return None
     return next(
         (
             begin + k
-            for begin, change, contradicts in suspects()
+            for begin, times, part, change in changes()
             for k in np.flatnonzero(change > 0).tolist()
-            if contradicts(k)
+            if contradict(times[k : k + 1], part[k : k + 1], change[k : k + 1])
         ),
         None,
     )
 
 
-def _contradicts(
-    energy: Energy, t: Array, states: Array, change: Array, moves: Array, start: float, k: int
-) -> bool:
-    """Tell if the energy at a sample changes by more than its error explains."""
-    return bool(change[k] > _MARGIN * (start + _allowance(energy, t[k], states[k], moves)))
-
-
-def _both(first_test: Callable[[int], bool], second_test: Callable[[int], bool], k: int) -> bool:
-    return first_test(k) and second_test(k)
-
-
 def _contradicts_exactly(
     in_digits: Callable[[], ExactEnergy | None],
-    t: Array,
-    states: Array,
+    t: float,
+    y: Array,
     moves: Array,
     start: tuple[float, Array],
-    k: int,
 ) -> bool:
     """Test with energies in more digits: what doubles lose in a difference of large terms,
     or below the smallest of them, proves nothing. True where there are no more digits.
@@ -120,14 +112,14 @@ def _contradicts_exactly(
     if energy is None:
         return True
     begun, first = start
-    change = energy(float(t[k]), states[k], None) - energy(begun, first, None)
-    allowed = _largest_change(energy, float(t[k]), states[k], moves)
+    change = energy(float(t), y, None) - energy(begun, first, None)
+    allowed = _largest_change(energy, float(t), y, moves)
     allowed += _largest_change(energy, begun, first, np.spacing(np.abs(first)))
     return not abs(change) <= _MARGIN * allowed
 
 
 def _largest_change(energy: ExactEnergy, t: float, y: Array, moves: Array) -> Any:
-    """Return :func:`_allowance` in more digits, or the largest change with all components moved at
+    """Return :func:`_allowed` in more digits, or the largest change with all components moved at
     once."""
     here = energy(t, y, None)
     each = [max(abs(energy(t, y, sign * row) - here) for sign in (1, -1)) for row in np.diag(moves)]
@@ -136,10 +128,13 @@ def _largest_change(energy: ExactEnergy, t: float, y: Array, moves: Array) -> An
     return max(sum(each), *(abs(value - here) for value in together))
 
 
-def _allowance(energy: Energy, t: float, y: Array, moves: Array) -> float:
-    """Bound the change of the energy when each component moves by its error."""
-    moved = np.concatenate([y[None, :], y + np.diag(moves), y - np.diag(moves)])
-    return float(_allowed(energy(np.full(len(moved), t), moved)[:, 0]))
+def _around(energy: Energy, t: Array, y: Array, moves: Array) -> Array:
+    """Evaluate the energy at states (k, 2n), and with each component moved by its error, up and
+    then down, shape (k, 1 + 4n)."""
+    each = np.diag(moves)
+    moved = y[:, None] + np.concatenate([np.zeros((1, len(moves))), each, -each])
+    times = np.repeat(t, moved.shape[1])
+    return energy(times, moved.reshape(len(times), -1))[:, 0].reshape(moved.shape[:2])
 
 
 def _allowed(values: Array) -> Array:
@@ -197,7 +192,7 @@ class EnergyDrift:
 
     def __init__(self) -> None:
         self._first: float | None = None
-        self._change = self._size = 0.0
+        self._change = self._largest = self._kinetic = self._lost = 0.0
 
     def add(self, energy: Array, kinetic: Array, lost: Array) -> None:
         """Take the energy of samples, its kinetic part, and what impacts took until then."""
@@ -205,13 +200,21 @@ class EnergyDrift:
         if self._first is None:
             self._first = kept[0]
         self._change = np.maximum(self._change, np.abs(kept - self._first).max())
-        self._size = np.max([self._size, np.abs(kinetic).max(), np.abs(lost).max()])
+        self._largest = np.maximum(self._largest, np.abs(kept).max())
+        self._kinetic = np.maximum(self._kinetic, np.abs(kinetic).max())
+        self._lost = np.maximum(self._lost, np.abs(lost).max())
+
+    @property
+    def size(self) -> float:
+        """Largest of the energies and their kinetic parts."""
+        return max(float(self._largest), float(self._kinetic))
 
     @property
     def scale(self) -> float:
         """Largest of the kinetic parts and of what impacts took, which no choice of zero shifts;
         1 if all of them are 0."""
-        return float(self._size) if self._size > 0 else 1.0
+        scale = float(np.maximum(self._kinetic, self._lost))
+        return scale if scale > 0 else 1.0
 
     @property
     def drift(self) -> float | None:

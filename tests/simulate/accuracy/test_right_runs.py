@@ -82,12 +82,12 @@ def test_what_doubles_lose_convicts_nobody(monkeypatch):
     # Terms that cancel are collected where they can be: the energy loses its digits here.
     real = conservation.first_contradiction
 
-    def noisy(energy, t, states, accuracy, scales, kinetic, exact=None):
+    def noisy(energy, t, states, accuracy, scales, size, exact=None):
         def off(times, rows):
             return energy(times, rows) + 1e-4 * np.sin(1e4 * np.asarray(times))[:, None]
 
-        assert real(off, t, states, accuracy, scales, kinetic) is not None
-        return real(off, t, states, accuracy, scales, kinetic, exact)
+        assert real(off, t, states, accuracy, scales, size) is not None
+        return real(off, t, states, accuracy, scales, size, exact)
 
     monkeypatch.setattr(disproof, "first_contradiction", noisy)
     assert system.simulate().status == "ok"
