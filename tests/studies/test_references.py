@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from tests.studies.trade_systems import (
     model,
     problem_and_coarse_run,
 )
+from tests.systems.shipped import SYSTEMS
 
 # Fronts
 
@@ -134,6 +136,24 @@ def test_without_a_compiler_two_methods_are_compared(oscillator, monkeypatch):
     assert found.reference.method == "Gauss16 against DOP853"
     assert found.reference.checked is None
     assert found.reference.error < 1e-12
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("until", [0.198, 0.213, 0.555, 0.585])
+def test_roundings_that_two_methods_share_count_as_error_of_a_reference_in_doubles(until):
+    # A heavy pull: where the right-hand side rounds, both methods round nearly alike.
+    text = (SYSTEMS / "pendulums" / "spherical_pendulum.yaml").read_text(encoding="utf-8")
+    fast = model(text.replace("g: {value: 9.81,", "g: {value: 9.81e6,"))
+    _, _, problem, coarse = problem_and_coarse_run(fast, until=until)
+    with np.errstate(all="ignore"):
+        wide = reference(problem, coarse, 60.0)
+        known = reference(replace(problem, wider=lambda: None), coarse, 60.0)
+    if "long doubles" not in wide.method:
+        pytest.skip("no wider arithmetic here")
+    off = errors(problem, known.scales, known.motion, wide.motion)[-1]
+    assert known.method == "Gauss16 against DOP853"
+    # Chance may bring roundings together, not by much.
+    assert wide.error < off <= 2 * known.error
 
 
 def refusal(*args, **kwargs):

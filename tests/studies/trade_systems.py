@@ -93,8 +93,8 @@ def model(scene, form=""):
     return model_of(loads(scene.replace("FORM", form)).derive().equations)
 
 
-def problem_and_coarse_run(system):
-    request = resolve(system, SimulationOptions(method="DOP853", rtol=1e-6))
+def problem_and_coarse_run(system, until=None):
+    request = resolve(system, SimulationOptions(method="DOP853", rtol=1e-6, until=until))
     functions = right_hand_side(system)
     problem = problem_of(system, request, functions)
     with np.errstate(all="ignore"):
