@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import base64
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from lagrange_cli.cli import options
+from lagrange_cli.cli.analysis_request import AnalysisPictures, AnalysisRequest
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
@@ -22,7 +24,6 @@ from lagrange_cli.files import write_file
 from lagrange_cli.notation.page import USUAL_WIDTH, Page
 
 if TYPE_CHECKING:
-    from lagrange_cli.api import Derivation
     from lagrange_cli.api.analyzed import Analyzed
 
 
@@ -159,175 +160,137 @@ def analyze(
     source = read_source(scene)
     outputs = {"-o": output, "--plot": plot, "--animate": animate, "--loci": loci}
     guard(source, parameters, outputs)
-    if loci is not None and branches is None:
-        raise click.UsageError("--loci draws poles along branches; add --branches NAME=FROM..TO")
-    bode, plot = (None, plot)
-    if response is not None:
-        bode, plot = _bode(plot, others=modes or branches is not None, steady=steady), None
-    pictured = modes or response is not None
-    diagram, plot = _told_apart(plot, modes=modes, others=pictured, branches=branches is not None)
-    _require_modes({"--plot": plot, "--animate": animate}, modes=modes, steady=steady)
-    asked = {
+    named = {
         "symmetries": symmetries,
         "equilibria": equilibria,
         "linearization": linearization and along is None,
         "modes": modes,
     }
-    parts = [part for part, wanted in asked.items() if wanted]
-    ending = "" if output is None else Path(output).suffix.lower()
-    as_report, as_arrays = ending in (".json", ".npz"), ending == ".npz"
-    others = parts or branches is not None
-    if as_arrays and others and not linearization and along is None and response is None:
-        raise click.UsageError("an .npz file holds the linear system; add --linearization")
-    motions = lyapunov is not None or along is not None
-    _require_used(along, accuracy, samples, at, alone=motions and not (parts or steady or branches))
-    drawn = {"diagram": diagram, "loci": loci}
-    pictures = {k: Path(f).suffix.lower().lstrip(".") for k, f in drawn.items() if f is not None}
-    format_ = "json" if as_json else format_
-    written_with = {name: value for name, value in chosen.items() if value is not None}
-    completed(format_, ANALYZED[format_], written_with)
-    if output is not None and ending not in (".json", ".npz", ENDINGS[format_]):
-        message = f"'{output}' does not end in .json, .npz or {ENDINGS[format_]}"
-        raise click.BadParameter(f"{message}, as --format {format_} asks", param_hint="'-o'")
-    # Files are in UTF-8; terminals may show less.
-    encoding = page_encoding() if output is None or as_report else "utf-8"
-    request = SceneRequest(source, parameters)
+    request = AnalysisRequest(
+        tuple(part for part, wanted in named.items() if wanted),
+        at,
+        steady,
+        branches,
+        lyapunov,
+        along,
+        response,
+        accuracy,
+        samples,
+    )
+    request.require_use()
+    pictures = AnalysisPictures.of(request, plot, loci, animate)
+    form = _Form.of("json" if as_json else format_, output, ascii_only, chosen)
+    if form.ending == ".npz":
+        request.require_linear_system(linearization=linearization)
+    scene_request = SceneRequest(source, parameters)
+    branch_pictures = {name: _ending(path) for name, path in pictures.of_branches.items()}
 
     def work() -> Answer:
-        derivation = derivation_of_scene(session, request)
-        alone = not (parts or steady or branches) and bool(motions or response)
-        analysis = _analyzed(
-            derivation, None if alone else parts, at, steady=steady, branches=branches
-        )
-        if lyapunov is not None:
-            with session.progress("following neighbouring motions") as move:
-                found = derivation.lyapunov(until=lyapunov, progress=move)
-            analysis = replace(analysis, exponents=found.summary)
-        if along is not None:
-            wanted = 1e-6 if accuracy is None else accuracy
-            beside = derivation.linearize(until=along, accuracy=wanted, samples=samples)
-            analysis = replace(analysis, along=beside.summary)
-        if response is not None:
-            found_response = derivation.frequency_response(*response, at=at)
-            analysis = replace(analysis, response=found_response)
-        written = FORMATS[format_](analysis, written_with, ascii_only, encoding)
-        shown = written.to_json() if isinstance(written, Page) else written
-        answer = {"report": analysis.report(), "shown": shown}
-        for name, ending in pictures.items():
-            drawing = analysis.drawn(ending, loci=name == "loci")
+        derivation = derivation_of_scene(session, scene_request)
+        analysis = request.analysis(derivation, session)
+        answer = {"report": analysis.report(), "shown": form.written(analysis)}
+        for name, ending in branch_pictures.items():
+            drawing = analysis.drawn(ending.lstrip("."), loci=name == "loci")
             answer[name] = base64.b64encode(drawing).decode()
         recorded = any(u.recording is not None for u in derivation.equations.inputs)
-        return answer_of(derivation, answer, lasting=not (motions and recorded))
+        return answer_of(derivation, answer, lasting=not (request.of_motions and recorded))
 
-    motion = lyapunov, along, accuracy, samples, response
-    asked_of = parts, motion, steady, list(at.items()), list(parameters.items()), branches, pictures
-    question = (*asked_of, format_, sorted(written_with.items()), ascii_only, encoding)
+    question = astuple(request), list(parameters.items()), branch_pictures, form.key
     value = remembered(session, "analyze", source, question, work)
-    report = value["report"]
-    if as_report:
-        assert output is not None
-        write_file(output, npz_of(_with_matrices(report)) if as_arrays else analysis_json(report))
-    shown = value["shown"]
-    content = shown if isinstance(shown, str) else Page.from_json(shown)
-    if plot is not None or animate is not None:
-        _draw_modes(session, request, plot, animate, at)
-    for name, path in drawn.items():
-        if path is not None:
-            write_file(path, base64.b64decode(value[name]))
-    if bode is not None and response is not None:
-        derivation = derivation_of_scene(session, request)
-        derivation.plot_response(bode, derivation.frequency_response(*response, at=at))
-    deliver(content, format_, None if as_report else output, width=USUAL_WIDTH)
-    if along is not None and report["along"]["status"] != "ok":
+    for name, path in pictures.of_branches.items():
+        write_file(path, base64.b64decode(value[name]))
+    if replace(pictures, diagram=None, loci=None) != AnalysisPictures():
+        derivation = derivation_of_scene(session, scene_request)
+        pictures.draw_others(derivation, request, session)
+    form.deliver(value)
+    if along is not None and value["report"]["along"]["status"] != "ok":
         ctx.exit(1)
 
 
-def _require_used(
-    along: float | None,
-    accuracy: float | None,
-    samples: int | None,
-    at: dict[str, str],
-    *,
-    alone: bool,
-) -> None:
-    """Refuse options that nothing would read.
+@dataclass(frozen=True)
+class _Form:
+    """How an analysis is written, and where.
 
-    ``alone``: only motions are asked about.
+    Attributes
+    ----------
+    format_
+        What is written for readers.
+    output
+        The file, None for the terminal; of a report as JSON or of arrays, which is written beside
+        what the terminal shows; or of the text itself.
+    written_with
+        Options of the format that were given.
+    ascii_only
+        Text in plain ASCII.
     """
-    for option, value in (("--accuracy", accuracy), ("--samples", samples)):
-        if value is not None and along is None:
-            raise click.UsageError(f"{option} is for --along")
-    if at and alone:
-        raise click.UsageError("--at is for parts at an equilibrium; a motion begins at 'initial'")
+
+    format_: str
+    output: str | None
+    written_with: dict[str, str | bool]
+    ascii_only: bool
+
+    @classmethod
+    def of(
+        cls,
+        format_: str,
+        output: str | None,
+        ascii_only: bool,
+        chosen: Mapping[str, str | bool | None],
+    ) -> _Form:
+        """Check that options belong to the format.
+
+        Raises
+        ------
+        click.UsageError
+            They do not, or the file's name does not end as it should.
+        """
+        written_with = {name: value for name, value in chosen.items() if value is not None}
+        completed(format_, ANALYZED[format_], written_with)
+        form = cls(format_, output, written_with, ascii_only)
+        if output is not None and form.ending not in (".json", ".npz", ENDINGS[format_]):
+            message = f"'{output}' does not end in .json, .npz or {ENDINGS[format_]}"
+            raise click.BadParameter(f"{message}, as --format {format_} asks", param_hint="'-o'")
+        return form
+
+    @property
+    def ending(self) -> str:
+        return "" if self.output is None else _ending(self.output)
+
+    @property
+    def _reported(self) -> bool:
+        """True if the file is for programs, and the terminal shows the text."""
+        return self.ending in (".json", ".npz")
+
+    @property
+    def _encoding(self) -> str:
+        """Files are in UTF-8; terminals may show less."""
+        return page_encoding() if self.output is None or self._reported else "utf-8"
+
+    @property
+    def key(self) -> list[Any]:
+        """The same as JSON values, as far as the text depends on it."""
+        return [self.format_, sorted(self.written_with.items()), self.ascii_only, self._encoding]
+
+    def written(self, analysis: Analyzed) -> Any:
+        """Return an analysis in this form, as a JSON value."""
+        write = FORMATS[self.format_]
+        shown = write(analysis, self.written_with, self.ascii_only, self._encoding)
+        return shown.to_json() if isinstance(shown, Page) else shown
+
+    def deliver(self, value: dict[str, Any]) -> None:
+        """Write a report and what readers are shown, from an answer."""
+        report, shown = value["report"], value["shown"]
+        if self.output is not None and self._reported:
+            arrays = self.ending == ".npz"
+            content = npz_of(_with_matrices(report)) if arrays else analysis_json(report)
+            write_file(self.output, content)
+        page = shown if isinstance(shown, str) else Page.from_json(shown)
+        file = None if self._reported else self.output
+        deliver(page, self.format_, file, width=USUAL_WIDTH)
 
 
-def _bode(plot: str | None, *, others: bool, steady: bool) -> str | None:
-    """Return the file of a Bode diagram; None for none."""
-    if steady:
-        raise click.UsageError("--response is at rest, not of steady motions")
-    if plot is not None and others:
-        message = "--plot draws the response, the modes or the branches; ask for one at a time"
-        raise click.UsageError(message)
-    if plot is not None and Path(plot).suffix.lower() == ".tex":
-        raise click.UsageError("--plot draws a response as .svg, .pdf or .png")
-    return plot
-
-
-def _told_apart(
-    plot: str | None, *, modes: bool, others: bool, branches: bool
-) -> tuple[str | None, str | None]:
-    """Return the file of a bifurcation diagram, and that of modes and other pictures."""
-    if plot is None:
-        return None, None
-    if others and branches:
-        message = "--plot draws one picture; ask for --branches alone, or without them"
-        raise click.UsageError(message)
-    if not branches and modes and Path(plot).suffix.lower() == ".tex":
-        raise click.UsageError("--plot draws modes as .svg, .pdf or .png")
-    return (plot, None) if branches else (None, plot)
-
-
-def _require_modes(pictures: dict[str, str | None], *, modes: bool, steady: bool) -> None:
-    """Refuse pictures of modes where there are none."""
-    for option, path in pictures.items():
-        if path is not None and not modes:
-            more = ", or --response FROM..TO" if option == "--plot" else ""
-            raise click.UsageError(f"{option} draws the shapes of modes; add --modes{more}")
-        if path is not None and steady:
-            raise click.UsageError(f"{option} draws modes at rest, not those of steady motions")
-
-
-def _draw_modes(
-    session: Session,
-    request: SceneRequest,
-    plot: str | None,
-    animate: str | None,
-    at: dict[str, str],
-) -> None:
-    """Draw the modes, still and moving, and say what is not drawn."""
-    derivation = derivation_of_scene(session, request)
-    remarks = [] if plot is None else [derivation.plot_modes(plot, at=at)]
-    remarks += [] if animate is None else [derivation.animate_modes(animate, at=at)]
-    for remark in dict.fromkeys(filter(None, remarks)):
-        session.remark(remark)
-
-
-def _analyzed(
-    derivation: Derivation,
-    parts: list[str] | None,
-    at: dict[str, str],
-    *,
-    steady: bool,
-    branches: tuple[str, str, str] | None,
-) -> Analyzed:
-    """Return an analysis; of the equations alone if no parts are wanted."""
-    from lagrange_cli.analysis.values import Analysis
-    from lagrange_cli.api.analyzed import Analyzed
-
-    if parts is None:
-        return Analyzed.of(Analysis(derivation.equations))
-    over = None if branches is None else {branches[0]: (branches[1], branches[2])}
-    return derivation.analyze(*parts, at=at, steady=steady, branches=over)
+def _ending(path: str) -> str:
+    return Path(path).suffix.lower()
 
 
 def _with_matrices(report: dict[str, Any]) -> dict[str, Any]:
