@@ -29,8 +29,11 @@ _GLANCE = 0.02
 #: Steps until the first look, for which a short run looks once or twice; set by hand.
 _FIRST_PACE = 16
 
+#: Most steps until the next look: the cheapest ones take about a glance.
+_MOST_PACE = 2**16
+
 #: Most factor by which the steps until the next look are more than those until the last.
-FASTER = 8.0
+_FASTER = 8.0
 
 
 @dataclass(frozen=True)
@@ -200,8 +203,8 @@ class Run:
         started = time.perf_counter()
         goes_on = self.advance(samples, self._pace, most_evaluations)
         taken = time.perf_counter() - started
-        faster = FASTER if taken == 0 else min(_GLANCE / (2 * taken), FASTER)
-        self._pace = max(1, int(faster * self._pace))
+        faster = _FASTER if taken == 0 else min(_GLANCE / (2 * taken), _FASTER)
+        self._pace = min(max(1, int(faster * self._pace)), _MOST_PACE)
         return goes_on
 
     def advance(self, samples: int, most_steps: int, most_evaluations: float = math.inf) -> bool:
