@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import compress
 
 import numpy as np
@@ -26,7 +27,7 @@ from lagrange_cli.simulate.verification.energy_drift import contradicted, energy
 #: Numbers in all samples of members that are held at a time.
 _MOST_NUMBERS = 2_000_000
 
-#: Members whose columns are found at a time, so that these are small enough to be near at hand.
+#: Members whose samples are looked at at a time, so that these are small enough to be near at hand.
 _AT_A_TIME = 32
 
 #: Columns that can be asked for besides.
@@ -82,10 +83,16 @@ class BatchedResults:
         most = max(1, _MOST_NUMBERS // (len(self.request.times) * starts.shape[1]))
         for first in range(0, len(starts), most):
             part = slice(first, first + most)
+            at_a_time = _AT_A_TIME if self._of_samples else most
             for all_runs in self._runs(starts[part], parameters[part], between):
-                for runs in all_runs.in_turn(_AT_A_TIME):
+                for runs in all_runs.in_turn(at_a_time):
                     numbered = replace(runs, numbers=runs.numbers + first)
                     yield from self._results(numbered, parameters[numbered.numbers])
+
+    @cached_property
+    def _of_samples(self) -> bool:
+        """Whether something is found of every sample, but for what energies tell."""
+        return "energy" in self.extra or bool(self.keeper.needed(self.names))
 
     def _runs(
         self, starts: Array, parameters: Array, between: Callable[[], None]
@@ -105,14 +112,8 @@ class BatchedResults:
             for k, number in enumerate(runs.numbers.tolist()):
                 yield Missed(number, self.members.measured(eps, runs, k))
             return
-        conserved = energy_is_conserved(self.model)
-        energy = kinetic = np.empty((len(runs.states), 0))
-        if conserved or "energy" in self.extra:
-            energy, kinetic = self._energies(runs.states, parameters)
-        sure = np.ones(len(runs.states), bool)
-        if conserved and eps is not None:
-            sure = ~self._doubtful(eps, runs, parameters, energy, kinetic)
-        figures = self._figures(runs, energy_drifts(energy, kinetic) if conserved else None)
+        energy, drifts, sure = self._checked(runs, parameters)
+        figures = self._figures(runs, drifts)
         formulation = self.model.formulation
         words = {"status": "ok", "reason": "", "method": METHOD, "formulation": formulation}
         scales = (
@@ -121,6 +122,30 @@ class BatchedResults:
         columns, numbers = self._kept(runs.states, parameters, energy, scales)
         members = runs.numbers.tolist()
         yield _only(BlockPart(members, columns, numbers, {}, scales, figures, words), sure)
+
+    def _checked(
+        self, runs: BatchedRuns, parameters: Array
+    ) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Return the energies at the samples, if something is found of these, (members, samples);
+        their drifts, NaN if it is not conserved, and whether it leaves no doubt, (members,)."""
+        eps, conserved = self.request.accuracy, energy_is_conserved(self.model)
+        drifts, sure = np.full(len(runs.numbers), np.nan), np.ones(len(runs.numbers), bool)
+        energy = np.empty((len(runs.numbers), 0))
+        if not (conserved or "energy" in self.extra):
+            return energy, drifts, sure
+        for first in range(0, len(sure), _AT_A_TIME):
+            some = slice(first, first + _AT_A_TIME)
+            energies = self._energies(runs.states[some], parameters[some])
+            if self._of_samples:
+                # So few members that these are all of them.
+                energy = energies[0]
+            if conserved:
+                drifts[some] = energy_drifts(*energies)
+            if conserved and eps is not None:
+                moved_by = eps * runs.scales[some]
+                doubtful = self._doubtful(runs.states[some], moved_by, parameters[some], *energies)
+                sure[some] = ~doubtful
+        return energy, drifts, sure
 
     def _kept(
         self, states: Array, parameters: Array, energy: Array, scales: Mapping[str, Array]
@@ -142,19 +167,19 @@ class BatchedResults:
         return total, total - table("energy", states, parameters, 1, moving=0.0)[0]
 
     def _doubtful(
-        self, eps: float, runs: BatchedRuns, parameters: Array, energy: Array, kinetic: Array
+        self, states: Array, errors: Array, parameters: Array, energy: Array, kinetic: Array
     ) -> NDArray[np.bool_]:
-        """Tell whether energies change by more than errors explain, where they change most.
+        """Tell whether energies change by more than errors, (members, 2n), explain, where they
+        change most.
 
         As :func:`.verification.energy_drift.first_contradiction`, but that members that are in
         doubt are asked again by themselves.
         """
         if not self.model.facts["autonomous"]:
-            return np.ones(len(runs.states), bool)
+            return np.ones(len(states), bool)
         change, picked = suspects(energy, kinetic)
-        states = np.take_along_axis(runs.states, picked[..., None], axis=1)
-        first = runs.states[:, :1]
-        moved = _moved_by(states, eps * runs.scales[:, None, :])
+        first = states[:, :1]
+        moved = _moved_by(np.take_along_axis(states, picked[..., None], axis=1), errors[:, None])
         start = _moved_by(first, np.spacing(np.abs(first)))
         size = moved.shape[1] * moved.shape[2]
         every = np.concatenate([start[:, 0], moved.reshape(len(moved), size, -1)], axis=1)
@@ -199,14 +224,14 @@ class BatchedResults:
             columns["energy"] = energy
         return {name: columns[name] for name in wanted}
 
-    def _figures(self, runs: BatchedRuns, drifts: Array | None) -> dict[str, Array]:
+    def _figures(self, runs: BatchedRuns, drifts: Array) -> dict[str, Array]:
         nothing = np.full(len(runs.numbers), np.nan)
         promised = self.request.accuracy is not None
         until = np.full(len(runs.numbers), self.members.problem.until)
         return {
             "estimated": runs.estimate if promised else nothing,
             "holds_until": until if promised else nothing,
-            "energy_drift": nothing if drifts is None else drifts,
+            "energy_drift": drifts,
             "constraint_drift": nothing,
             "steps": runs.steps.astype(float),
             "rhs_evaluations": runs.evaluations.astype(float),
