@@ -12,7 +12,8 @@ forces is taken from the derivation that is shown, which is compared with this o
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from itertools import combinations_with_replacement
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import mpmath
 from mpmath import mpf
@@ -33,7 +34,7 @@ from lagrange_cli.program.graph.value_graph import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from sympy import Expr
 
@@ -50,6 +51,44 @@ _DIGITS, _AGREE = 50, mpf(10) ** -12
 
 #: The rank of accelerations and multipliers (see :class:`.value_graph.ValueGraph`).
 _GIVEN = 5
+
+
+_Slope: TypeAlias = tuple[int, "Coefficient", int]
+"""Number of a coordinate, and the derivative of a component of a position by it."""
+
+_Pair: TypeAlias = tuple[_Slope, _Slope, int]
+"""Two slopes, and the components that have both, as bits."""
+
+
+class _Totals(dict[int, ScaledNode]):
+    """Sums of some of several values, by the bits of a number that say which."""
+
+    def __init__(self, values: ValueGraph, parts: Sequence[ScaledNode]) -> None:
+        super().__init__()
+        self._values, self._parts = values, parts
+
+    def __missing__(self, chosen: int) -> ScaledNode:
+        total = self[chosen] = self._values.add(self._parts[place] for place in _bits(chosen))
+        return total
+
+
+def _bits(number: int) -> Iterator[int]:
+    """Yield the places of the ones of a number."""
+    while number:
+        yield (number & -number).bit_length() - 1
+        number &= number - 1
+
+
+def _pairs(rows: Sequence[Sequence[_Slope]], holders: Mapping[_Slope, int]) -> list[_Pair]:
+    """Pairs of slopes that a component has both, each once, in the order of the first such."""
+    pairs: Iterable[tuple[_Slope, _Slope]]
+    if len(holders) ** 2 < sum(len(row) ** 2 for row in rows):
+        pairs = combinations_with_replacement(sorted(holders), 2)
+    else:
+        pairs = {pair for row in rows for pair in combinations_with_replacement(row, 2)}
+    common = ((a, b, holders[a] & holders[b]) for a, b in pairs)
+    ordered = sorted((both & -both, a, b, both) for a, b, both in common if both)
+    return [(a, b, both) for _, a, b, both in ordered]
 
 
 class DirectDerivation:
@@ -97,24 +136,57 @@ class DirectDerivation:
         return [tangent.get(0, _ZERO) for tangent in tangents]
 
     def _add_particles(self) -> None:
-        values = self.values
-        particles = self._equations.particles
+        """Add what recurs from particle to particle, as in a chain, as one product by its sum."""
+        values, particles = self.values, self._equations.particles
         masses = [values.convert(p.mass) for p in particles for _ in range(3)]
         positions = [values.convert(r) for p in particles for r in p.position]
-        jacobians = derivatives(values, positions, self._by_q)
-        convective = self._rate(self._rate(positions))
-        # What recurs from particle to particle, as in a chain, takes one product by their masses.
-        squares: dict[tuple[int, int, int, int], list[ScaledNode]] = {}
-        for mass, row, gamma in zip(masses, jacobians, convective, strict=True):
-            entries = sorted(row.items())
-            for place, (j, (c, a)) in enumerate(entries):
-                for k, (d, b) in entries[place:]:
-                    squares.setdefault((j, k, a, b), []).append(scaled(mass, c * d))
-                if gamma[0]:
-                    self._forces[j].append(scaled(product(values, mass, (c, a), gamma), _MINUS))
-        for (j, k, a, b), carried in squares.items():
-            square = product(values, values.add(carried), (UNIT[0], a), (UNIT[0], b))
+        rows = [
+            [(j, *slope) for j, slope in sorted(row.items())]
+            for row in derivatives(values, positions, self._by_q)
+        ]
+        holders: dict[_Slope, int] = {}
+        for place, row in enumerate(rows):
+            for slope in row:
+                holders[slope] = holders.get(slope, 0) | 1 << place
+        self._add_squares(_Totals(values, masses), _pairs(rows, holders), holders)
+        self._add_pushes(masses, self._rate(self._rate(positions)), holders)
+
+    def _add_squares(
+        self, mass_of: _Totals, pairs: Iterable[_Pair], holders: Mapping[_Slope, int]
+    ) -> None:
+        """Add Σ m JᵀJ of particles whose components of positions have these slopes."""
+        values = self.values
+        for first, second, both in pairs:
+            (j, c, a), (k, d, b) = first, second
+            if j != k and both & (both - 1) and both in (holders[first], holders[second]):
+                # All that moves with one of them moves with the other.
+                inner, outer = (b, a) if both == holders[second] else (a, b)
+                moved = values.multiply([(mass_of[both], 1), ((1, inner), 1)])
+                square = scaled(values.multiply([((1, outer), 1), (moved, 1)]), c * d)
+            else:
+                square = product(values, mass_of[both], (c, a), (d, b))
             self._masses.setdefault((j, k), []).append(square)
+
+    def _add_pushes(
+        self,
+        masses: Sequence[ScaledNode],
+        convective: Sequence[ScaledNode],
+        holders: Mapping[_Slope, int],
+    ) -> None:
+        """Add −Σ m Jᵀγ of particles."""
+        values = self.values
+        pairs = zip(masses, convective, strict=True)
+        inertia_of = _Totals(values, [product(values, *pair) for pair in pairs])
+        # What is no sum may cancel, multiplied out, with what another component gives.
+        alone = sum(
+            1 << place
+            for place, (_, number) in enumerate(convective)
+            if isinstance(values.nodes[number], ProductNode)
+        )
+        for (j, c, a), held in holders.items():
+            for part in (*(1 << place for place in _bits(held & alone)), held & ~alone):
+                push = product(values, (c, a), inertia_of[part])
+                self._forces[j].append(scaled(push, _MINUS))
 
     def _add_energy(self, rest: ScaledNode) -> None:
         """Add the Euler–Lagrange expression of the other part of the Lagrangian."""
