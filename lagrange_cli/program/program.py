@@ -45,6 +45,7 @@ from lagrange_cli.program.systems.contact_systems import (
     weighted_closures,
 )
 from lagrange_cli.program.systems.direct_derivation import DirectDerivation, is_derivable
+from lagrange_cli.program.systems.direct_energy import DirectEnergy
 from lagrange_cli.program.systems.large_systems import LargeSystem, is_large_system, large_system
 from lagrange_cli.program.systems.loops import ProgramPart
 
@@ -200,6 +201,9 @@ def build_program(equations: Equations, outputs: Sequence[str], *, loops: bool =
         large = large_system(weighted, lambda name: tuple(OUTPUTS[name](weighted.equations)))
         if large is not None:
             return replace(_of_parts(equations, large), kind=_kind(outputs, large.solves))
+    energy = _of_energy(equations) if tuple(outputs) == ("energy",) else None
+    if energy is not None:
+        return energy
     takes = not _OF_DERIVATION.isdisjoint(outputs)
     return _written(equations, outputs, direct=takes and _is_direct(equations))
 
@@ -276,6 +280,16 @@ def _takes_fewer(
     return direct < collected
 
 
+def _of_energy(equations: Equations) -> Program | None:
+    """Build the program of the energy from positions, if it has many coordinates and is shorter."""
+    if len(equations.mass_matrix) <= _LARGEST_COUNTED or not is_derivable(equations):
+        return None
+    direct = DirectEnergy(ValueGraph(_inputs(equations)), equations)
+    program = _ordered(direct.values.copy(), equations, [("energy", [direct.energy])], ())
+    shorter = count_operations(program).total <= direct.operations_shown
+    return replace(program, kind=ProgramKind.ENERGY) if shorter and direct.agrees() else None
+
+
 def _written(equations: Equations, outputs: Sequence[str], *, direct: bool) -> Program:
     """Build a program of statements."""
     values = _graph(equations, direct=direct)
@@ -288,11 +302,21 @@ def _written(equations: Equations, outputs: Sequence[str], *, direct: bool) -> P
             wanted.extend(solution)
         else:
             wanted.append((name, [values.convert(e) for e in OUTPUTS[name](equations)]))
+    program = _ordered(values, equations, wanted, blocks)
+    return replace(program, kind=_kind(outputs, bool(blocks)))
+
+
+def _ordered(
+    values: ValueGraph,
+    equations: Equations,
+    wanted: list[tuple[str, list[ScaledNode]]],
+    blocks: tuple[MatrixBlock, ...],
+) -> Program:
+    """Write statements with sines and cosines of as few angles as accuracy allows."""
     if not any(block.exact for block in blocks):
         needed = [number for _, nodes in wanted for _, number in nodes]
         expand_angle_sums(values, order_of(values, needed))
-    program = _scheduled(values, equations, wanted)
-    return replace(program, blocks=blocks, kind=_kind(outputs, bool(blocks)))
+    return replace(_scheduled(values, equations, wanted), blocks=blocks)
 
 
 def _scheduled(

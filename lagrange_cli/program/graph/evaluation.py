@@ -56,9 +56,9 @@ def evaluated(
             first, *rest = (scaled(c, part) for part, c in node.terms)
             known[node_number] = sum(rest, first)
         elif isinstance(node, ProductNode):
-            result = number(1)
+            result = known[ONE]
             for part, exponent in node.factors:
-                power = known[part] ** abs(exponent)
+                power = known[part] if abs(exponent) == 1 else known[part] ** abs(exponent)
                 result = result * power if exponent > 0 else result / power
             known[node_number] = result
         else:

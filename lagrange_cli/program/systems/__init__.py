@@ -10,6 +10,7 @@ __all__ = [
     "constraint_systems",
     "contact_systems",
     "direct_derivation",
+    "direct_energy",
     "large_systems",
     "loop_rolling",
     "loops",

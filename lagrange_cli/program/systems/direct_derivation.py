@@ -47,7 +47,7 @@ _MINUS = -1
 
 #: Digits in which both derivations are compared, and the relative difference that is rounding: of
 #: the certificate, whose terms may cancel.
-_DIGITS, _AGREE = 50, mpf(10) ** -12
+_DIGITS, AGREE = 50, mpf(10) ** -12
 
 #: The rank of accelerations and multipliers (see :class:`.value_graph.ValueGraph`).
 _GIVEN = 5
@@ -256,24 +256,29 @@ class DirectDerivation:
                 work = product(values, push, values.convert(entry))
                 residuals[j].append(scaled(work, _MINUS))
         wanted = [values.add(terms) for terms in residuals]
-        with mpmath.workdps(_DIGITS):
-            try:
-                numbers = evaluated(values, wanted, self._inputs(), _FUNCTIONS, _number)
-            except ZeroDivisionError:
-                return False
-            pairs = zip(numbers, sources.residuals, strict=True)
-            return all(abs(x - residual) <= _AGREE * size for x, (residual, size) in pairs)
+        numbers = at_certificate(values, wanted, equations)
+        pairs = zip(numbers, sources.residuals, strict=True)
+        return all(abs(x - residual) <= AGREE * size for x, (residual, size) in pairs)
 
-    def _inputs(self) -> dict[str, Any]:
-        """The state of the certificate, by the names of inputs."""
-        equations, state = self._equations, self._sources.state
-        symbols: dict[str, Expr] = {"t": equations.t}
-        symbols |= {f"p{k}": p.symbol for k, p in enumerate(equations.parameters)}
-        symbols |= {f"u{k}": u.symbol for k, u in enumerate(equations.inputs)}
-        for k, c in enumerate(equations.coordinates[: self._n]):
-            symbols |= {f"q{k}": c.q, f"v{k}": c.v, f"a{k}": c.a}
-        symbols |= {f"l{k}": closure.multiplier for k, closure in enumerate(equations.pushing)}
-        return {name: state.get(symbol, mpf(0)) for name, symbol in symbols.items()}
+
+def at_certificate(
+    values: ValueGraph, wanted: Sequence[ScaledNode], equations: Equations
+) -> list[Any]:
+    """Evaluate values at the state of the certificate; not numbers where one is divided by 0."""
+    sources = equations.sources
+    assert sources is not None
+    symbols: dict[str, Expr] = {"t": equations.t}
+    symbols |= {f"p{k}": p.symbol for k, p in enumerate(equations.parameters)}
+    symbols |= {f"u{k}": u.symbol for k, u in enumerate(equations.inputs)}
+    for k, c in enumerate(equations.coordinates[: len(equations.mass_matrix)]):
+        symbols |= {f"q{k}": c.q, f"v{k}": c.v, f"a{k}": c.a}
+    symbols |= {f"l{k}": closure.multiplier for k, closure in enumerate(equations.pushing)}
+    inputs = {name: sources.state.get(symbol, mpf(0)) for name, symbol in symbols.items()}
+    with mpmath.workdps(_DIGITS):
+        try:
+            return evaluated(values, wanted, inputs, _FUNCTIONS, _number)
+        except ZeroDivisionError:
+            return [mpmath.nan] * len(wanted)
 
 
 def _number(x: Coefficient) -> mpf:
