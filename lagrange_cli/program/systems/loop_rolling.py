@@ -19,6 +19,7 @@ from lagrange_cli.program.graph.operands import (
     FunctionCall,
     Operand,
     Variable,
+    cell_named,
     rebuilt,
     variables,
 )
@@ -130,9 +131,10 @@ def roll_loops(
     runs = _settled(runs, independent)
     if independent:
         # The remainder of a matrix by rows may be columns.
-        loops = [run for run in runs if run.steps]
-        singles = [run for run in runs if not run.steps]
-        runs = _settled(loops + sorted(singles, key=lambda run: run.numbers[::-1]), independent)
+        runs = _resettled(runs, lambda run: run.numbers[::-1])
+        # What no two entries share, as factors of rounding, does not tell which.
+        by_values = _resettled(runs, _values_backwards)
+        runs = by_values if len(by_values) < len(runs) else runs
     return _paired([_finished(run, locate) for run in runs])
 
 
@@ -152,6 +154,19 @@ def _single(
 
     shape = (statement.target.array, rebuilt(statement.operand, array_of))
     return _Run(shapes.setdefault(shape, len(shapes)), (), tuple(numbers), statement)
+
+
+def _resettled(runs: Sequence[_Run], key: Callable[[_Run], tuple[int, ...]]) -> list[_Run]:
+    """Fold what is in no loop yet in another order."""
+    loops = [run for run in runs if run.steps]
+    return _settled(loops + sorted((run for run in runs if not run.steps), key=key), True)
+
+
+def _values_backwards(run: _Run) -> tuple[int, ...]:
+    """The cells that a single statement reads from right to left, parameters left out."""
+    names = (variable.name for variable in variables(run.first.operand))
+    cells = [cell for cell in map(cell_named, names) if cell.array != "p"]
+    return tuple(cell.number for cell in reversed(cells))
 
 
 def _settled(runs: list[_Run], independent: bool) -> list[_Run]:

@@ -9,9 +9,10 @@ parameters of the program, so that one text serves every choice of them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import count
+from itertools import combinations_with_replacement, count
+from math import isqrt
 
 from lagrange_cli.program.graph.operands import FunctionCall, Operand, Product, Sum, Variable
 from lagrange_cli.program.program import Program
@@ -21,21 +22,58 @@ from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, Program
 def perturb(program: Program) -> Program:
     """Multiply every sum, product and call of a program by a factor of its own.
 
-    The factors are parameters after those of the program, in order.
+    The factors are parameters after those of the program, in order; some are of no operation.
     """
     if program.parts:
         return _perturbed_parts(program)
-    numbers = count(program.parameters)
-    factors = (Variable(f"p{number}") for number in numbers)
-    perturbed = replace(
-        program,
-        assignments=tuple((name, _off(operand, factors)) for name, operand in program.assignments),
-        outputs=tuple(
-            (name, tuple(_off(operand, factors) for operand in operands))
-            for name, operands in program.outputs
-        ),
+    factors = _Factors(program.parameters)
+    assignments = tuple((name, _off(operand, factors)) for name, operand in program.assignments)
+    outputs = tuple(
+        (name, _perturbed_triangle(operands, factors))
+        if name == "dense_matrix" and _is_large_triangle(program)
+        else (name, tuple(_off(operand, factors) for operand in operands))
+        for name, operands in program.outputs
     )
-    return replace(perturbed, parameters=next(numbers))
+    return replace(program, assignments=assignments, outputs=outputs, parameters=factors.end)
+
+
+class _Factors(Iterator[Variable]):
+    """Parameters one after the other, from the first that is not in use."""
+
+    def __init__(self, end: int) -> None:
+        self.end = end
+
+    def __next__(self) -> Variable:
+        self.end += 1
+        return Variable(f"p{self.end - 1}")
+
+
+def _is_large_triangle(program: Program) -> bool:
+    """Tell whether the matrix to solve is one upper triangle, by rows, that loops store."""
+    if not program.is_large or len(program.blocks) != 1:
+        return False
+    size = program.blocks[0].size
+    return len(program.output("dense_matrix")) == size * (size + 1) // 2
+
+
+def _perturbed_triangle(entries: Sequence[Operand], factors: _Factors) -> tuple[Operand, ...]:
+    """Number the factors of an upper triangle as if it were a square: rows that are equally far
+    apart remain one loop."""
+    size = isqrt(2 * len(entries))
+    start, most = factors.end, max(map(_operations, entries))
+    perturbed = []
+    for entry, (i, j) in zip(entries, combinations_with_replacement(range(size), 2), strict=True):
+        factors.end = start + most * (size * i + j)
+        perturbed.append(_off(entry, factors))
+    factors.end = start + most * size * size
+    return tuple(perturbed)
+
+
+def _operations(operand: Operand) -> int:
+    """Count the factors that an operand takes."""
+    factors = _Factors(0)
+    _off(operand, factors)
+    return factors.end
 
 
 def _perturbed_parts(program: Program) -> Program:
