@@ -1,0 +1,100 @@
+"""Programs of systems of many coordinates, written from positions."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+from lagrange_cli.emit.python.functions import module_source
+from lagrange_cli.mechanics.derivation import derive
+from lagrange_cli.program.operations import count_operations
+from lagrange_cli.program.program import build_program
+from lagrange_cli.scene import read_text
+from lagrange_cli.simulate.native.rounding_model import perturb
+from lagrange_cli.simulate.native.sources import library_source
+from tests.program.test_program import run
+
+
+def chain_text(links, support="0"):
+    """A chain of links, with absolute angles, whose upper end is at x = ``support``."""
+    bobs = range(1, links + 1)
+    lines = ["name: chain", "plane: xz", "parameters:", "  g: 9.81", "  A: 0.3", "particles:"]
+    lines[4:4] = [f"  m{k}: {1 + k / 10}\n  l{k}: {2 - k / 20}" for k in bobs]
+    lines += [f"  p{k}: {{mass: m{k}, position: [x{k}, y{k}, z{k}]}}" for k in bobs]
+    lines += [f"coordinates: [{', '.join(f'a{k}' for k in bobs)}]", "definitions:"]
+    lines += [f"  x0: {support}", "  z0: 0"]
+    lines += [f"  x{k}: x{k - 1} + l{k}*sin(a{k})\n  z{k}: z{k - 1} - l{k}*cos(a{k})" for k in bobs]
+    return "\n".join([*lines, "potentials:", "  weight: {gravity: g}"])
+
+
+@cache
+def chain(links, support="0"):
+    return derive(read_text(chain_text(links, support)))
+
+
+def a_state(equations, seed):
+    generator = np.random.default_rng(seed)
+    return generator.uniform(-2, 2, 2 * len(equations.coordinates))
+
+
+def values_of(equations):
+    return [p.value for p in equations.parameters]
+
+
+@pytest.mark.parametrize("support", ["0", "A*sin(3*t)"])
+def test_the_energy_of_many_links_is_that_shown_and_grows_as_they_do(support):
+    equations = chain(20, support)
+    program = build_program(equations, ["energy"])
+    y, p, t = a_state(equations, 1), values_of(equations), 0.7
+    numbers = {equations.t: t}
+    numbers |= {x.symbol: value for x, value in zip(equations.parameters, p, strict=True)}
+    numbers |= {c.q: x for c, x in zip(equations.coordinates, y, strict=False)}
+    numbers |= {c.v: x for c, x in zip(equations.coordinates, y[20:], strict=True)}
+    with mpmath.workdps(30):
+        ((energy,),) = run(program, t, y, p).values()
+        known = map(mpmath.mpf, numbers.values())
+        shown = sp.lambdify(list(numbers), equations.energy, "mpmath")(*known)
+        assert abs(energy - shown) < 1e-20 * abs(shown)
+    assert count_operations(program).total <= 25 * 20
+
+
+def test_a_right_hand_side_of_many_links_is_that_of_newton():
+    """M of links is what their endings have in common: Σ m l l cos(a − a)."""
+    equations = chain(20)
+    program = build_program(equations, ["mass_matrix"])
+    y, p = a_state(equations, 2), values_of(equations)
+    of = {x.name: x.value for x in equations.parameters}
+    (entries,) = run(program, 0.0, y, p).values()
+    pairs = [(i, j) for i in range(20) for j in range(i, 20)]
+    for (i, j), entry in zip(pairs, entries, strict=True):
+        mass = sum(of[f"m{k}"] for k in range(j + 1, 21))
+        expected = mass * of[f"l{i + 1}"] * of[f"l{j + 1}"] * np.cos(y[i] - y[j])
+        assert abs(entry - expected) < 1e-12
+
+
+def test_the_perturbed_right_hand_side_differs_by_its_factors_alone():
+    equations = chain(20)
+    program = build_program(equations, ["acceleration"])
+    off = perturb(program)
+    namespace = {}
+    exec(module_source({"rhs": program, "disturbed": off}), namespace)  # over dummy names
+    y, p = a_state(equations, 3), values_of(equations)
+    factors = off.parameters - program.parameters
+    assert factors > count_operations(program).total
+    rhs = namespace["rhs"](0.0, y, p)
+    assert (namespace["disturbed"](0.0, y, [*p, *[1.0] * factors]) == rhs).all()
+    ulps = 1 + 2.0**-52 * np.random.default_rng(0).choice([-1, 1], factors)
+    moved = namespace["disturbed"](0.0, y, [*p, *ulps])
+    assert 0 < np.abs(moved - rhs).max() < 1e-10 * np.abs(rhs).max()
+
+
+def test_code_of_many_links_does_not_grow_with_them():
+    def lines(links):
+        program = build_program(chain(links), ["acceleration"])
+        return library_source({"rhs": program, "disturbed": perturb(program)}).count("\n")
+
+    assert lines(32) < lines(24) + 10
