@@ -286,8 +286,12 @@ def _of_energy(equations: Equations) -> Program | None:
         return None
     direct = DirectEnergy(ValueGraph(_inputs(equations)), equations)
     program = _ordered(direct.values.copy(), equations, [("energy", [direct.energy])], ())
-    shorter = count_operations(program).total <= direct.operations_shown
-    return replace(program, kind=ProgramKind.ENERGY) if shorter and direct.agrees() else None
+    count = count_operations(program).total
+    if count > direct.operations_shown:
+        shown = _written(equations, ("energy",), direct=False)
+        if count >= count_operations(shown).total:
+            return shown
+    return replace(program, kind=ProgramKind.ENERGY) if direct.agrees() else None
 
 
 def _written(equations: Equations, outputs: Sequence[str], *, direct: bool) -> Program:

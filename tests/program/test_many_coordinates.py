@@ -92,6 +92,7 @@ def test_the_perturbed_right_hand_side_differs_by_its_factors_alone():
     assert 0 < np.abs(moved - rhs).max() < 1e-10 * np.abs(rhs).max()
 
 
+@pytest.mark.slow
 def test_code_of_many_links_does_not_grow_with_them():
     def lines(links):
         program = build_program(chain(links), ["acceleration"])
