@@ -149,7 +149,7 @@ def _model_of(equations: Equations) -> Model:
         positive=tuple(name for name, _ in equations.positive),
         chart=former_chart(equations),
         massless=_massless(equations),
-        steep=steep_places(equations, evaluated.steep),
+        steep=steep_places(evaluated.equations, evaluated.steep),
         **_surfaces(evaluated),
         labels=labels_of(equations),
         landmarks=len(evaluated.exponents),
