@@ -364,7 +364,7 @@ def _simulate(
                 blocks,
                 store,
                 jobs=choice.jobs or shared.cores(),
-                engine=None if cluster is None else ClusterEngine(cluster),
+                engine=None if cluster is None else ClusterEngine(cluster, budget),
                 budget=budget,
                 progress=move,
             )

@@ -7,7 +7,7 @@ import math
 import os
 import time
 import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from itertools import islice
@@ -68,6 +68,7 @@ class Cluster:
     tell: Callable[[str], None] = lambda text: None
     _looked: float = field(default=-math.inf, init=False)
     _wanted: int = field(default=0, init=False)
+    _interpreting: set[str] = field(default_factory=set, init=False)
 
     def admit(self, watched: str | None = None) -> None:
         """Require workers that are as this process is; say which of them compile nothing.
@@ -93,6 +94,7 @@ class Cluster:
         tasks: Iterable[_Task],
         watched: str | None = None,
         killed: Callable[[_Task], _Result] | None = None,
+        budget: float | None = None,
     ) -> Generator[_Result, None, None]:
         """Yield the results of tasks as they are found; closing the iterator cancels the others.
 
@@ -106,6 +108,8 @@ class Cluster:
             As for :meth:`admit`, of workers that come later.
         killed
             Makes the result of a task that ended several workers; refused by default.
+        budget
+            Seconds after which no further result is waited for.
 
         Raises
         ------
@@ -115,7 +119,7 @@ class Cluster:
             That of a task.
         """
         with self._lost_is_told():
-            yield from self._results(packed(work, watched), iter(tasks), killed)
+            yield from self._results(packed(work, watched), iter(tasks), killed, budget)
 
     @contextmanager
     def _lost_is_told(self) -> Iterator[None]:
@@ -141,12 +145,16 @@ class Cluster:
                 raise refusal(f"the worker at {worker} has {different}", hint)
             if watched is not None and not own.sees:
                 raise _unseen(worker, os.path.dirname(watched))
-        interpreting = [worker for worker, own in found.items() if own.lacks]
-        if interpreting and not without_compiler():
-            reason = found[interpreting[0]].lacks
-            self.tell(f"interpreted, and slower, on {', '.join(interpreting)}: {reason}")
+        self._tell_interpreting({worker: own.lacks for worker, own in found.items() if own.lacks})
         if not found:
             self.tell("the cluster has no workers yet: waiting for them")
+
+    def _tell_interpreting(self, reasons: Mapping[str, str]) -> None:
+        """Say once of workers that they compile nothing, where this process does."""
+        new = [worker for worker in reasons if worker not in self._interpreting]
+        if new and not without_compiler():
+            self.tell(f"interpreted, and slower, on {', '.join(new)}: {reasons[new[0]]}")
+        self._interpreting.update(new)
 
     def _found(self, watched: str | None) -> dict[str, Findings]:
         """Ask all workers what they are; again while one does not see a file that is new."""
@@ -166,16 +174,16 @@ class Cluster:
         parcel: Parcel,
         waiting: Iterator[_Task],
         killed: Callable[[_Task], Any] | None,
+        budget: float | None,
     ) -> Generator[Any, None, None]:
         """Yield the results of tasks, of which as many are under way as keep workers busy."""
-        from distributed import as_completed
-
         pending, numbers = dict[Any, _Task](), itertools.count()
-        completed = as_completed(loop=self.client.loop, with_results=True, raise_errors=False)
+        ended = math.inf if budget is None else time.monotonic() + budget
+        completed = self._completed([], budget)
         # A task, not scattered: what a lost worker held is sent again.
         shared = self._shared(parcel)
         try:
-            self._prepare(shared)
+            self._prepare(shared, budget)
             while True:
                 for task in islice(waiting, max(0, self._many() - len(pending))):
                     key = f"lagrange-{parcel.token}-{next(numbers)}"
@@ -189,7 +197,10 @@ class Cluster:
                 if killed is not None and _ended_workers(future, result):
                     yield killed(task)
                 else:
-                    yield _received(future, result)
+                    yield self._received(future, result)
+        except TimeoutError:
+            if time.monotonic() < ended:
+                raise
         finally:
             if self.client.status == "running":
                 with suppress(Exception):
@@ -205,18 +216,28 @@ class Cluster:
     def _submit(self, function: Callable[..., Any], *args: Any, **options: Any) -> Any:
         return self.client.submit(function, *args, pure=False, **options)
 
-    def _prepare(self, shared: Any) -> None:
+    def _prepare(self, shared: Any, budget: float | None) -> None:
         """Let one worker of each host compile, so that the others find it done."""
-        from distributed import as_completed
-
         hosts = {worker.rpartition(":")[0]: worker for worker in self.client.nthreads()}
         futures = [
             self._submit(prepare, shared, workers=[worker], allow_other_workers=True)
             for worker in hosts.values()
         ]
-        ready = as_completed(futures, loop=self.client.loop, with_results=True, raise_errors=False)
-        for future, result in ready:
-            _received(future, result)
+        for future, result in self._completed(futures, budget):
+            self._received(future, result)
+
+    def _completed(self, futures: list[Any], budget: float | None) -> Any:
+        """Iterate over tasks with their results as they end; a time-out ends it with the budget."""
+        from distributed import as_completed
+
+        options = {"with_results": True, "raise_errors": False, "timeout": budget}
+        return as_completed(futures, loop=self.client.loop, **options)
+
+    def _received(self, future: Any, result: Any) -> Any:
+        """Return the result of a task as :func:`_result`; say if its worker compiles nothing."""
+        if isinstance(result, Answer) and result.lacks:
+            self._tell_interpreting({result.worker: result.lacks})
+        return _result(future, result)
 
     def _many(self) -> int:
         """Return how many tasks keep all workers busy; looked up now and then."""
@@ -239,7 +260,7 @@ def _ended_workers(future: Any, result: Any) -> bool:
     return future.status == "error" and isinstance(result[1], KilledWorker)
 
 
-def _received(future: Any, result: Any) -> Any:
+def _result(future: Any, result: Any) -> Any:
     """Return the result of a task that has ended.
 
     Raises

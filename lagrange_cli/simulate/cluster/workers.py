@@ -7,9 +7,9 @@ import pickle
 import secrets
 import threading
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, TypeVar
 
 from lagrange_cli.errors import LagrangeError
@@ -100,27 +100,41 @@ def _unpacked(parcel: Parcel) -> Work[Any, Any]:
 
 @dataclass(frozen=True)
 class Answer:
-    """The result of a task, or the refusal that it ended with and the worker that refused."""
+    """The end of a task.
 
-    result: Any
+    Attributes
+    ----------
+    worker
+        The one that was given it.
+    lacks
+        Why that worker compiles nothing, or ``""``.
+    result
+        Of the task.
+    refusal
+        What it ended with instead; None if it has a result.
+    """
+
+    worker: str
+    lacks: str
+    result: Any = None
     refusal: LagrangeError | None = None
-    worker: str = ""
 
 
 def do(parcel: Parcel, task: Any) -> Answer:
     """Do a task on a worker."""
-    try:
-        return Answer(_open(parcel)(task))
-    except LagrangeError as error:
-        return Answer(None, error, _worker_name())
+    return _answer(lambda: _open(parcel)(task))
 
 
 def prepare(parcel: Parcel) -> Answer:
+    return _answer(lambda: _open(parcel).prepare())
+
+
+def _answer(work: Callable[[], Any]) -> Answer:
+    answer = Answer(_worker_name(), without_compiler())
     try:
-        _open(parcel).prepare()
+        return replace(answer, result=work())
     except LagrangeError as error:
-        return Answer(None, error, _worker_name())
-    return Answer(None)
+        return replace(answer, refusal=error)
 
 
 def _worker_name() -> str:

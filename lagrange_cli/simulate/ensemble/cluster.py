@@ -106,9 +106,12 @@ class ClusterEngine:
     ----------
     cluster
         These workers.
+    budget
+        Seconds after which no further block is waited for.
     """
 
     cluster: Cluster
+    budget: float | None = None
 
     def __call__(
         self, blocks: Blocks, numbers: Iterable[int], store: Store
@@ -135,7 +138,7 @@ class ClusterEngine:
             running = _Running(watched)
             work = _BlockWork(sent, store.far_writer(running), files, running)
             with _hinted(store.place):
-                yield from self.cluster.in_any_order(work, numbers, watched)
+                yield from self.cluster.in_any_order(work, numbers, watched, budget=self.budget)
 
 
 @contextmanager

@@ -275,6 +275,33 @@ def test_a_worker_without_compiler_interprets(alone, pendulum, tmp_path):
 
 
 @pytest.mark.slow
+def test_a_worker_without_compiler_that_comes_later_is_named_once(alone, pendulum, tmp_path):
+    with (
+        worker(alone.scheduler.address, tmp_path, changes={"CC": "/nowhere/cc"}),
+        pytest.warns(UserWarning, match="interpreted, and slower, on tcp://") as warned,
+    ):
+        found = pendulum.ensemble(drawn(6), **KEPT, client=alone)
+    assert found.status == ["ok"] * 6
+    said = [str(warning.message) for warning in warned]
+    assert "the cluster has no workers yet: waiting for them" in said
+    assert sum("CC names '/nowhere/cc'" in text for text in said) == 1
+
+
+@pytest.mark.slow
+def test_the_budget_ends_while_there_are_no_workers(alone, tmp_path):
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    words = ["--vary", "theta=linspace(0.1,3,40)", "-o", "out.npz", "--on", alone.scheduler.address]
+    done = lagrange(tmp_path, *words, "--budget", "1", timeout=60)
+    assert done.returncode == 1
+    assert "the cluster has no workers yet" in done.stderr
+    assert "stopped; --resume -o out.npz goes on with the other members" in done.stderr
+    with worker(alone.scheduler.address, tmp_path):
+        done = lagrange(tmp_path, *words, "--resume")
+    assert done.returncode == 0
+    assert "40 ok" in done.stdout
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".npz", ".zarr"])
 def test_a_full_disk_is_told(alone, pendulum, tmp_path, ending):
     """Nothing that is not whole is kept: the run goes on where there is room."""
