@@ -12,6 +12,7 @@ from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.samples.rows import RowSequence, windows
 from lagrange_cli.simulate.system.singular_guard import lost_rates, singular_factors
+from lagrange_cli.simulate.system.tables import Table
 
 #: A factor this small beside its largest value has vanished at the start.
 _VANISHED = 1e-12
@@ -42,13 +43,6 @@ class SingularPassage:
     passed: bool
 
 
-def _factors(model: Model, t: Array, states: Array) -> Array:
-    """Evaluate numbers that vanish at singular configurations, shape (m, configurations)."""
-    factors = singular_factors(model)
-    rows = [factors(s, y) for s, y in zip(t.tolist(), states, strict=True)]
-    return np.array(rows).reshape(len(t), -1)
-
-
 def singular_start(model: Model) -> ChartSingularity | None:
     """Return the singular configuration at which the motion begins; None if it does at none."""
     if model.initial is None:
@@ -60,22 +54,30 @@ def singular_start(model: Model) -> ChartSingularity | None:
     return None
 
 
-def passage_of_run(model: Model, run: Trajectory) -> SingularPassage | None:
-    """Find the first singular configuration that a run passed or ended at; None without any."""
+def passage_of_run(model: Model, factors: Table, run: Trajectory) -> SingularPassage | None:
+    """Find the first singular configuration that a run passed or ended at; None without any.
+
+    ``factors``: :attr:`.system.functions.RightHandSide.singular`.
+    """
     states = np.column_stack([run.columns[name] for name in model.state_names])
-    return first_passage(model, run.t, states, run.status, run.requested)
+    return first_passage(model, factors, run.t, states, run.status, run.requested)
 
 
 def first_passage(
-    model: Model, times: RowSequence, states: RowSequence, status: Status, accuracy: float | None
+    model: Model,
+    factors: Table,
+    times: RowSequence,
+    states: RowSequence,
+    status: Status,
+    accuracy: float | None,
 ) -> SingularPassage | None:
     """Find the first singular configuration of samples (m,), (m, 2n); None without any."""
-    passed, near = _barred(model, times, states)
+    passed, near = _barred(model, factors, times, states)
     passages = []
     for number, singularity in enumerate(model.singular):
         if near.moves[number]:
             closest = near.closest[number]
-            unresolved = _unresolved(model, times[closest], states[closest], number)
+            unresolved = _unresolved(factors, times[closest], states[closest], number)
             if unresolved > (accuracy or NEAR_SINGULAR):
                 passed.setdefault(number, closest)
                 passed[number] = min(passed[number], closest)
@@ -124,43 +126,45 @@ class _Near:
         return pace > 0 and last <= _ARRIVED * pace
 
 
-def _barred(model: Model, times: RowSequence, states: RowSequence) -> tuple[dict[int, int], _Near]:
+def _barred(
+    model: Model, factors: Table, times: RowSequence, states: RowSequence
+) -> tuple[dict[int, int], _Near]:
     """Find the sample before each singular configuration was first passed, if it was."""
     near, passed = _Near(model), dict[int, int]()
     for t, part in windows(times, states):
-        for number, before in near.add(part, _factors(model, t, part)):
-            if number not in passed and _is_barred(model, number, times, states, before):
+        for number, before in near.add(part, factors(t, part)):
+            if number in passed:
+                continue
+            around = slice(max(before - 2, 0), min(before + 4, len(states)))
+            values = factors(times[around], states[around])[:, number]
+            if _is_barred(model, number, values, states[around]):
                 passed[number] = before
     return passed, near
 
 
-def _unresolved(model: Model, t: float, state: Array, number: int) -> float:
+def _unresolved(factors: Table, t: float, state: Array, number: int) -> float:
     """Return the relative change of a factor by the last places of coordinates.
 
     All runs that estimate the error hold coordinates there with the same few bits.
     """
-    n = len(model.coordinates)
+    n = len(state) // 2
     beside = [state + row for row in np.diag(np.spacing(np.abs(state)))[:n]]
     times = np.full(n + 1, t)
-    factor, *moved = _factors(model, times, np.array([state, *beside]))[:, number].tolist()
+    factor, *moved = factors(times, np.array([state, *beside]))[:, number].tolist()
     change = sum(abs(value - factor) for value in moved)
     return change / abs(factor) if factor else float("inf") if change else 0.0
 
 
-def _is_barred(
-    model: Model, number: int, times: RowSequence, states: RowSequence, before: int
-) -> bool:
-    """Tell if a motion that changed sides after a sample cannot have done so.
+def _is_barred(model: Model, number: int, factors: Array, states: Array) -> bool:
+    """Tell if a motion that changed sides among some samples cannot have done so.
 
     The momentum of a coordinate that loses its inertia as the factor's square keeps its
     value: then the rate grows without bound, and the motion turns round. If instead the
     rate is steady, the momentum goes to zero as the inertia does.
     """
-    around = slice(max(before - 2, 0), min(before + 4, len(states)))
-    near = states[around]
-    inertia = _factors(model, times[around], near)[:, number] ** 2
+    inertia = factors**2
     lost = lost_rates(model, model.singular[number])
-    rates = (rate for rate in near[:, lost].T if rate.any())
+    rates = (rate for rate in states[:, lost].T if rate.any())
     return any(_spread(rate * inertia) < _spread(rate) for rate in rates)
 
 

@@ -41,6 +41,8 @@ from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.samples.rows import RowSequence
 from lagrange_cli.simulate.simulation import RunContext, integrate
+from lagrange_cli.simulate.system.functions import KeptFunctions
+from lagrange_cli.simulate.system.tables import Table
 from lagrange_cli.simulate.system.tracing import functions_of
 
 #: Least number of parts of the time in which singular configurations are watched for.
@@ -73,10 +75,17 @@ def simulate_in_charts(
         return _with_chart(model, model.chart, options, _alone(context))
     started = time.perf_counter()
     looked: list[int] = []
+    # What is compiled for the run serves what is looked at afterwards.
+    kept = KeptFunctions(context.cache) if context.kept is None else context.kept
+    context = replace(context, kept=kept)
 
     def look(times: RowSequence, states: RowSequence, result: Trajectory) -> None:
         looked.append(len(states))
-        _refuse_met(first_passage(model, times, states, result.status, result.requested), times)
+        passage = first_passage(model, factors(), times, states, result.status, result.requested)
+        _refuse_met(passage, times)
+
+    def factors() -> Table:
+        return context.functions_of(model, options.budget).singular
 
     try:
         request = context.resolved(model, options)
@@ -86,7 +95,7 @@ def simulate_in_charts(
         return _from_start(model, options, with_multipliers, context, refusal)
     if looked:
         return first
-    passage = passage_of_run(model, first)
+    passage = passage_of_run(model, factors(), first)
     if passage is None:
         return _thinned(first, every)
     left = _left(options.budget, time.perf_counter() - started)

@@ -31,7 +31,8 @@ def simulate_with_sensitivities(
         return trajectory
     from lagrange_cli.simulate.charts.detection import passage_of_run
 
-    passage = passage_of_run(model, trajectory)
+    factors = context.functions_of(model, options.budget).singular
+    passage = passage_of_run(model, factors, trajectory)
     if passage is None or not passage.passed:
         return trajectory
     time = trajectory.t[passage.samples - 1]

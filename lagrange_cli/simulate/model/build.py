@@ -25,7 +25,7 @@ from lagrange_cli.simulate.model.charts import (
     former_chart,
     guard_program,
     positive_source,
-    singular_source,
+    singular_program,
 )
 from lagrange_cli.simulate.model.expressions import outputs_program, with_accelerations
 from lagrange_cli.simulate.model.inputs import substitute_inputs
@@ -224,6 +224,8 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
     guarded = guard_program(equations)
     places, rates = ({}, []) if guarded is None else ({GUARD_PROGRAM: guarded[0]}, guarded[1])
     compiled |= places
+    singular = singular_program(equations)
+    compiled |= {} if singular is None else {"singular": singular}
     lanes = lanes_source(programs)
     return Code(
         c=library_source(compiled) + guard_source(compiled, rates, C_DOUBLE),
@@ -235,7 +237,7 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
         work=workspace_size(compiled),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
         forces="" if forces is None else module_source({"outputs": forces}),
-        singular=singular_source(equations),
+        singular="" if singular is None else module_source({"outputs": singular}),
         positive=positive_source(equations),
         steep=steep_source(equations, evaluated.steep),
     )

@@ -31,14 +31,13 @@ def chart_singularities(equations: Equations) -> tuple[ChartSingularity, ...]:
     )
 
 
-def singular_source(equations: Equations) -> str:
-    """Write a function whose numbers vanish at singular configurations; empty if there are none."""
+def singular_program(equations: Equations) -> Program | None:
+    """Make a program whose numbers vanish at singular configurations; None if there are none."""
     if not equations.singular:
-        return ""
+        return None
     # Inertia holds no inputs.
     equations = replace(equations, inputs=())
-    places = (place.where for place in equations.singular)
-    return module_source({"outputs": outputs_program(equations, places)})
+    return outputs_program(equations, (place.where for place in equations.singular))
 
 
 def positive_source(equations: Equations) -> str:

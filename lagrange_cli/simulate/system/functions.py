@@ -30,7 +30,7 @@ from lagrange_cli.simulate.system.contacts import ContactRhs
 from lagrange_cli.simulate.system.inputs import RecordedInputs, read_recorded_inputs, with_functions
 from lagrange_cli.simulate.system.libraries import Libraries, pieces_of
 from lagrange_cli.simulate.system.parameters import SURFACE_NUMBERS, parameter_values
-from lagrange_cli.simulate.system.singular_guard import guarded_rhs
+from lagrange_cli.simulate.system.singular_guard import guarded_rhs, singular_factors
 from lagrange_cli.simulate.system.surface_functions import (
     InterpretedCode,
     MakeSurfaces,
@@ -122,6 +122,8 @@ class RightHandSide:
         Exponents of sharp functions, which compiled integrators can watch.
     exponents
         Table of these exponents.
+    singular
+        Numbers that vanish at singular configurations of the coordinates.
     """
 
     rhs: Rhs
@@ -141,6 +143,7 @@ class RightHandSide:
     guarded: Callable[[Array], RightHandSide] | None = None
     landmarks: NativeLandmarks | None = None
     exponents: Table = no_columns
+    singular: Table = no_columns
 
 
 def right_hand_side(
@@ -315,6 +318,7 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         constraints=table("constraints", model.residuals),
         outputs=table("outputs", model.output_count),
         exponents=table("landmarks", model.landmarks),
+        singular=table("singular", len(model.singular)),
         implementation="compiled C",
         native=True,
         wider=partial(_wider, WIDER_TYPES, model, recorded, cache, deadline),
@@ -435,6 +439,11 @@ def interpreted(
         constraints=table("constraints", model.residuals),
         outputs=table("outputs", model.output_count),
         exponents=table("landmarks", model.landmarks),
+        singular=(
+            interpreted_table(singular_factors(model), len(model.singular))
+            if model.singular
+            else no_columns
+        ),
         implementation=f"interpreted Python: {reason}",
         recorded_inputs=inputs,
         guarded=guarded,
