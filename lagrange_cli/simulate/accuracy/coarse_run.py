@@ -54,12 +54,12 @@ def steady_time(problem: InitialValueProblem, most: float, closed: ContactMode) 
     n, t, y = len(problem.kinds), problem.start, problem.y0
     rhs, h = in_mode(problem.rhs, closed), most
     push = rhs(t, y)[n:]
-    while h > _SMALLEST_STEP * max(problem.span, abs(t)):
+    sizes, smallest = np.abs(push), _SMALLEST_STEP * max(problem.span, abs(t))
+    for alike in groups(problem.kinds):
+        sizes[alike] = sizes[alike].max()
+    while h > smallest:
         change = np.abs(rhs(t + h, _accelerated(y, push, h))[n:] - push)
-        if all(
-            change[alike].max() <= _STEADY * np.abs(push[alike]).max()
-            for alike in groups(problem.kinds)
-        ):
+        if (change <= _STEADY * sizes).all():
             break
         h *= _SHRINK
     return h
@@ -129,10 +129,12 @@ class CoarseRun:
         """Length that the first steps settle at, in time."""
         return self.motion.first_step or self._control.first_step
 
-    def step_at(self, t: float) -> float:
-        """Return the length of the step that was made around a time."""
-        at_start = t <= self._problem.start
-        return (None if at_start else self.motion.step_at(t)) or self.first_step
+    def steps_at(self, times: Array) -> Array:
+        """Return the lengths of the steps that were made around some times, shape (m,)."""
+        first_step, steps = self.first_step, self.motion.steps_at(times)
+        return np.where(
+            times <= self._problem.start, first_step, first_step if steps is None else steps
+        )
 
     def implicit(self) -> Run:
         """Begin anew by Radau, for a system that is stiff."""
@@ -168,11 +170,14 @@ class CoarseRun:
         it, relative to scales; 1 if it came no closer, and for velocities; shape (2n,)."""
         return np.concatenate([self.motion.closest, np.ones_like(self.motion.closest)])
 
-    def scales(self, run: Run) -> Array:
-        """The scales so far at each sample, or of the motion where no sample was reached."""
+    def scales(self, run: Run, between: Array) -> Array:
+        """The scales so far at each sample, or of the motion where no sample was reached.
+
+        ``between``: see :meth:`between`.
+        """
         if run.filled < 2:
             return self.motion.scales[None, :]
-        problem = replace(self._problem, unsampled=self.between(run))
+        problem = replace(self._problem, unsampled=between)
         return running_scales(problem, run.states)[1:]
 
     def between(self, run: Run) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -148,9 +147,9 @@ def coarse_result(problem: InitialValueProblem, tolerance: float, watch: Watch) 
         spent += trial + run.evaluations
         if not coarse_run.too_close:
             break
-    scales, noise = coarse_run.scales(run), _noise(problem, run, coarse_run.step_at)
-    closest, first_step = coarse_run.closest, coarse_run.first_step
     between = coarse_run.between(run)
+    scales, noise = coarse_run.scales(run, between), _noise(problem, run, coarse_run)
+    closest, first_step = coarse_run.closest, coarse_run.first_step
     sharp = coarse_run.explicit.remade + run.remade > 0
     return CoarseResult(scales, noise, closest, method, first_step, spent, between, stride, sharp)
 
@@ -162,8 +161,9 @@ def _followed(
     run, method = coarse_run.explicit, explicit_method(problem)
     if coarse_run.go(run, _PROBE_AFTER) or coarse_run.too_close:
         return run, method, 0
-    h = coarse_run.step_at(run.t)
-    least = NOISE_PART * noise_of_steps(problem, [run.t], run.y[None], [h], [run.closed])[0]
+    at = np.array([run.t])
+    steps = coarse_run.steps_at(at)
+    least = NOISE_PART * noise_of_steps(problem, at, run.y[None], steps, [run.closed])[0]
     scales = coarse_run.motion.scales
     probed = stiffness_trial(problem, run.t, run.y, tolerance, scales, least, watch)
     spent = probed.evaluations
@@ -210,7 +210,7 @@ def reason_for_method(coarse: CoarseResult) -> str:
     return f"no stiffness was found: {reason}"
 
 
-def _noise(problem: InitialValueProblem, run: Run, step_at: Callable[[float], float]) -> Array:
+def _noise(problem: InitialValueProblem, run: Run, coarse_run: CoarseRun) -> Array:
     """Return the effect of rounding on a step of mean size, or of the local size if smaller, so
     far, shape (samples, 2n)."""
     if run.steps == 0:
@@ -219,9 +219,8 @@ def _noise(problem: InitialValueProblem, run: Run, step_at: Callable[[float], fl
     most = min(run.mean_step, problem.longest_step)
     steady = steady_time(problem, most / _STEADY_STEPS, run.began)
     # At the start steps are short because motion that begins has no scale yet.
-    least = [_STEADY_STEPS * steady if k == 0 else 0.0 for k in picked.tolist()]
-    times = [float(problem.times[k]) for k in picked.tolist()]
-    lengths = [min(max(step_at(t), h), most) for t, h in zip(times, least, strict=True)]
-    closed = [run.closed_at(t) for t in times]
+    least, times = np.where(picked == 0, _STEADY_STEPS * steady, 0.0), problem.times[:][picked]
+    lengths = np.minimum(np.maximum(coarse_run.steps_at(times), least), most)
+    closed = [run.closed_at(t) for t in times.tolist()]
     each = noise_of_steps(problem, times, run.states[picked], lengths, closed)
     return np.asarray(np.maximum.accumulate(each, axis=0))

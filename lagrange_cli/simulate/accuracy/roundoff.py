@@ -25,9 +25,9 @@ _PATTERNS = (1, 2, 3)
 
 def noise_of_steps(
     problem: InitialValueProblem,
-    times: Sequence[float],
+    times: Array,
     states: Array,
-    lengths: Sequence[float],
+    lengths: Array,
     closed: Sequence[ContactMode],
 ) -> Array:
     """Return the changes of steps from some states by rounding of the right-hand side.
@@ -49,13 +49,14 @@ def noise_of_steps(
     """
     if problem.perturbed is None:
         return np.zeros(states.shape)
-    at = np.array(times)
     moved = [each_off_by_one_ulp(states, pattern) for pattern in _PATTERNS]
     rates = np.empty((3 + len(moved), *states.shape))
-    for alike, (rhs, *perturbed) in _smooth_parts(problem, at, states, closed):
-        rates[:3, alike] = [_slopes(side, at[alike], states[alike]) for side in (rhs, *perturbed)]
-        rates[3:, alike] = [_slopes(rhs, at[alike], off[alike]) for off in moved]
-    h = np.asarray(lengths)[:, None]
+    for alike, (rhs, *perturbed) in _smooth_parts(problem, times, states, closed):
+        rates[:3, alike] = [
+            _slopes(side, times[alike], states[alike]) for side in (rhs, *perturbed)
+        ]
+        rates[3:, alike] = [_slopes(rhs, times[alike], off[alike]) for off in moved]
+    h = lengths[:, None]
     noise = h * np.abs(rates[1:] - rates[0]).max(axis=0)
     noise = np.where(np.isfinite(noise), noise, 0.0)
     n = states.shape[1] // 2

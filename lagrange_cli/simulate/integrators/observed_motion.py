@@ -6,7 +6,6 @@ Compiled integrators do the same in machine code (kernels/observed.c).
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Callable
 
 import numpy as np
@@ -147,8 +146,9 @@ class ObservedMotion:
         """Length of the step at which they have settled; None before it."""
         return self.lengths[SETTLING - 1] if self.passed >= SETTLING else None
 
-    def step_at(self, t: float) -> float | None:
-        """Return the length of the step around a time; None if none has settled."""
+    def steps_at(self, times: Array) -> Array | None:
+        """Return the lengths of the steps around some times (m,); None if none has settled."""
         if self.passed <= SETTLING:
             return None
-        return self.lengths[min(max(bisect_left(self._ends, t), SETTLING), self.passed - 1)]
+        numbers = np.clip(np.searchsorted(self._ends, times), SETTLING, self.passed - 1)
+        return np.asarray(self.lengths)[numbers]

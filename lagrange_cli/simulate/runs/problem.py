@@ -133,9 +133,11 @@ def ulps(values: Array) -> Array:
 
 
 @cache
-def groups(kinds: tuple[str, ...]) -> list[list[int]]:
-    """Return the numbers of the coordinates of each kind."""
-    return [[i for i, k in enumerate(kinds) if k == kind] for kind in dict.fromkeys(kinds)]
+def groups(kinds: tuple[str, ...]) -> list[list[int] | slice]:
+    """Return the coordinates of each kind of which there are more than one, as indices."""
+    numbers = ([i for i, k in enumerate(kinds) if k == kind] for kind in dict.fromkeys(kinds))
+    every = slice(0, len(kinds))
+    return [every if len(alike) == len(kinds) else alike for alike in numbers if len(alike) > 1]
 
 
 def running_scales(problem: InitialValueProblem, states: Array) -> Array:
@@ -196,10 +198,11 @@ def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> A
     largest = np.where(problem.angles, 1.0, largest)
     scales = np.empty((len(largest), 2 * n))
     unsampled = np.zeros(2 * n) if problem.unsampled is None else problem.unsampled
+    of_kind = np.maximum(largest, unsampled[:n])
     for alike in groups(problem.kinds):
-        of_kind = np.maximum(largest, unsampled[:n])[:, alike].max(axis=1, keepdims=True)
-        scale = np.maximum(largest[:, alike], _SMALL_BESIDE_OTHERS * of_kind)
-        scales[:, alike] = np.where(of_kind == 0, 1.0, scale)
+        of_kind[:, alike] = of_kind[:, alike].max(axis=1, keepdims=True)
+    scale = np.maximum(largest, _SMALL_BESIDE_OTHERS * of_kind)
+    scales[:, :n] = np.where(of_kind == 0, 1.0, scale)
     speed = np.maximum(speed, _SMALL_BESIDE_OTHERS * unsampled[n:])
     scales[:, n:] = np.maximum(speed, scales[:, :n] / problem.span)
     return scales

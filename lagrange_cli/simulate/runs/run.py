@@ -109,6 +109,8 @@ class Run:
                 problem.until,
                 control,
             )
+        made = self._integrator
+        self._contacts = made if isinstance(made, ContactMotion) else None
 
     @property
     def rows(self) -> RowSequence:
@@ -147,22 +149,22 @@ class Run:
     @property
     def switches(self) -> Sequence[ModeChange]:
         """Changes of contacts so far."""
-        return self._integrator.switches if isinstance(self._integrator, ContactMotion) else ()
+        return () if self._contacts is None else self._contacts.switches
 
     @property
     def began(self) -> ContactMode:
         """The contacts that were closed at first."""
-        return self._integrator.began if isinstance(self._integrator, ContactMotion) else ()
+        return () if self._contacts is None else self._contacts.began
 
     @property
     def grazes(self) -> Sequence[NearContact]:
         """Least values of gaps that came close to zero and opened again."""
-        return self._integrator.grazes if isinstance(self._integrator, ContactMotion) else ()
+        return () if self._contacts is None else self._contacts.grazes
 
     @property
     def closed(self) -> ContactMode:
         """The contacts that are closed where the run stands."""
-        return self._integrator.closed if isinstance(self._integrator, ContactMotion) else ()
+        return () if self._contacts is None else self._contacts.closed
 
     def closed_at(self, t: float) -> ContactMode:
         """Return the contacts that were closed at a time before the one where the run stands."""
@@ -170,7 +172,7 @@ class Run:
 
     @property
     def _in_the_way(self) -> tuple[int, ...]:
-        stuck = self._integrator.stuck if isinstance(self._integrator, ContactMotion) else None
+        stuck = None if self._contacts is None else self._contacts.stuck
         return () if stuck is None else stuck.contacts
 
     @property
