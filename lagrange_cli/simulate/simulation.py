@@ -197,7 +197,8 @@ def integrate(
     watch = Watch(progress, Deadline.after(request.budget), context.stop)
     with _at_the_scene(request.mark):
         if stream is None or not isinstance(request.times, Grid):
-            context = replace(context, stream=None)
+            if stream is not None:
+                context = replace(context, stream=None)
             return _simulated(model, request.refined(every), watch, context)
         with buffers(stream, model, request, checkpoint) as buffer:
             return _simulated(model, request, watch, context, buffer, look)

@@ -49,15 +49,16 @@ def noise_of_steps(
     """
     if problem.perturbed is None:
         return np.zeros(states.shape)
-    moved = [each_off_by_one_ulp(states, pattern) for pattern in _PATTERNS]
-    rates = np.empty((3 + len(moved), *states.shape))
+    moved = [states, *(each_off_by_one_ulp(states, pattern) for pattern in _PATTERNS)]
+    change = np.empty(states.shape)
     for alike, (rhs, *perturbed) in _smooth_parts(problem, times, states, closed):
-        rates[:3, alike] = [
-            _slopes(side, times[alike], states[alike]) for side in (rhs, *perturbed)
-        ]
-        rates[3:, alike] = [_slopes(rhs, times[alike], off[alike]) for off in moved]
+        at, there = times[alike], states[alike]
+        every = np.concatenate([rows[alike] for rows in moved])
+        here, *beside = _slopes(rhs, np.tile(at, len(moved)), every).reshape(-1, *there.shape)
+        beside += [_slopes(side, at, there) for side in perturbed]
+        change[alike] = np.abs(np.array(beside) - here).max(axis=0)
     h = lengths[:, None]
-    noise = h * np.abs(rates[1:] - rates[0]).max(axis=0)
+    noise = h * change
     noise = np.where(np.isfinite(noise), noise, 0.0)
     n = states.shape[1] // 2
     noise[:, :n] += h * noise[:, n:]

@@ -104,19 +104,19 @@ class InitialValueProblem:
         """Distance from 1 to the next number that rhs computes with."""
         return self.real.epsilon
 
-    @property
+    @cached_property
     def start(self) -> float:
         return float(self.times[0])
 
-    @property
+    @cached_property
     def until(self) -> float:
         return float(self.times[-1])
 
-    @property
+    @cached_property
     def span(self) -> float:
         return self.until - self.start
 
-    @property
+    @cached_property
     def longest_step(self) -> float:
         """Longest step, in time: a longer one may pass over something sharp in a quiet motion."""
         return self.span * (_LONGEST_STEP if self.autonomous else _LONGEST_STEP_DRIVEN)

@@ -26,8 +26,8 @@ from lagrange_cli.simulate.samples.rows import RowSequence
 #: Seconds between two looks at the clock, roughly: what a person takes for at once.
 _GLANCE = 0.02
 
-#: Steps until the first look, for which a short run looks once or twice; set by hand.
-_FIRST_PACE = 16
+#: Numbers of the states in the steps until the first look; set by hand.
+FIRST_LOOK = 1024
 
 #: Most steps until the next look: the cheapest ones take about a glance.
 _MOST_PACE = 2**16
@@ -99,7 +99,7 @@ class Run:
         self._samples = problem.samples()
         self._samples.unfilled(0, 1)[0] = problem.real.doubles(first)
         self.filled = 1
-        self._pace = _FIRST_PACE
+        self._pace = max(1, FIRST_LOOK // len(first))
         with _fitting(method):
             self._integrator = start_integrator(
                 method,
@@ -168,6 +168,8 @@ class Run:
 
     def closed_at(self, t: float) -> ContactMode:
         """Return the contacts that were closed at a time before the one where the run stands."""
+        if self._contacts is None:
+            return ()
         return next((s.flags for s in reversed(self.switches) if s.t <= t), self.began)
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import threading
 import time
@@ -300,7 +301,9 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         function = libraries.function("forces", parameters=known)
         return native_parameter_table(function, len(model.forces))
 
-    def guarded(guards: Array) -> RightHandSide:
+    @functools.cache
+    def guarded_by(signs: tuple[float, ...]) -> RightHandSide:
+        guards = np.array(signs)
         rhs, perturbed = libraries.sides(guards)
         wider = partial(_wider, WIDER_TYPES, model, recorded, cache, deadline, guards)
         within = replace(plain, rhs=rhs, perturbed=perturbed, wider=wider, guarded=None)
@@ -325,7 +328,7 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         widens=bool(WIDER_TYPES),
         recorded_inputs=recorded,
         forces=forces(),
-        guarded=guarded,
+        guarded=lambda guards: guarded_by(tuple(guards.tolist())),
         landmarks=libraries.landmarks,
     )
     surfaces = surfaces_maker(model, partial(NativeCode, libraries))

@@ -117,6 +117,7 @@ class NativeRhs:
         self.projection_address = None if projection is None else address_of(projection)
         self.lanes_address = None if lanes is None else address_of(lanes)
         self.parameters_address: int = self.parameters.ctypes.data
+        self.work_address: int = self.work.ctypes.data
         # Memory in which states are handed over, made at the first call.
         self._state = self._slope = np.empty(0)
         self._pointers: tuple[int, ...] = ()
@@ -136,19 +137,13 @@ class NativeRhs:
         """Evaluate it, with its kernels, at many states: t (m,), y (m, width) → (m, columns)."""
         t, y = self.real.array(t), self.real.array(y)
         out = np.empty((len(t), columns), self.real.dtype)
+        width = y.shape[1]
+        places = [(array.ctypes.data, array.strides[0]) for array in (t, y, out)]
         for first, last, inputs in self._alike(t):
-            self._table(
-                self.address,
-                last - first,
-                t[first:].ctypes.data,
-                y[first:].ctypes.data,
-                y.shape[1],
-                inputs,
-                self.parameters_address,
-                self.work.ctypes.data,
-                out[first:].ctypes.data,
-                columns,
-            )
+            times, states, values = (start + first * row for start, row in places)
+            known = inputs, self.parameters_address, self.work_address
+            rows = last - first
+            self._table(self.address, rows, times, states, width, *known, values, columns)
         return self.real.doubles(out)
 
     @cached_property

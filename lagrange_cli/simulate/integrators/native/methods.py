@@ -111,6 +111,10 @@ class _Compiled:
             self._landmarks = LandmarkBuffer(rhs.landmarks, n, rhs.real)
             run.landmarks = self._landmarks.address
         self._advance = self._function("advance", _ADVANCE)
+        self._stand()
+
+    def _stand(self) -> None:
+        """Begin at the state that the memory has."""
         self._read()
 
     def _begin_inputs(self, rhs: NativeRhs, t0: float) -> None:
@@ -256,8 +260,7 @@ def _kernel(library: ctypes.CDLL, name: str, prototype: Any) -> Any:
 class _Interpolating(_Compiled):
     """A kernel with an interpolant, and a slope at the start."""
 
-    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
-        super().__init__(rhs, t0, y0, t_end, control)
+    def _stand(self) -> None:
         self._begin = self._function("start", _START)
         self._nowhere = bool(self._begin(ctypes.byref(self._run)))
         self._read()
