@@ -289,12 +289,13 @@ def problem_of(
         model.kinds,
         functions.perturbed,
         model.facts["autonomous"],
+        wider=lambda: _wider(model, problem, functions),
         buffer=buffer,
         widens=functions.widens,
         read_off=model.chart is not None,
         landmarks=functions.landmarks,
     )
-    return replace(problem, wider=partial(_wider, model, problem, functions))
+    return problem
 
 
 def _ends_at_borders(request: Request) -> bool:

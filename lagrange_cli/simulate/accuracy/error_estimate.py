@@ -7,7 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.runs.problem import InitialValueProblem, RunningScales, ulps
+from lagrange_cli.simulate.runs.problem import (
+    InitialValueProblem,
+    RunningScales,
+    largest_so_far,
+    ulps,
+)
 
 #: Units in the last place below which nothing is promised.
 FLOOR_ULPS = 4.0
@@ -49,7 +54,7 @@ class RunningEstimate:
         n = len(problem.kinds)
         self._eps, self._n, self._seen = eps, n, 0
         self._scales = RunningScales(problem, start)
-        self._worst, self._size = np.zeros((1, 2 * n)), np.zeros((1, n))
+        self._worst, self._size = np.zeros(2 * n), np.zeros(n)
         self._estimate: ErrorEstimate | None = None
 
     def add(self, states: Array, errors: Array, beside: Array) -> None:
@@ -63,9 +68,9 @@ class RunningEstimate:
             What is estimated besides, over its scale, shape (m,).
         """
         n = self._n
-        errors = _largest_so_far(self._worst, errors)
-        sizes = _largest_so_far(self._size, np.abs(states[:, :n]))
-        self._worst, self._size = errors[-1:].copy(), sizes[-1:]
+        errors = largest_so_far(self._worst, errors)
+        sizes = largest_so_far(self._size, np.abs(states[:, :n]))
+        self._worst, self._size = errors[-1].copy(), sizes[-1]
         errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(sizes))
         scales = self._scales.add(states)
         each = errors / scales
@@ -96,8 +101,3 @@ def error_estimate(
     estimate_so_far = RunningEstimate(problem, eps, states[0])
     estimate_so_far.add(states, errors, beside)
     return estimate_so_far.estimate
-
-
-def _largest_so_far(before: Array, values: Array) -> Array:
-    """Return the largest of each column up to each row, those ``before`` included."""
-    return np.asarray(np.maximum.accumulate(np.concatenate([before, values]), axis=0)[1:])

@@ -140,7 +140,9 @@ def coarse_result(problem: InitialValueProblem, tolerance: float, watch: Watch) 
     """Run coarsely over the whole problem; ``tolerance`` is that of the runs to come."""
     many = isinstance(problem.times, Grid)
     stride = -(-len(problem.times) * len(problem.y0) // _MOST) if many else 1
-    problem, spent = replace(watching(problem), times=decimated(problem.times, stride)), 0
+    problem, spent = watching(problem), 0
+    if many:
+        problem = replace(problem, times=decimated(problem.times, stride))
     for coarse in COARSE_TOLERANCES:
         coarse_run = CoarseRun(problem, watch, coarse)
         run, method, trial = _followed(problem, coarse_run, tolerance, watch)
@@ -215,7 +217,8 @@ def _noise(problem: InitialValueProblem, run: Run, coarse_run: CoarseRun) -> Arr
     far, shape (samples, 2n)."""
     if run.steps == 0:
         return np.zeros((1, len(problem.y0)))
-    picked = np.linspace(0, run.filled - 1, _NOISE_SAMPLES).round().astype(int)
+    parts = np.arange(_NOISE_SAMPLES) / (_NOISE_SAMPLES - 1)
+    picked = np.rint(parts * (run.filled - 1)).astype(int)
     most = min(run.mean_step, problem.longest_step)
     steady = steady_time(problem, most / _STEADY_STEPS, run.began)
     # At the start steps are short because motion that begins has no scale yet.

@@ -49,11 +49,11 @@ def noise_of_steps(
     """
     if problem.perturbed is None:
         return np.zeros(states.shape)
-    moved = [states, *(each_off_by_one_ulp(states, pattern) for pattern in _PATTERNS)]
+    moved = np.concatenate([states[None], each_off_by_one_ulp(states, _PATTERNS)])
     change = np.empty(states.shape)
     for alike, (rhs, *perturbed) in _smooth_parts(problem, times, states, closed):
         at, there = times[alike], states[alike]
-        every = np.concatenate([rows[alike] for rows in moved])
+        every = moved[:, alike].reshape(-1, states.shape[1])
         here, *beside = _slopes(rhs, np.tile(at, len(moved)), every).reshape(-1, *there.shape)
         beside += [_slopes(side, at, there) for side in perturbed]
         change[alike] = np.abs(np.array(beside) - here).max(axis=0)

@@ -66,11 +66,11 @@ class ToleranceSchedule:
         samples = len(self._problem.times) // _MOST_STRETCHES
         return max(_STRETCH_WIDER if wider else _STRETCH, samples)
 
-    @property
+    @cached_property
     def _reached(self) -> NDArray[np.int_]:
         """Samples that are reached where stretches begin, and all of them, shape (k + 1,)."""
-        samples = len(self._problem.times)
-        return np.append(np.arange(0, samples, self._stretch) + 1, samples)
+        end = len(self._since) * self._stretch + 2
+        return np.minimum(np.arange(1, end, self._stretch), len(self._problem.times))
 
     @cached_property
     def _scales(self) -> Array:

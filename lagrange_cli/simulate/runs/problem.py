@@ -166,16 +166,21 @@ class RunningScales:
 
     def __init__(self, problem: InitialValueProblem, start: Array) -> None:
         self._problem, self._start = problem, start[: len(problem.kinds)]
-        self._largest = np.zeros((2, 1, len(problem.kinds)))
+        self._largest = np.zeros(2 * len(problem.kinds))
 
     def add(self, states: Array) -> Array:
         """Add samples (m, 2n); return the scales so far at each, shape (m, 2n)."""
         n = len(self._problem.kinds)
-        moved = np.abs(states[:, :n] - self._start), np.abs(states[:, n:])
-        parts = [np.concatenate(pair) for pair in zip(self._largest, moved, strict=True)]
-        largest, speed = (np.maximum.accumulate(part, axis=0)[1:] for part in parts)
-        self._largest = np.array([largest[-1:], speed[-1:]])
-        return scales_from(self._problem, largest, speed)
+        moved = states.copy()
+        moved[:, :n] -= self._start
+        largest = largest_so_far(self._largest, np.abs(moved))
+        self._largest = largest[-1].copy()
+        return scales_from(self._problem, largest[:, :n], largest[:, n:])
+
+
+def largest_so_far(before: Array, values: Array) -> Array:
+    """Return the largest of each column up to each row, those ``before`` included, shape (m, k)."""
+    return np.asarray(np.maximum(np.maximum.accumulate(values, axis=0), before))
 
 
 def moved_scales(problem: InitialValueProblem, moved: Array) -> Array:

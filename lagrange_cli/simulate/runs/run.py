@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,21 +57,11 @@ class Failure:
     state: Array | None = None
 
 
-@contextmanager
-def _fitting(method: type[Integrator]) -> Iterator[None]:
-    """Refuse a method that finds that a right-hand side is not for it.
-
-    Raises
-    ------
-    InputError
-        With the reason.
-    """
-    try:
-        yield
-    except UnfitError as error:
-        message = f"{method.name} cannot integrate this system: {error.reason}"
-        hint = "--method DOP853 --rtol 1e-9"
-        raise InputError(Problem(message, hint=hint, rule="simulate")) from error
+def _unfit(method: type[Integrator], error: UnfitError) -> InputError:
+    """Return the refusal of a method that finds that a right-hand side is not for it."""
+    message = f"{method.name} cannot integrate this system: {error.reason}"
+    hint = "--method DOP853 --rtol 1e-9"
+    return InputError(Problem(message, hint=hint, rule="simulate"))
 
 
 class Run:
@@ -100,15 +89,13 @@ class Run:
         self._samples.unfilled(0, 1)[0] = problem.real.doubles(first)
         self.filled = 1
         self._pace = max(1, FIRST_LOOK // len(first))
-        with _fitting(method):
+        rhs = problem.rhs if rhs is None else rhs
+        try:
             self._integrator = start_integrator(
-                method,
-                problem.rhs if rhs is None else rhs,
-                problem.start,
-                first,
-                problem.until,
-                control,
+                method, rhs, problem.start, first, problem.until, control
             )
+        except UnfitError as error:
+            raise _unfit(method, error) from error
         made = self._integrator
         self._contacts = made if isinstance(made, ContactMotion) else None
 
@@ -216,13 +203,15 @@ class Run:
         if self.ended:
             return False
         free = self._samples.unfilled(self.filled, max(samples, self.filled))
-        with _fitting(self.method):
+        try:
             done = self._integrator.advance(
                 self._times[self.filled : self.filled + len(free)],
                 free,
                 most_steps=most_steps,
                 most_evaluations=most_evaluations,
             )
+        except UnfitError as error:
+            raise _unfit(self.method, error) from error
         self.filled += done.filled
         if done.failure is not None:
             state = np.array(self.y, dtype=float)

@@ -54,7 +54,7 @@ def in_arithmetic(
     return real.exact(values)
 
 
-def each_off_by_one_ulp(rows: Array, pattern: int) -> Array:
-    """Move each row as :func:`off_by_one_ulp` moves it alone, shape (m, n)."""
-    signs = off_by_one_ulp(np.ones(rows.shape[1]), pattern) - 1
-    return np.where(rows == 0, 0.0, rows + np.copysign(np.spacing(np.abs(rows)), signs))
+def each_off_by_one_ulp(rows: Array, patterns: Sequence[int]) -> Array:
+    """Move each row as :func:`off_by_one_ulp` moves it alone, shapes (m, n) → (patterns, m, n)."""
+    signs = np.array([_signs(rows.shape[1], pattern) for pattern in patterns])
+    return np.where(rows == 0, 0.0, rows + signs[:, None] * np.spacing(np.abs(rows)))
