@@ -15,9 +15,10 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode,
 from lagrange_cli.simulate.integrators.observed_motion import BRIEF, ObservedMotion
 from lagrange_cli.simulate.runs.problem import (
     InitialValueProblem,
+    extents,
     groups,
     moved_scales,
-    running_scales,
+    scales_from,
     unsampled_motion,
 )
 from lagrange_cli.simulate.runs.run import Run
@@ -170,23 +171,24 @@ class CoarseRun:
         it, relative to scales; 1 if it came no closer, and for velocities; shape (2n,)."""
         return np.concatenate([self.motion.closest, np.ones_like(self.motion.closest)])
 
-    def scales(self, run: Run, between: Array) -> Array:
-        """The scales so far at each sample, or of the motion where no sample was reached.
-
-        ``between``: see :meth:`between`.
-        """
+    def scales(self, run: Run) -> tuple[Array, Array]:
+        """Return the scales so far at each sample, or of the motion where no sample was reached,
+        and the motion of components that samples do not show, shapes (m, 2n) and (2n,)."""
+        n = len(self._problem.kinds)
+        largest = extents(self._problem.y0[:n], run.states)
+        between = self._between(run, largest[-1])
         if run.filled < 2:
-            return self.motion.scales[None, :]
+            return self.motion.scales[None, :], between
         problem = replace(self._problem, unsampled=between)
-        return running_scales(problem, run.states)[1:]
+        return scales_from(problem, largest[1:, :n], largest[1:, n:]), between
 
-    def between(self, run: Run) -> Array:
-        """Return the motion of components that samples do not show, shape (2n,).
+    def _between(self, run: Run, shown: Array) -> Array:
+        """Compare the motion with the largest distances that samples show, shapes (2n,).
 
-        Behind the last sample of a motion that ends in a singularity they go anywhere.
+        Behind the last sample of a motion that ends in a singularity it goes anywhere.
         """
         if run.failure is not None:
             return np.zeros_like(self.motion.moved)
         mean_speeds = self.motion.way / (run.t - self._problem.start)
         farthest = self.motion.moved[: len(mean_speeds)]
-        return unsampled_motion(self._problem, run.states, np.append(farthest, mean_speeds))
+        return unsampled_motion(self._problem, shown, np.append(farthest, mean_speeds))

@@ -149,8 +149,7 @@ def coarse_result(problem: InitialValueProblem, tolerance: float, watch: Watch) 
         spent += trial + run.evaluations
         if not coarse_run.too_close:
             break
-    between = coarse_run.between(run)
-    scales, noise = coarse_run.scales(run, between), _noise(problem, run, coarse_run)
+    (scales, between), noise = coarse_run.scales(run), _noise(problem, run, coarse_run)
     closest, first_step = coarse_run.closest, coarse_run.first_step
     sharp = coarse_run.explicit.remade + run.remade > 0
     return CoarseResult(scales, noise, closest, method, first_step, spent, between, stride, sharp)

@@ -171,11 +171,16 @@ class RunningScales:
     def add(self, states: Array) -> Array:
         """Add samples (m, 2n); return the scales so far at each, shape (m, 2n)."""
         n = len(self._problem.kinds)
-        moved = states.copy()
-        moved[:, :n] -= self._start
-        largest = largest_so_far(self._largest, np.abs(moved))
+        largest = np.maximum(extents(self._start, states), self._largest)
         self._largest = largest[-1].copy()
         return scales_from(self._problem, largest[:, :n], largest[:, n:])
+
+
+def extents(start: Array, states: Array) -> Array:
+    """Return the largest distances from the start (n,), and speeds, up to each sample, (m, 2n)."""
+    moved = states.copy()
+    moved[:, : len(start)] -= start
+    return np.asarray(np.maximum.accumulate(np.abs(moved), axis=0))
 
 
 def largest_so_far(before: Array, values: Array) -> Array:
@@ -213,7 +218,7 @@ def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> A
     return scales
 
 
-def unsampled_motion(problem: InitialValueProblem, states: Array, moved: Array) -> Array:
+def unsampled_motion(problem: InitialValueProblem, shown: Array, moved: Array) -> Array:
     """Return motions that samples show less than a thousandth of, 0 for other components, (2n,).
 
     Samples once a period show a coordinate always at the same place, but for rounding, which is
@@ -223,8 +228,8 @@ def unsampled_motion(problem: InitialValueProblem, states: Array, moved: Array) 
 
     Parameters
     ----------
-    states
-        At the samples, shape (m, 2n).
+    shown
+        Largest distances of coordinates from the start at the samples, and speeds, shape (2n,).
     moved
         The largest distances of coordinates from the start, wherever they were seen, and mean
         speeds along the whole motion, shape (2n,).
@@ -232,5 +237,4 @@ def unsampled_motion(problem: InitialValueProblem, states: Array, moved: Array) 
     n = len(problem.kinds)
     rests = moved[:n] <= _ROUNDING_ULPS * ulps(problem.y0[:n])
     moved = np.where(np.tile(rests, 2), 0.0, moved)
-    shown = np.abs(np.concatenate([states[:, :n] - problem.y0[:n], states[:, n:]], axis=1))
-    return np.where(shown.max(axis=0) < _SMALL_BESIDE_OTHERS * moved, moved, 0.0)
+    return np.where(shown < _SMALL_BESIDE_OTHERS * moved, moved, 0.0)

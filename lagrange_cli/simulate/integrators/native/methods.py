@@ -82,6 +82,7 @@ class _Compiled:
         self._events: EventBuffer | None = None
         self._seen: ObservedBuffer | None = None
         self._stretches: tuple[Array, Array] | None = None
+        self._stretches_at = 0, 0, 0
         self._fresh = b""
         self.ended = False
         self.end_event: int | None = None
@@ -166,7 +167,8 @@ class _Compiled:
     def loosen_by(self, control: Control) -> None:
         assert control.loosening is not None
         real, loosening = self._native.real, control.loosening
-        self._stretches = real.array(loosening.since), real.array(loosening.rows)
+        self._stretches = since, rows = real.array(loosening.since), real.array(loosening.rows)
+        self._stretches_at = since.ctypes.data, rows.ctypes.data, len(since)
 
     def stop_at(self, events: TerminalEvents) -> None:
         assert events.native is not None
@@ -225,9 +227,7 @@ class _Compiled:
         filled, run = LONG(), self._run
         run.max_step = real.number(self._control.max_step)
         self._tolerances[:] = real.array([self._control.rtol, self._control.atol])
-        if self._stretches is not None:
-            run.since, run.looser = (array.ctypes.data for array in self._stretches)
-            run.stretches = len(self._stretches[0])
+        run.since, run.looser, run.stretches = self._stretches_at
         if self._seen is not None:
             self._seen.give()
             most_steps = min(most_steps, ROOM)
