@@ -9,6 +9,7 @@ import pytest
 
 from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
 from lagrange_cli.simulate.checkpoint.progress import Deadline, RunProgress, Watch
+from lagrange_cli.simulate.runs import run
 from tests.simulate.accuracy.accuracy_systems import (
     SYSTEMS,
     oscillator,
@@ -126,6 +127,14 @@ def test_a_pulse_in_a_quiet_motion_is_not_passed_over(width):
         assert np.abs(measured.states[-1]).max() < 1e-20
 
 
+@pytest.fixture
+def looked_at_often(monkeypatch):
+    """Runs are looked at often, so that they can be stopped at many places."""
+    monkeypatch.setattr(run, "FIRST_LOOK", 32)
+    monkeypatch.setattr(run, "FASTER", 1.0)
+
+
+@pytest.mark.usefixtures("looked_at_often")
 def test_interrupt_keeps_what_holds():
     calls = 0
 
@@ -153,6 +162,7 @@ def test_budget_stops_a_run():
     assert len(measured.states) == 1
 
 
+@pytest.mark.usefixtures("looked_at_often")
 def test_interrupt_in_the_coarse_run_keeps_the_start():
     def interrupt(fraction):
         raise KeyboardInterrupt

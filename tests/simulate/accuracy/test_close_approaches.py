@@ -117,7 +117,7 @@ def test_rounding_is_seen_where_equal_numbers_move_alike():
     of = model(SPRING)
     stated = problem(of, interpreted(of, "for this test"))
     h = 1e-6
-    noise = noise_of_steps(stated, [0.0], stated.y0[None], [h], [()])[0]
+    noise = noise_of_steps(stated, np.zeros(1), stated.y0[None], np.full(1, h), [()])[0]
     ulp = np.spacing(1.0)
     assert h * 1e10 * ulp / 2 <= noise[2] <= 4 * h * 1e10 * ulp
     assert noise[0] >= h * noise[2]
@@ -130,7 +130,8 @@ def test_without_disturbed_functions_nothing_is_known_of_rounding():
         np.linspace(0.0, 1.0, 11),
         ("length",),
     )
-    assert noise_of_steps(stated, [0.0], stated.y0[None], [0.1], [()])[0].tolist() == [0.0, 0.0]
+    noise = noise_of_steps(stated, np.zeros(1), stated.y0[None], np.full(1, 0.1), [()])
+    assert noise.tolist() == [[0.0, 0.0]]
 
 
 def test_a_stiff_oscillation_is_not_taken_for_a_stiff_system():

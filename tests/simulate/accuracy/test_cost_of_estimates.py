@@ -17,6 +17,7 @@ from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.runs import run
 from lagrange_cli.simulate.simulation import simulate
 from tests.simulate.accuracy.accuracy_systems import SYSTEMS, oscillator, problem
 
@@ -111,8 +112,10 @@ def test_an_attempt_that_misses_early_is_given_up_where_another_may_follow():
     assert other.error_estimate().samples == last.error_estimate().samples
 
 
-def test_attempts_that_share_a_run_go_on(attempts, tmp_path):
+def test_attempts_that_share_a_run_go_on(attempts, monkeypatch, tmp_path):
     """Bit for bit, wherever the runs were interrupted."""
+    monkeypatch.setattr(run, "FIRST_LOOK", 64)
+    monkeypatch.setattr(run, "FASTER", 1.0)
     pendulum = model("pendulums/double_pendulum", "minimal")
     whole = simulate(pendulum, accuracy=1e-6, until=15.0)
     assert len(attempts) == 2
