@@ -174,7 +174,10 @@ class Attempt:
     def _block(self) -> int:
         """Samples between two looks at the errors: a look costs little beside the runs."""
         samples = len(self._problem.times)
-        looks = min(self._coarse.evaluations / _TUNING.look, _TUNING.most_blocks)
+        if self.wider:
+            return max(_TUNING.block_wider, samples // _TUNING.most_blocks)
+        expected = self._coarse.evaluations * self._growth(self.tolerance)
+        looks = min(expected / _TUNING.look, _TUNING.most_blocks)
         return max(_TUNING.block, math.ceil(samples / max(looks, 1)))
 
     def state(self) -> SavedState:

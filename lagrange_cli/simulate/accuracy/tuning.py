@@ -88,8 +88,10 @@ class AttemptTuning:
         one that counts 3.6.
     block, most_blocks
         Least number of samples between two looks at the errors, and the largest number of looks.
+    block_wider
+        The same least number in wider arithmetic, whose steps take longer than a look.
     look
-        Right-hand sides of the coarse run for which a look is made.
+        Right-hand sides of a run, as the coarse run lets expect them, for which a look is made.
     close
         Time before the end in which an event that only some runs see is not missing, as a part of
         the error that its time may have.
@@ -121,7 +123,8 @@ class AttemptTuning:
     only_rounding_weight: float = 4.0
     block: int = 64
     most_blocks: int = 2**14
-    look: int = 2000
+    block_wider: int = 4
+    look: int = 5000
     close: float = 0.01
     same_end: float = 1e-3
     lost: float = 4.0

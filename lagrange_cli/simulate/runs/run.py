@@ -32,7 +32,7 @@ FIRST_LOOK = 1024
 _MOST_PACE = 2**16
 
 #: Most factor by which the steps until the next look are more than those until the last.
-_FASTER = 8.0
+FASTER = 8.0
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ class Run:
         started = time.perf_counter()
         goes_on = self.advance(samples, self._pace, most_evaluations)
         taken = time.perf_counter() - started
-        faster = _FASTER if taken == 0 else min(_GLANCE / (2 * taken), _FASTER)
+        faster = FASTER if taken == 0 else min(_GLANCE / (2 * taken), FASTER)
         self._pace = min(max(1, int(faster * self._pace)), _MOST_PACE)
         return goes_on
 

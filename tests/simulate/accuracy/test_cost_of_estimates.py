@@ -97,7 +97,7 @@ def test_a_run_that_nearly_was_enough_is_the_looser_one_of_the_next_attempt(atte
 
 
 def test_an_attempt_that_misses_early_is_given_up_where_another_may_follow():
-    *given, _ = oscillator(3.0, 200.0)
+    *given, _ = oscillator(3.0, 500.0)
     of = problem(*given, samples=641)
     found = coarse_result(of, 1e-8, Watch())
     whole = Attempt(of, 1.0, found, 1e-6, 0)
