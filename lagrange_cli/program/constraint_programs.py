@@ -12,9 +12,10 @@ contact by the targets.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.program.program import Program, build_program
+from lagrange_cli.program.program import Program, ProgramKind, build_program
 from lagrange_cli.program.systems.large_systems import is_large_system
 
 if TYPE_CHECKING:
@@ -51,14 +52,30 @@ INTERNAL_FUNCTIONS = frozenset(
 ) | {"flight_rhs"}
 
 
-def constraint_programs(equations: Equations) -> dict[str, Program]:
-    """Function → program; none in minimal scenes, none for positions without such closures."""
+def constraint_programs(equations: Equations, rhs: Program | None = None) -> dict[str, Program]:
+    """Function → program; none in minimal scenes, none for positions without such closures.
+
+    ``rhs``: the program of the right-hand side, if it is known.
+    """
     kinds = {closure.kind for closure in equations.closures}
+    shared = None if rhs is None else multipliers_beside(rhs)
     return {
         function: build_program(equations, outputs)
+        if shared is None or function != "multipliers"
+        else shared
         for function, outputs in _OUTPUTS.items()
         if kinds and ("position" in kinds or not function.startswith("position_"))
     }
+
+
+def multipliers_beside(rhs: Program) -> Program | None:
+    """The program of the multipliers that a right-hand side finds with all of its accelerations;
+    None where it finds them in another way."""
+    if len(rhs.blocks) != 1 or rhs.parts or rhs.kind is not ProgramKind.RIGHT_HAND_SIDE:
+        return None
+    (block,) = rhs.blocks
+    alone = block.band is not None or block.closures != tuple(range(len(block.closures)))
+    return None if alone or not block.closures else replace(rhs, kind=ProgramKind.MULTIPLIERS)
 
 
 def shifting_programs(equations: Equations) -> dict[str, Program]:
@@ -75,4 +92,10 @@ def contact_programs(equations: Equations) -> dict[str, Program]:
     :func:`~lagrange_cli.program.systems.contact_systems.with_contact_flags` gave."""
     if not equations.contacts:
         return {}
-    return {f: build_program(equations, outputs) for f, outputs in _OF_CONTACTS.items()}
+    rhs, *others = _OF_CONTACTS
+    programs = {rhs: build_program(equations, _OF_CONTACTS[rhs])}
+    shared = multipliers_beside(programs[rhs])
+    for function in others:
+        known = shared if function == "contact_multipliers" else None
+        programs[function] = known or build_program(equations, _OF_CONTACTS[function])
+    return programs

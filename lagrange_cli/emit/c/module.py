@@ -123,7 +123,7 @@ def _programs(equations: Equations) -> dict[str, Program]:
     functions = _OUTPUTS | {name: (name,) for name in optional_outputs(equations)}
     programs = {name: build_program(equations, outputs) for name, outputs in functions.items()}
     if not equations.contacts:
-        return programs | constraint_programs(equations)
+        return programs | constraint_programs(equations, programs["rhs"])
     flight = {"flight_rhs": programs.pop("rhs")}
     return flight | programs | contact_programs(with_contact_flags(equations))
 

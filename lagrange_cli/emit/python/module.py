@@ -211,7 +211,7 @@ def _functions(
         contact_functions |= flagged
         programs |= {name: d for name, d in derivatives.items() if name not in flagged}
     else:
-        programs |= constraint_programs(equations) | dict(derivatives)
+        programs |= constraint_programs(equations, programs["rhs"]) | dict(derivatives)
     texts = {
         **dict.fromkeys(INTERNAL_FUNCTIONS, "p"),
         "inputs": "p=DEFAULTS" + (", u=recorded" if recorded else ""),
