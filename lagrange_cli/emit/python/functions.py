@@ -228,9 +228,9 @@ def function_source(
     dialect = Dialect(double_literal, style.functions, {**names, **multipliers})
     if program.parts:
         apart = dict(sequences).get("p") if parameter.endswith("contact") else None
-        return _defined(name, parameter, _of_parts(program, apart), program, style)
+        return defined(name, parameter, _of_parts(program, apart), program, style)
     sequences = sequences or (("p", program.parameters),)
-    body = _load_inputs(program, dialect, sequences, style)
+    body = load_inputs(program, dialect, sequences, style)
     if program.jacobian is not None:
         dialect = with_given(program, dialect)
         given = [argument.split("=")[0] for argument in parameter.split(", ")]
@@ -240,7 +240,7 @@ def function_source(
     body.extend(assigned([a for a in program.assignments if a[0] not in late], dialect))
     if program.kind is ProgramKind.JACOBIAN:
         body.extend(jacobian_lines(program, dialect, _failure(program)))
-        return _defined(name, parameter, body, program, style)
+        return defined(name, parameter, body, program, style)
     lines, result = _RESULTS[program.kind](program, dialect)
     tests = regularity(program, dialect) if program.blocks else []
     if tests and style.traced:
@@ -248,7 +248,7 @@ def function_source(
     elif tests:
         body += refused_unless(tests, _failure(program))
     body += [*lines, f"return {result}"]
-    return _defined(name, parameter, body, program, style)
+    return defined(name, parameter, body, program, style)
 
 
 def _failure(program: Program) -> str:
@@ -271,7 +271,7 @@ def _of_parts(program: Program, apart: int | None) -> list[str]:
     return [*lines, f"return {form.get(program.kind, 'out')}"]
 
 
-def _defined(name: str, parameter: str, body: Sequence[str], program: Program, style: Style) -> str:
+def defined(name: str, parameter: str, body: Sequence[str], program: Program, style: Style) -> str:
     """The definition of a function with a body."""
     inner = (
         name in INTERNAL_FUNCTIONS | CANONICAL_PARTS
@@ -310,7 +310,7 @@ def _shape(program: Program) -> str:
     return str(len(program.results_in_order))
 
 
-def _load_inputs(
+def load_inputs(
     program: Program, dialect: Dialect, sequences: Sequence[tuple[str, int]], style: Style
 ) -> list[str]:
     """Unpack parameters, inputs and state, whole or not at all."""

@@ -7,7 +7,7 @@ string literals that ``ascii`` wrote.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.canonical import programs_of_momenta
@@ -44,6 +44,7 @@ from lagrange_cli.emit.python.linearization import linearization_source
 from lagrange_cli.emit.python.loops import index_tables_source
 from lagrange_cli.emit.python.projection import project_source
 from lagrange_cli.emit.python.recorded import python_recorded
+from lagrange_cli.emit.python.shared_solution import shared_sources, sharing
 from lagrange_cli.emit.python.statements import DOUBLE_ROUNDING
 from lagrange_cli.emit.python.styles import ARRAYS
 from lagrange_cli.emit.python.traced import traced_module
@@ -189,6 +190,22 @@ def _arguments(equations: Equations) -> str:
     return "p=DEFAULTS" + (", u=inputs" if equations.inputs else "")
 
 
+def _sources(
+    programs: Mapping[str, Program],
+    names: Mapping[str, str],
+    parameter: Callable[[str], str],
+    sequences: Sequence[tuple[str, int]] = (),
+) -> Iterator[str]:
+    """Write the functions of programs; ``parameter`` gives the last arguments of one by name."""
+    shared = sharing(programs)
+    for name, program in programs.items():
+        of = name.removesuffix("rhs").removesuffix("multipliers")
+        if of == name or of not in shared:
+            yield function_source(program, name, names, parameter(name), sequences, ARRAYS)
+        elif name == f"{of}rhs":
+            yield from shared_sources(of, program, names, parameter(name), sequences, ARRAYS)
+
+
 def _functions(
     equations: Equations,
     fields: Sequence[str],
@@ -219,16 +236,8 @@ def _functions(
     }
     split = (("p", len(fields)), ("contact", 2 * len(equations.contacts)))
     return programs, [
-        *(
-            function_source(program, name, names, texts.get(name, arguments), style=ARRAYS)
-            for name, program in programs.items()
-        ),
-        *(
-            function_source(
-                program, name, names, f"{texts.get(name, passed)}, contact", split, ARRAYS
-            )
-            for name, program in contact_functions.items()
-        ),
+        *_sources(programs, names, lambda name: texts.get(name, arguments)),
+        *_sources(contact_functions, names, lambda n: f"{texts.get(n, passed)}, contact", split),
         *filter(None, [project_source(programs, "p=DEFAULTS", style=ARRAYS)]),
         *interface_source(contact_functions, arguments),
     ]

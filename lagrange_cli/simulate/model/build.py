@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Integer
 
+from lagrange_cli.emit.c.projection import workspace_size
 from lagrange_cli.emit.force_wording import force_columns
 from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.errors import InputError, Mark, placed
@@ -50,7 +51,6 @@ from lagrange_cli.simulate.native.sources import (
     lane_tables_source,
     lanes_source,
     library_source,
-    library_workspace,
     taylor_source,
 )
 
@@ -235,7 +235,7 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
         taylor="" if sided or equations.positive else taylor_source(programs),
         tables=lane_tables_source(programs),
         python=module_source(watched),
-        work=library_workspace(compiled),
+        work=workspace_size(compiled),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
         forces="" if forces is None else module_source({"outputs": forces}),
         singular="" if singular is None else module_source({"outputs": singular}),

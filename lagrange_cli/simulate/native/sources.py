@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import astuple
 
-from lagrange_cli.emit.c.body import program_workspace_size
 from lagrange_cli.emit.c.impact import impact_text
 from lagrange_cli.emit.c.loops import loop_helpers
 from lagrange_cli.emit.c.module import blocks_of, function_text, functions_used
 from lagrange_cli.emit.c.names import CNames, Real, real_type
-from lagrange_cli.emit.c.projection import project_text, residual_text, workspace_size
+from lagrange_cli.emit.c.projection import project_text, residual_text
 from lagrange_cli.emit.c.solvers import helper_text, solver_text
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
@@ -50,8 +49,8 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
     With those of :func:`lagrange_cli.program.constraint_programs.constraint_programs` there
     is ``system_project`` too, with those of ``contact_programs`` beside it
     ``system_contact_project``, ``system_events`` and ``system_reset``;
-    :func:`library_workspace` is the size of ``work`` that serves all of them. The programs read
-    parameters from an array at ``p``, of numbers of the type ``real``.
+    :func:`lagrange_cli.emit.c.projection.workspace_size` is the size of ``work`` that serves all of
+    them. The programs read parameters from an array at ``p``, of numbers of the type ``real``.
     """
     target = _target(programs, real)
     used = set().union(*(functions_used(program) for program in programs.values()))
@@ -70,13 +69,6 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
     return "\n".join(filter(None, parts))
 
 
-def library_workspace(programs: Mapping[str, Program]) -> int:
-    """Return the numbers of workspace that suffice for every function of :func:`library_source`."""
-    sides = [programs[f"{of}rhs"] for of in _of_shared(programs)]
-    behind = (program_workspace_size(side) + 2 * side.coordinates for side in sides)
-    return max([workspace_size(programs), *behind])
-
-
 def _of_shared(programs: Mapping[str, Program]) -> list[str]:
     """What right-hand sides begin with that find the multipliers with the accelerations."""
     functions = [(of, f"{of}rhs", f"{of}multipliers") for of in ("", "contact_")]
@@ -93,7 +85,7 @@ def _function_text(function: str, programs: Mapping[str, Program], target: CTarg
     (block,) = side.blocks
     numbers = {
         "@OF@": of,
-        "@BEHIND@": str(program_workspace_size(side)),
+        "@BEHIND@": str(2 * side.coordinates),
         "@CLOSURES@": str(len(block.closures)),
         "@START@": str(block.size**2 + len(block.coordinates)),
     }
