@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum, auto
+from functools import cached_property
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
@@ -134,6 +135,13 @@ class Program:
     def multipliers(self) -> int:
         """The number of multipliers that a program of derivatives may read."""
         return 0 if self.jacobian is None else self.jacobian.multipliers
+
+    @cached_property
+    def reads(self) -> frozenset[str]:
+        """The names of the inputs that are read."""
+        operands = [*(operand for _, operand in self.assignments), *self.results_in_order]
+        names = {variable.name for operand in operands for variable in variables(operand)}
+        return frozenset(names - {name for name, _ in self.assignments})
 
     def output(self, name: str) -> tuple[Operand, ...]:
         """The operands of one output."""
@@ -444,10 +452,3 @@ def dependents(program: Program, names: Iterable[str]) -> tuple[Assignment, ...]
             late.add(name)
             needing.append((name, operand))
     return tuple(needing)
-
-
-def input_names(program: Program) -> frozenset[str]:
-    """The inputs that the program reads."""
-    operands = [*(operand for _, operand in program.assignments), *program.results_in_order]
-    names = {variable.name for operand in operands for variable in variables(operand)}
-    return frozenset(names - {name for name, _ in program.assignments})

@@ -32,7 +32,7 @@ from lagrange_cli.program.graph.operands import (
     rebuilt,
 )
 from lagrange_cli.program.printing import expression_text
-from lagrange_cli.program.program import Program, ProgramKind, dependents, input_names
+from lagrange_cli.program.program import Program, ProgramKind, dependents
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.systems.loop_rolling import (
     AffineIndex,
@@ -70,7 +70,7 @@ def _solver_workspace(program: Program) -> int:
 
 def given_size(program: Program) -> int:
     """Numbers of workspace that hold accelerations and multipliers that a program reads."""
-    kinds = {cell_named(name).array for name in input_names(program)}
+    kinds = {cell_named(name).array for name in program.reads}
     if not kinds.intersection(_GIVEN):
         return 0
     return 2 * program.coordinates + ("l" in kinds) * program.multipliers
@@ -167,7 +167,7 @@ class _Writer:
     def _opening(self, parts: Sequence[Part], results: int, velocities: bool) -> list[str]:
         """Counters, what is read from the arguments, and the arguments that are not used."""
         real, program = self.real.name, self.program
-        reads = input_names(program)
+        reads = program.reads
         if velocities:
             reads |= {f"v{i}" for i in range(program.coordinates)}
         state = [name for name in self._state() if name in reads]

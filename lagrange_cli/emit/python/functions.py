@@ -47,7 +47,6 @@ from lagrange_cli.program.program import (
     ProgramKind,
     build_program,
     dependents,
-    input_names,
 )
 
 if TYPE_CHECKING:
@@ -314,7 +313,7 @@ def load_inputs(
     program: Program, dialect: Dialect, sequences: Sequence[tuple[str, int]], style: Style
 ) -> list[str]:
     """Unpack parameters, inputs and state, whole or not at all."""
-    used = input_names(program)
+    used = program.reads
     if program.kind is ProgramKind.RIGHT_HAND_SIDE:
         used |= {f"v{i}" for i in range(program.coordinates)}
     lines = []

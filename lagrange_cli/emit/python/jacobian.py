@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from lagrange_cli.emit.python.statements import bordered, symmetric, vector_text
 from lagrange_cli.program.printing import Dialect
-from lagrange_cli.program.program import Program, input_names
+from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.jacobians import Jacobian
 
 
@@ -38,7 +38,7 @@ def with_given(program: Program, dialect: Dialect) -> Dialect:
 
 def given_lines(program: Program, prefix: str, passed: str) -> list[str]:
     """Call the functions that give accelerations and multipliers, where they are read."""
-    kinds = {name[0] for name in input_names(program)}
+    kinds = {name[0] for name in program.reads}
     lines = []
     if kinds.intersection("al"):
         lines.append(f"given = _numbers({prefix}rhs({passed})[{program.coordinates}:])")

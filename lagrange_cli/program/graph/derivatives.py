@@ -74,7 +74,7 @@ def _tangent(values: ValueGraph, number: int, tangents: Mapping[int, Tangent]) -
     if isinstance(node, InputNode):
         return {}
     if isinstance(node, SumNode):
-        return _combined(values, [((c, ONE), tangents[part]) for part, c in node.terms])
+        return _added(values, [(c, tangents[part]) for part, c in node.terms])
     if isinstance(node, ProductNode):
         moving = [(part, e) for part, e in node.factors if tangents[part]]
         slopes = [(_without_one(node, part, values), tangents[part]) for part, _ in moving]
@@ -107,6 +107,16 @@ def _combined(values: ValueGraph, slopes: Sequence[tuple[ScaledNode, Tangent]]) 
             for by, value in tangent.items():
                 terms.setdefault(by, []).append(product(values, slope, value))
     sums = {by: values.add(parts) for by, parts in terms.items()}
+    return {by: value for by, value in sums.items() if value[0]}
+
+
+def _added(values: ValueGraph, terms: Sequence[tuple[Coefficient, Tangent]]) -> Tangent:
+    """Return Σ number·tangent; a derivative of one term alone is as it is."""
+    parts: dict[int, list[ScaledNode]] = {}
+    for coefficient, tangent in terms:
+        for by, value in tangent.items():
+            parts.setdefault(by, []).append(scaled(value, coefficient))
+    sums = {by: of[0] if len(of) == 1 else values.add(of) for by, of in parts.items()}
     return {by: value for by, value in sums.items() if value[0]}
 
 

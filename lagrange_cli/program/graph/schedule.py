@@ -91,9 +91,11 @@ def order_of(values: ValueGraph, roots: Iterable[int]) -> list[int]:
         number = stack[-1]
         if number in entered:
             order.setdefault(stack.pop())
-        else:
-            entered.add(number)
-            stack.extend([part for part in values.parts(number)[::-1] if part not in order])
+            continue
+        entered.add(number)
+        for part in reversed(values.parts(number)):
+            if part not in order:
+                stack.append(part)
     return list(order)
 
 

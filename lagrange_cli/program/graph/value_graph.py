@@ -116,9 +116,9 @@ class ValueGraph:
         """The nodes that a node is made of."""
         node = self.nodes[number]
         if isinstance(node, SumNode):
-            return tuple(n for n, _ in node.terms)
+            return tuple([n for n, _ in node.terms])
         if isinstance(node, ProductNode):
-            return tuple(n for n, _ in node.factors)
+            return tuple([n for n, _ in node.factors])
         return node.arguments if isinstance(node, CallNode) else ()
 
     def add(self, values: Iterable[ScaledNode]) -> ScaledNode:

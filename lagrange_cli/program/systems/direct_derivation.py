@@ -47,7 +47,7 @@ _MINUS = -1
 
 #: Digits in which both derivations are compared, and the relative difference that is rounding: of
 #: the certificate, whose terms may cancel.
-_DIGITS, AGREE = 50, mpf(10) ** -12
+_DIGITS, _AGREE = 50, mpf(10) ** -12
 
 #: The rank of accelerations and multipliers (see :class:`.value_graph.ValueGraph`).
 _GIVEN = 5
@@ -258,13 +258,17 @@ class DirectDerivation:
         wanted = [values.add(terms) for terms in residuals]
         numbers = at_certificate(values, wanted, equations)
         pairs = zip(numbers, sources.residuals, strict=True)
-        return all(abs(x - residual) <= AGREE * size for x, (residual, size) in pairs)
+        return all(abs(x - residual) <= _AGREE * size for x, (residual, size) in pairs)
 
 
 def at_certificate(
-    values: ValueGraph, wanted: Sequence[ScaledNode], equations: Equations
+    values: ValueGraph,
+    wanted: Sequence[ScaledNode],
+    equations: Equations,
+    arithmetic: Any = mpmath.mp,
 ) -> list[Any]:
-    """Evaluate values at the state of the certificate; not numbers where one is divided by 0."""
+    """Evaluate values at the state of the certificate, with many digits or (``mpmath.fp``) in
+    doubles; not numbers where one is divided by 0."""
     sources = equations.sources
     assert sources is not None
     symbols: dict[str, Expr] = {"t": equations.t}
@@ -273,26 +277,22 @@ def at_certificate(
     for k, c in enumerate(equations.coordinates[: len(equations.mass_matrix)]):
         symbols |= {f"q{k}": c.q, f"v{k}": c.v, f"a{k}": c.a}
     symbols |= {f"l{k}": closure.multiplier for k, closure in enumerate(equations.pushing)}
-    inputs = {name: sources.state.get(symbol, mpf(0)) for name, symbol in symbols.items()}
+    state, number = sources.state, arithmetic.mpf
+    inputs = {name: number(state.get(symbol, 0)) for name, symbol in symbols.items()}
+    functions = {"pow": arithmetic.power, **_OTHERS}
+    for name in PROGRAM_FUNCTIONS.keys() - functions:
+        functions[name] = getattr(arithmetic, name, getattr(mpmath, name))
     with mpmath.workdps(_DIGITS):
         try:
-            return evaluated(values, wanted, inputs, _FUNCTIONS, _number)
-        except ZeroDivisionError:
+            return evaluated(
+                values, wanted, inputs, functions, lambda x: number(x.numerator) / x.denominator
+            )
+        except (ZeroDivisionError, OverflowError):
             return [mpmath.nan] * len(wanted)
 
 
-def _number(x: Coefficient) -> mpf:
-    return mpf(x.numerator) / x.denominator
-
-
-_OTHERS: dict[str, Callable[..., Any]] = {
-    "abs": abs,
-    "sign": mpmath.sign,
-    "pow": mpmath.power,
-    "min": min,
-    "max": max,
-}
-_FUNCTIONS = {name: getattr(mpmath, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
+#: Functions that Python has for numbers of any type.
+_OTHERS: dict[str, Callable[..., Any]] = {"abs": abs, "min": min, "max": max}
 
 
 def is_derivable(equations: Equations) -> bool:

@@ -12,8 +12,10 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+import mpmath
+
 from lagrange_cli.program.graph.derivatives import UNIT, derivatives, product, scaled
-from lagrange_cli.program.systems.direct_derivation import AGREE, at_certificate
+from lagrange_cli.program.systems.direct_derivation import at_certificate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
 
 #: Operations of a collected term, at the least: it holds two velocities and a mass.
 _LEAST_OF_TERM = 3
+
+#: A difference that is rounding, relative to the terms: both forms are one but for their sums.
+_ROUNDING = 1e-11
 
 
 class DirectEnergy:
@@ -45,11 +50,11 @@ class DirectEnergy:
         self.operations_shown = _LEAST_OF_TERM * len(equations.energy.args)
 
     def agrees(self) -> bool:
-        """Compare with the energy that is shown, at the state of the certificate."""
+        """Compare with the energy that is shown, at the state of the certificate, in doubles."""
         values = self.values.copy()
         wanted = [values.convert(self._equations.energy), *self._terms]
-        shown, *terms = at_certificate(values, wanted, self._equations)
-        return bool(abs(sum(terms) - shown) <= AGREE * sum(map(abs, terms)))
+        shown, *terms = at_certificate(values, wanted, self._equations, mpmath.fp)
+        return bool(abs(sum(terms) - shown) <= _ROUNDING * sum(map(abs, terms)))
 
 
 def _of_particles(values: ValueGraph, equations: Equations) -> Iterator[ScaledNode]:

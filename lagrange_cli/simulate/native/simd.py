@@ -11,7 +11,7 @@ from dataclasses import replace
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.program.graph.operands import cell_named
 from lagrange_cli.program.printing import Dialect, expression_text, functions_in
-from lagrange_cli.program.program import Program, input_names
+from lagrange_cli.program.program import Program
 
 #: The header with the functions that are called.
 LANES_HEADER = "lanes.h"
@@ -62,14 +62,14 @@ def lanes_text(function: str, program: Program, target: CTarget) -> str:
 
 
 def _unread(program: Program) -> dict[str, bool]:
-    arrays = {cell_named(name).array for name in input_names(program)}
+    arrays = {cell_named(name).array for name in program.reads}
     state = program.blocks or arrays & {"q", "v"}
     return {"t": "t" not in arrays, "y": not state, "p": "p" not in arrays}
 
 
 def _loads(program: Program) -> list[str]:
     n = program.coordinates
-    reads = input_names(program) | {f"v{i}" for i in range(n) if program.blocks}
+    reads = program.reads | {f"v{i}" for i in range(n) if program.blocks}
     state = [f"{kind}{i}" for kind in "qv" for i in range(n)]
     return [
         f"const double {name} = y[{8 * k} + l];" for k, name in enumerate(state) if name in reads
