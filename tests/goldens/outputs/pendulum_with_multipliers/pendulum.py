@@ -313,22 +313,38 @@ _OF_ARRAYS = {
 }
 
 
+def _solution(t, y, p):
+    """Accelerations, then multipliers; raises where they do not exist."""
+    p_m, p_l, p_g = p
+    q_x, q_z, v_x, v_z = _numbers(y)
+    m0_2 = 2.0*q_x
+    m0_4 = 2.0*q_z
+    m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
+    b0 = array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], float)
+    a0 = _numbers(_solve_saddle(m0, b0, 2))
+    return a0
+
+
 def rhs(t, y, p=DEFAULTS):
     """State derivative [v, a] at time t; all NaN where it does not exist."""
     y = asarray(y, float)
     if y.ndim > _AXES:
         return _of_many(rhs, t, y, p)
     try:
-        p_m, p_l, p_g = p
-        q_x, q_z, v_x, v_z = _numbers(y)
-        m0_2 = 2.0*q_x
-        m0_4 = 2.0*q_z
-        m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
-        b0 = array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], float)
-        a0 = _numbers(_solve_saddle(m0, b0, 2))
-        return array([v_x, v_z, a0[0], a0[1]], float)
+        return array([*_numbers(y)[2:], *_solution(t, y, p)[:2]], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return _undefined(4, t, *p)
+
+
+def multipliers(t, y, p=DEFAULTS):
+    """Multipliers, in the order of MULTIPLIERS; all NaN where they do not exist."""
+    y = asarray(y, float)
+    if y.ndim > _AXES:
+        return _of_many(multipliers, t, y, p)
+    try:
+        return array(_solution(t, y, p)[2:], float)
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return _undefined(1, t, *p)
 
 
 def mass_matrix(t, y, p=DEFAULTS):
@@ -386,24 +402,6 @@ def velocities(t, y, p=DEFAULTS):
         return _of_many(velocities, t, y, p)
     try:
         return array([0.0], float)
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return _undefined(1, t, *p)
-
-
-def multipliers(t, y, p=DEFAULTS):
-    """Multipliers, in the order of MULTIPLIERS; all NaN where they do not exist."""
-    y = asarray(y, float)
-    if y.ndim > _AXES:
-        return _of_many(multipliers, t, y, p)
-    try:
-        p_m, p_l, p_g = p
-        q_x, q_z, v_x, v_z = _numbers(y)
-        m0_2 = 2.0*q_x
-        m0_4 = 2.0*q_z
-        m0 = _shaped(array([p_m, 0.0, m0_2, 0.0, p_m, m0_4, m0_2, m0_4, 0.0], float), 3, 3)
-        b0 = array([0.0, -p_m*p_g, -2.0*(v_x*v_x + v_z*v_z)], float)
-        a0 = _numbers(_solve_saddle(m0, b0, 2))
-        return array([a0[2]], float)
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return _undefined(1, t, *p)
 
