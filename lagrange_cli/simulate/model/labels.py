@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from lagrange_cli.notation.symbols import latex_name, latex_unit, text_name
-
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
@@ -57,6 +55,8 @@ class Labels:
 
     def symbol(self, column: str) -> Label:
         """Return the symbol of a column, without dollars in ``latex``."""
+        from lagrange_cli.notation.symbols import latex_name, text_name
+
         if column == "energy":
             return Label(self.energy, self.energy)
         rate = _RATE.fullmatch(column)
@@ -71,6 +71,8 @@ class Labels:
 
     def unit(self, column: str) -> Label | None:
         """Return the unit of a column; None if it has none, or it is not known."""
+        from lagrange_cli.notation.symbols import latex_unit
+
         unit = self.units.get(column)
         return Label(latex_unit(unit), unit) if unit else None
 
