@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import gc
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -33,6 +34,10 @@ _REPORT = (
 #: by Python's own thresholds half of the time of a large scene would go into walking them. The
 #: first is beyond the objects that an import of SymPy makes, some 100,000, none of them garbage.
 COLLECTION = (300_000, 20, 50)
+
+#: Results that SymPy keeps of each of its functions; set by hand. Of its own 1,000 none is left of
+#: what a large scene built a moment before; further ones than these save nothing.
+_SYMPY_CACHE = 65_536
 
 _IMPORTS = "it is not installed as it should be, or there is no memory for it"
 
@@ -144,6 +149,7 @@ def main() -> None:
     """Entry point of the command ``lagrange``."""
     prepare_streams()
     gc.set_threshold(*COLLECTION)
+    os.environ.setdefault("SYMPY_CACHE_SIZE", str(_SYMPY_CACHE))  # read as SymPy is imported
     code = run()
     # Else the interpreter looks through all objects for garbage before it ends, several times.
     gc.freeze()

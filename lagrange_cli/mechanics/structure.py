@@ -56,15 +56,17 @@ _TERM_BUDGET = 400
 def structure_facts(derivation: Uncertified) -> Facts:
     """Structure facts; a fact that is not proven is False."""
     reduced = derivation.reduced
-    mass = [{k: sp.Add(*entry) for k, entry in row.items()} for row in derivation.mass]
-    forcing = {s for row in derivation.forcing for term in row for s in symbols_in(term)}
+    mass = derivation.upper_triangle
+    forcing = frozenset[sp.Symbol]().union(
+        *(symbols_in(term) for row in derivation.forcing for term in row)
+    )
     moving = {c.q for c in reduced.coordinates} | {c.v for c in reduced.coordinates}
     moving.add(reduced.names.t)
-    constant = not any(symbols_in(e) & moving for row in mass for e in row.values())
-    diagonal = all(e == 0 for j, row in enumerate(mass) for k, e in row.items() if j != k)
-    symbols = {s for row in mass for e in row.values() for s in symbols_in(e)} | forcing
-    for closure in derivation.pushing:
-        symbols |= closure.expression.free_symbols
+    inertia = frozenset[sp.Symbol]().union(*map(symbols_in, mass.values()))
+    constant = inertia.isdisjoint(moving)
+    diagonal = all(e == 0 for (j, k), e in mass.items() if j != k)
+    symbols = inertia | forcing
+    symbols = symbols.union(*(closure.expression.free_symbols for closure in derivation.pushing))
     velocities = {c.v for c in reduced.coordinates}
     positions = [*reduced.resolved.values(), *(c.expression for c in derivation.pushing)]
     apart = constant and not forcing & velocities
@@ -300,7 +302,13 @@ def conserved_quantities(
 
     One that may jump on the way is left out.
     """
-    holding = _terms_by_symbol(derivation.lagrangian)
+    numbers = [
+        row
+        for row, is_cyclic in enumerate(evidence.cyclic)
+        if is_cyclic and not evidence.forced[row]
+    ]
+    holding = _terms_by_symbol(derivation.lagrangian) if numbers else {}
+    cyclic = [derivation.reduced.coordinates[row] for row in numbers]
     candidates = [
         Conserved(
             name=f"p_{c.name}",
@@ -309,11 +317,10 @@ def conserved_quantities(
             reason=f"{c.name} is cyclic",
             coordinate=c.name,
         )
-        for row, c in enumerate(derivation.reduced.coordinates)
-        if evidence.cyclic[row] and not evidence.forced[row]
+        for c in cyclic
     ]
     inputs = derivation.reduced.names.inputs.values()
-    if evidence.energy_conserved and derivation.lagrangian.free_symbols.isdisjoint(inputs):
+    if evidence.energy_conserved and symbols_in(derivation.lagrangian).isdisjoint(inputs):
         kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
         parts = () if kind == "energy" else energy
         even = kind == "jacobi" and _is_even(derivation)
@@ -348,7 +355,7 @@ def _terms_by_symbol(expr: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
     """The terms of a sum that hold each of its symbols."""
     holding: dict[sp.Symbol, list[sp.Expr]] = {}
     for term in sp.Add.make_args(expr):
-        for symbol in term.free_symbols:
+        for symbol in symbols_in(term):
             holding.setdefault(symbol, []).append(term)
     return holding
 

@@ -41,7 +41,10 @@ _BASES: tuple[Base, ...] = ("mass", "length", "time")
 #: Scenes of more names than this are not looked at: the work grows as the cube. Set by hand.
 _MOST_NAMES = 300
 
-LinearForm: TypeAlias = dict[str, Fraction]
+Exponent: TypeAlias = Fraction | int
+"""An exponent; whole ones are ints, whose arithmetic is much faster."""
+
+LinearForm: TypeAlias = dict[str, Exponent]
 """A linear form in the exponents of names."""
 
 #: Key of the exponent of time in a linear form.
@@ -60,9 +63,9 @@ _GENERATORS: dict[Base, tuple[int, int, int]] = {
 
 #: Base units of mechanics: powers of energy, length and time.
 _UNITS: dict[str, LinearForm] = {
-    "kg": {ENERGY: Fraction(1), LENGTH: Fraction(-2), TIME: Fraction(2)},
-    "m": {LENGTH: Fraction(1)},
-    "s": {TIME: Fraction(1)},
+    "kg": {ENERGY: 1, LENGTH: -2, TIME: 2},
+    "m": {LENGTH: 1},
+    "s": {TIME: 1},
 }
 
 
@@ -73,19 +76,17 @@ class Dimensions:
     A base is missing where numbers in the scene stand in its way.
     """
 
-    exponents: Mapping[Base, Mapping[str, Fraction]]
+    exponents: Mapping[Base, Mapping[str, Exponent]]
 
-    def of(self, name: str) -> tuple[Fraction, ...]:
+    def of(self, name: str) -> tuple[Exponent, ...]:
         """Exponents of mass, length and time of a name; 0 for those that are missing."""
-        return tuple(self.exponents.get(base, {}).get(name, Fraction(0)) for base in _BASES)
+        return tuple(self.exponents.get(base, {}).get(name, 0) for base in _BASES)
 
-    def of_value(self, expression: Expression) -> tuple[Fraction, ...]:
+    def of_value(self, expression: Expression) -> tuple[Exponent, ...]:
         """Exponents of mass, length and time of a value, as :meth:`of`."""
         form = ScalingReader().of(expression.node) or {}
         powers = [[value * e for e in self.of(name)] for name, value in form.items()]
-        return tuple(sum(column, Fraction(0)) for column in zip(*powers, strict=True)) or self.of(
-            ""
-        )
+        return tuple(map(sum, zip(*powers, strict=True))) or self.of("")
 
     def factor(self, name: str, factors: Mapping[Base, float]) -> float:
         """Multiplier of ``NAME`` or ``dot(NAME)`` if bases are multiplied by ``factors``."""
@@ -114,9 +115,9 @@ def dimensions(scene: Scene) -> Dimensions:
     names.sort(key=lambda name: name in last)
     if len(names) > _MOST_NAMES:
         return Dimensions({})
-    exponents: dict[Base, Mapping[str, Fraction]] = {}
+    exponents: dict[Base, Mapping[str, Exponent]] = {}
     for base, values in _GENERATORS.items():
-        generator = dict(zip((TIME, LENGTH, ENERGY), map(Fraction, values), strict=True))
+        generator: LinearForm = dict(zip((TIME, LENGTH, ENERGY), values, strict=True))
         for equations in (said.equations, needed.equations):
             solution = _solved(equations, generator, names)
             if solution is not None:
@@ -139,7 +140,7 @@ class ScalingReader:
     def __init__(self) -> None:
         self.equations: list[LinearForm] = []
         self.expression: Expression | None = None
-        self._known: set[frozenset[tuple[str, Fraction]]] = set()
+        self._known: set[frozenset[tuple[str, Exponent]]] = set()
 
     def read(self, scene: Scene) -> None:
         self._numbers(scene)
@@ -312,7 +313,7 @@ class ScalingReader:
 
 
 def form_of(name: str, **others: int) -> LinearForm:
-    return {name: Fraction(1)} | {symbol: Fraction(value) for symbol, value in others.items()}
+    return {name: 1, **others}
 
 
 def _unit(text: str) -> LinearForm | None:
@@ -334,28 +335,38 @@ def _names(expression: Expression) -> Iterator[str]:
     return (name.name for name in names_in(expression.node) if name.name != "pi")
 
 
-def sum_of(form: LinearForm, added: LinearForm, factor: Fraction | int) -> LinearForm:
+def sum_of(form: LinearForm, added: LinearForm, factor: Exponent) -> LinearForm:
     """One form plus a multiple of another, without zeros."""
     total = dict(form)
     for name, value in added.items():
-        total[name] = total.get(name, Fraction(0)) + factor * value
+        total[name] = total.get(name, 0) + factor * value
     return {name: value for name, value in total.items() if value}
 
 
-def _constant(node: Node) -> Fraction | None:
+def quotient(a: Exponent, b: Exponent) -> Exponent:
+    """Divide a by b; return an int if the quotient is one."""
+    return whole(Fraction(a) / b)
+
+
+def whole(number: Fraction) -> Exponent:
+    """Return an int for a whole number."""
+    return number.numerator if number.denominator == 1 else number
+
+
+def _constant(node: Node) -> Exponent | None:
     """The value of an exponent that is made of numbers, else None."""
     if isinstance(node, Number):
-        return node.value
+        return whole(node.value)
     if isinstance(node, Neg):
         value = _constant(node.operand)
         return None if value is None else -value
     if isinstance(node, Mul):
-        product = Fraction(1)
+        product: Exponent = 1
         for operator, factor in node.factors:
             value = _constant(factor)
             if value is None or (operator == "/" and value == 0):
                 return None
-            product = product / value if operator == "/" else product * value
+            product = quotient(product, value) if operator == "/" else product * value
         return product
     return None
 
@@ -364,12 +375,12 @@ def _solved(
     equations: Iterable[LinearForm], generator: LinearForm, names: list[str]
 ) -> LinearForm | None:
     """Solve equations for exponents, undetermined ones being 0; None if they contradict."""
-    rows: list[tuple[LinearForm, Fraction]] = []  # a form, and what it comes to
+    rows: list[tuple[LinearForm, Exponent]] = []  # a form, and what it comes to
     for equation in equations:
         form = {name: value for name, value in equation.items() if name not in generator}
         fixed = (equation[name] * generator[name] for name in generator if name in equation)
-        rows.append((form, -sum(fixed, Fraction(0))))
-    solved: list[tuple[str, LinearForm, Fraction]] = []
+        rows.append((form, -sum(fixed)))
+    solved: list[tuple[str, LinearForm, Exponent]] = []
     for name in names:
         if name in generator:
             continue
@@ -378,21 +389,22 @@ def _solved(
             continue
         form, known = rows.pop(pivot)
         scale = form[name]
-        form, known = {n: value / scale for n, value in form.items()}, known / scale
+        form = {n: quotient(value, scale) for n, value in form.items()}
+        known = quotient(known, scale)
         rows = [_without(name, row, form, known) for row in rows]
         solved.append((name, form, known))
     if any(known for _, known in rows):
         return None
     solution = dict(generator)
     for name, form, known in reversed(solved):
-        others = (value * solution.get(n, Fraction(0)) for n, value in form.items() if n != name)
-        solution[name] = known - sum(others, Fraction(0))
+        others = (value * solution.get(n, 0) for n, value in form.items() if n != name)
+        solution[name] = known - sum(others)
     return solution
 
 
 def _without(
-    name: str, row: tuple[LinearForm, Fraction], form: LinearForm, known: Fraction
-) -> tuple[LinearForm, Fraction]:
+    name: str, row: tuple[LinearForm, Exponent], form: LinearForm, known: Exponent
+) -> tuple[LinearForm, Exponent]:
     """Eliminate a name from a row."""
     row_form, right = row
     factor = row_form.get(name)

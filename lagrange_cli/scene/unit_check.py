@@ -8,6 +8,7 @@ not looked at: a scene without units stays silent.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from fractions import Fraction
 
 from lagrange_cli.errors import nearest
 from lagrange_cli.scene.dimensions import (
@@ -17,7 +18,9 @@ from lagrange_cli.scene.dimensions import (
     LinearForm,
     ScalingReader,
     form_of,
+    quotient,
     sum_of,
+    whole,
 )
 from lagrange_cli.scene.language.expression import Expression, Node, names_in
 from lagrange_cli.scene.language.problems import Problems, shown
@@ -85,7 +88,7 @@ class _Checker(ScalingReader):
                 rule="unit",
             )
             return
-        self._solved[named.name] = {_UNIT + key: power for key, power in powers.items()}
+        self._solved[named.name] = {_UNIT + key: whole(power) for key, power in powers.items()}
         if powers:  # Radians alone leave a scene in scaled units.
             self.told.add(named.name)
 
@@ -107,13 +110,17 @@ class _Checker(ScalingReader):
     ) -> None:
         """Take two forms for equal, or warn if they cannot be."""
         first, second = self._reduced(left), self._reduced(right)
+        if first == second:
+            return
         difference = sum_of(first, second, -1)
         names = [key for key in difference if not key.startswith((_UNIT, _OWN))]
         if not names and not _differs(difference):
             names = [key for key in difference if key.startswith(_OWN)]
         if names:
             scale = difference.pop(names[0])
-            self._solved[names[0]] = {key: -value / scale for key, value in difference.items()}
+            self._solved[names[0]] = {
+                key: quotient(-value, scale) for key, value in difference.items()
+            }
         elif difference and node and self.expression and self._is_told(self.expression):
             self._warn(first, second, node, self.expression, meaning)
 
@@ -122,6 +129,8 @@ class _Checker(ScalingReader):
 
     def _reduced(self, form: LinearForm) -> LinearForm:
         """Put in what is known of the names of a form."""
+        if self._solved.keys().isdisjoint(form) and _GENERATORS.keys().isdisjoint(form):
+            return form
         total: LinearForm = {}
         for name, power in form.items():
             if name in self._solved:
@@ -140,7 +149,9 @@ class _Checker(ScalingReader):
         subject = f"'{text}'" if 0 < len(text) <= _LONGEST_QUOTE else "this"
         difference = sum_of(first, second, -1)
         if not _differs(difference):
-            factor = factor_of({key.removeprefix(_UNIT): k for key, k in difference.items()})
+            factor = factor_of(
+                {key.removeprefix(_UNIT): Fraction(k) for key, k in difference.items()}
+            )
             message = f"{subject} is in a unit {factor:.6g} times that of {meaning}"
             hint = "numbers are not converted: write all of them in units that fit together"
         elif all(key.startswith((_UNIT, _OWN)) for key in (*first, *second)):

@@ -8,21 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import TypeAlias
 
-from lagrange_cli.scene.dimensions import ENERGY, dimensions
+from lagrange_cli.scene.dimensions import ENERGY, Exponent, dimensions
 from lagrange_cli.scene.language.expression import Name
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reading.declarations import AXES
 from lagrange_cli.scene.unit_table import BASES, UnknownUnitError, unit_powers
 
-_Exponents: TypeAlias = tuple[Fraction, ...]
+_Exponents: TypeAlias = tuple[Exponent, ...]
 
 #: Exponents of mass, length and time that have a unit of their own.
 _NAMED: dict[tuple[int, ...], str] = {(1, 2, -2): "J", (1, 1, -2): "N", (1, 2, -3): "W"}
 
-_LENGTH: _Exponents = (Fraction(0), Fraction(1), Fraction(0))
+_LENGTH: _Exponents = (0, 1, 0)
 
 
 @dataclass(frozen=True)
@@ -113,7 +112,7 @@ def _text(exponents: _Exponents) -> str:
     return f"{above or 1}/" + (below[0] if len(below) == 1 else f"({' '.join(below)})")
 
 
-def _power(symbol: str, exponent: Fraction) -> str:
+def _power(symbol: str, exponent: Exponent) -> str:
     if exponent == 1:
         return symbol
     return f"{symbol}^{exponent}" if exponent.denominator == 1 else f"{symbol}^({exponent})"

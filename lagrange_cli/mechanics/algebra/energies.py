@@ -47,7 +47,8 @@ def shortest_energy(
     if not energy.is_Add:
         return _with_factors_in_front(energy, brackets)
     # Sums of squares of velocities may be opened: ``I (θ̇1² + θ̇2²)`` beside T of particles.
-    closed = [e for e in brackets if any(_degree(term, velocities) != 2 for term in e.args)]
+    rates = frozenset(velocities)
+    closed = [e for e in brackets if any(_degree(term, rates) != 2 for term in e.args)]
     tried = [brackets] if len(closed) == len(brackets) else [brackets, closed]
     ways = [way for b in tried for way in _ways(energy, velocities, splitter, constants, b)]
     shorter = [way for way in ways if printed_length(way) <= printed_length(energy)]
@@ -201,14 +202,14 @@ def _in_front_of(energy: sp.Expr, moving: Collection[sp.Symbol]) -> sp.Expr:
     return scaled(number, common * sp.Add(*(term / number / common for term in terms)))
 
 
-def _degree(term: sp.Expr, velocities: Sequence[sp.Symbol]) -> int | None:
+def _degree(term: sp.Expr, velocities: Collection[sp.Symbol]) -> int | None:
     """The degree of a product in velocities; None if these are in functions or denominators."""
     degree = 0
     for factor in sp.Mul.make_args(term):
         base, exponent = factor.as_base_exp()
         if base in velocities and exponent.is_Integer and exponent.is_positive:
             degree += int(exponent)
-        elif not factor.free_symbols.isdisjoint(velocities):
+        elif not symbols_in(factor).isdisjoint(velocities):
             return None
     return degree
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import sympy as sp
 
-_ONE = sp.Integer(1)
-
 
 def expand_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:
     """Multiply out products and integer powers of sums; return the terms.
@@ -43,7 +41,7 @@ def _expand(expr: sp.Expr) -> list[sp.Expr]:
 
 
 def _product(factors: list[list[sp.Expr]]) -> list[sp.Expr]:
-    terms = [_ONE]
-    for factor in factors:
+    terms = factors[0]
+    for factor in factors[1:]:
         terms = [sp.Mul(a, b) for a in terms for b in factor]
     return terms

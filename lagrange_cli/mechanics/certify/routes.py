@@ -61,10 +61,10 @@ class Tapes:
         self.still = [self.t, *self.q, *self.parameters]
         self.moving = [self.t, *self.q, *self.v, *self.parameters]
         entries = [(j, k) for j, row in enumerate(derivation.mass) for k in row]
-        self.upper = [(j, k) for j, k in entries if j <= k]
         if any(derivation.mass[j][k] != derivation.mass[k].get(j) for j, k in entries):
             raise InternalError(Problem("the derived mass matrix is not symmetric"))
-        masses = [sp.Add(*derivation.mass[j][k]) for j, k in self.upper]
+        self.upper = list(derivation.upper_triangle)
+        masses = derivation.upper_triangle.values()
         forcing = [sp.Add(*f) for f in derivation.forcing]
         self.derived = Tape([*masses, *forcing], self.moving)
         lagrangian = derivation.lagrangian

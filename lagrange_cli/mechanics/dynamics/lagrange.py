@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from operator import attrgetter
 from typing import TypeVar
 
@@ -99,9 +100,19 @@ class Uncertified:
         """All that has a multiplier: closures, then the gaps of contacts."""
         return (*self.closures, *(c.closure for c in self.contacts))
 
-    @property
+    @cached_property
     def lagrangian(self) -> sp.Expr:
         return self.kinetic - self.potential
+
+    @cached_property
+    def upper_triangle(self) -> dict[tuple[int, int], sp.Expr]:
+        """Entries of M that are not zero, each as the sum of its terms: (row, column ≥ row)."""
+        return {
+            (j, k): sp.Add(*terms)
+            for j, row in enumerate(self.mass)
+            for k, terms in row.items()
+            if j <= k
+        }
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,7 +23,7 @@ from lagrange_cli.simulate.system.singular_guard import singular_factors
 from lagrange_cli.simulate.system.tracing import functions_of
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.dimensions import Base, Dimensions
+    from lagrange_cli.scene.dimensions import Base, Dimensions, Exponent
     from lagrange_cli.scene.model import Scene
 
 #: Most parameters, or coordinates, of one kind that an axis goes through.
@@ -122,13 +121,13 @@ class Ground:
 
     def alike(self, mass: int, length: int, time: int) -> list[str]:
         """The first parameters of a dimension that are not 0; none if dimensions are unclear."""
-        wanted = tuple(map(Fraction, (mass, length, time)))
+        wanted = mass, length, time
         if not self.dimensions.complete:
             return []
         names = [name for name, x in self.parameters.items() if x and self.of(name) == wanted]
         return names[:_MOST_OF_A_KIND]
 
-    def of(self, name: str) -> tuple[Fraction, ...]:
+    def of(self, name: str) -> tuple[Exponent, ...]:
         return self.dimensions.of(name)
 
     @cached_property
