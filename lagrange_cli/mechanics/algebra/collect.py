@@ -10,7 +10,7 @@ linear in terms times trigonometric factors of one; nothing searches.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 from functools import cmp_to_key, lru_cache
 from typing import NamedTuple
@@ -59,6 +59,12 @@ class TermParts(NamedTuple):
     mass: sp.Expr
     powers: dict[sp.Expr, sp.Expr]
     trig: dict[TrigFactor, int]
+
+    def renamed(self, rename: Callable[[sp.Expr], sp.Expr]) -> TermParts:
+        """Exchange symbols, none of them a mass, in a way that keeps their order."""
+        powers = {rename(base): rename(exponent) for base, exponent in self.powers.items()}
+        trig = {(name, rename(argument)): power for (name, argument), power in self.trig.items()}
+        return TermParts(self.number, self.mass, powers, trig)
 
 
 class Splitter:
@@ -177,6 +183,10 @@ class TermSum:
     def add_product(self, a: sp.Expr, b: sp.Expr, weights: Weights | None = None) -> None:
         """Add ``a·b``, neither of them a sum, times ``weights``."""
         self._add(self._splitter.product(a, b), weights)
+
+    def add_parts(self, parts: TermParts) -> None:
+        """Add a term that has been taken apart."""
+        self._add(parts, None)
 
     def add_all(self, terms: Iterable[sp.Expr]) -> None:
         for term in terms:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping
 
 import sympy as sp
@@ -164,12 +165,14 @@ def _leaves(expr: sp.Expr) -> Iterator[sp.Expr]:
 
 def tidy(expr: sp.Expr, masses: frozenset[sp.Expr] = frozenset()) -> sp.Expr:
     """Collect the sums of an expression, under roots too, if that makes them shorter."""
+    if not expr.is_Add and not expr.is_Mul and not (expr.is_Pow and expr.exp.is_Rational):
+        return expr
+    parts = [tidy(a, masses) for a in expr.args]
+    is_same = all(map(operator.is_, parts, expr.args))
+    whole = expr if is_same else expr.func(*parts)
     if expr.is_Add:
-        return _collected_if_shorter(sp.Add(*(tidy(a, masses) for a in expr.args)), masses)
-    if expr.is_Mul or (expr.is_Pow and expr.exp.is_Rational):
-        whole = expr.func(*(tidy(a, masses) for a in expr.args))
-        return sp.Add(*collected_terms([whole])) if _has_tangent(whole) else whole
-    return expr
+        return _collected_if_shorter(whole, masses)
+    return sp.Add(*collected_terms([whole])) if _has_tangent(whole) else whole
 
 
 def _has_tangent(product: sp.Expr) -> bool:
@@ -179,6 +182,8 @@ def _has_tangent(product: sp.Expr) -> bool:
 
 
 def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
+    if all(map(_is_linear_term, expr.args)):
+        return expr
     expanded = expand_terms(expr, _TERM_BUDGET)
     if expanded is None:
         return expr
@@ -188,3 +193,10 @@ def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
     if len(terms) < min(len(sp.Add.make_args(expr)), len(expanded)):
         return factored(terms)
     return expr
+
+
+def _is_linear_term(term: sp.Expr) -> bool:
+    """Tell whether a term is a symbol with a number, of which a sum holds each once."""
+    return term.is_Symbol or bool(
+        term.is_Mul and len(term.args) == 2 and term.args[0].is_Rational and term.args[1].is_Symbol
+    )

@@ -15,15 +15,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property, partial
 from operator import attrgetter
 from typing import TypeVar
 
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.algebra.alpha_equivalence import OrderedShapes, rename_symbols
 from lagrange_cli.mechanics.algebra.collect import (
     Splitter,
+    TermParts,
     TermSum,
     collected_terms,
     monomial,
@@ -184,6 +186,7 @@ class _Builder:
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
         self._masses: dict[int, Weights] = {}
         self._budget = _TERM_BUDGET
+        self._families = OrderedShapes(self.number.keys(), self._split_forces)
 
     def build(self) -> Uncertified:
         collected = self._add_inertia()
@@ -286,18 +289,38 @@ class _Builder:
     def _add_potential(self, potential: sp.Expr) -> None:
         """−∂V/∂q through the Cartesian names that V is written in."""
         resolved = self.reduced.resolved
-        number = self.number
-        gradient: dict[sp.Symbol, list[sp.Expr]] = {}
-        for term in sp.Add.make_args(potential):
-            for s in sorted(term.free_symbols, key=attrgetter("name")):
-                if s in number or (s in resolved and self._jacobian(s)):
-                    gradient.setdefault(s, []).append(-derivative(term, s))
-        for s, parts in gradient.items():
-            force = self.reduced.resolve(sp.Add(*parts))
+        if all(resolved.get(s, s) == s for s in symbols_in(potential)):
+            self._add_family_potential(potential)
+            return
+        for s, force in self._potential_forces(potential):
             if s in resolved and resolved[s] != s:
                 self._add_work(s, force, self.forcing)
             else:
-                self.forcing[number[s]].add_all(self._terms(force))
+                self.forcing[self.number[s]].add_all(self._terms(force))
+
+    def _add_family_potential(self, potential: sp.Expr) -> None:
+        """−∂V/∂q of a potential over coordinates, worked out once for those of one shape."""
+        forces, names = self._families.of(potential)
+        rename = cache(partial(rename_symbols, names=names))
+        for s, terms in forces:
+            into = self.forcing[self.number[names.get(s, s)]]
+            for parts in terms:
+                into.add_parts(parts.renamed(rename) if names else parts)
+
+    def _split_forces(self, potential: sp.Expr) -> list[tuple[sp.Symbol, list[TermParts]]]:
+        return [
+            (s, [self.splitter.split(term) for term in self._terms(force)])
+            for s, force in self._potential_forces(potential)
+        ]
+
+    def _potential_forces(self, potential: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
+        """−∂V/∂s over q for each symbol s that moves."""
+        gradient: dict[sp.Symbol, list[sp.Expr]] = {}
+        for term in sp.Add.make_args(potential):
+            for s in sorted(symbols_in(term), key=attrgetter("name")):
+                if s in self.number or (s in self.reduced.resolved and self._jacobian(s)):
+                    gradient.setdefault(s, []).append(-derivative(term, s))
+        return [(s, self.reduced.resolve(sp.Add(*parts))) for s, parts in gradient.items()]
 
     def _add_extra(self, extra: sp.Expr) -> None:
         """Euler–Lagrange expression of T_extra − U, term by term."""
@@ -406,7 +429,12 @@ class _Builder:
         return terms
 
     def _potential(self) -> sp.Expr:
-        resolved = [tidy(self.reduced.resolve(u), self.masses) for u in self.terms.positional]
+        moving = frozenset(self.number)
+        shapes = OrderedShapes(moving, lambda potential: tidy(potential, self.masses))
+        resolved = []
+        for potential in self.terms.positional:
+            tidied, names = shapes.of(self.reduced.resolve(potential))
+            resolved.append(rename_symbols(tidied, names))
         whole = sp.Add(*resolved, *self.terms.velocity_dependent)
         return shortest_energy(whole, self.v, self.splitter, self.constants, self.brackets)
 

@@ -7,11 +7,12 @@ infinite: x/|x|, atan(1/x). No motion passes through a state at which a quantity
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Hashable
 from dataclasses import dataclass
 
 import sympy as sp
 
+from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.unknown_functions import is_unknown
 
@@ -67,6 +68,7 @@ class _Natures:
     def __init__(self, moving: frozenset[sp.Symbol]) -> None:
         self.moving = moving
         self.known: dict[sp.Expr, _Nature | None] = {}
+        self._simple: dict[Hashable, bool] = {}
 
     def nature(self, e: sp.Expr) -> _Nature | None:
         """Give the nature of an expression; None if it may jump."""
@@ -137,7 +139,18 @@ class _Natures:
         return _Nature(not e.base.is_positive, base.bent or exponent.bent)
 
     def _has_simple_zeros(self, e: sp.Expr) -> bool:
-        """Say whether a radicand is positive or changes sign at its zeros: no hidden |u|."""
+        """Say whether a radicand is positive or changes sign at its zeros: no hidden |u|.
+
+        Radicands of one shape, as those of a family of springs, are examined once.
+        """
+        symbols = sorted(symbols_in(e), key=str)
+        places = {s: (k, s in self.moving, s.is_positive) for k, s in enumerate(symbols)}
+        key = shape(e, places)
+        if key not in self._simple:
+            self._simple[key] = self._examined(e)
+        return self._simple[key]
+
+    def _examined(self, e: sp.Expr) -> bool:
         if e.is_positive:
             return True
         symbols = sorted(e.free_symbols, key=str)

@@ -84,7 +84,8 @@ class Reduced:
     def resolve(self, expr: sp.Expr) -> sp.Expr:
         """``expr`` with raw symbols replaced by their r(q, t)."""
         if expr not in self._put_in:
-            present = {s: self.resolved[s] for s in symbols_in(expr) if s in self.resolved}
+            places = {s: self.resolved.get(s, s) for s in symbols_in(expr)}
+            present = {s: place for s, place in places.items() if place != s}
             self._put_in[expr] = self.drawn(expr.xreplace(present) if present else expr)
         return self._put_in[expr]
 

@@ -17,6 +17,7 @@ import sympy as sp
 from lagrange_cli.errors import InputError, NotRealError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT, has_long_root
+from lagrange_cli.mechanics.symbols.plain_signs import is_plainly_real, power
 from lagrange_cli.mechanics.unknown_functions import unknown_function
 from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
@@ -134,7 +135,7 @@ class _Conversion:
 
     def real(self, node: Node, value: sp.Expr) -> sp.Expr:
         """Refuse an imaginary part, even where the whole would be real again."""
-        if value.has(sp.I) or value.is_real is False:
+        if value.has(sp.I) or (not is_plainly_real(value) and value.is_real is False):
             raise self.not_real(node, "this is not a real number")
         return value
 
@@ -169,7 +170,7 @@ class _Conversion:
         if has_long_root(base, exponent):
             says = f"this root is of a number of more than {LONGEST_ROOT} digits"
             raise self.refuse(node, says, "too-large")
-        return sp.Pow(base, exponent)
+        return power(base, exponent)
 
     def call(self, node: Call) -> sp.Expr:
         arguments = [self.convert(a) for a in node.arguments]
