@@ -95,7 +95,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     chart = replaced_chart(derivation)
     initial = starting_state(derivation, chart)
     certify_energy(evidence, derivation, sp.Add(*energy))
-    forcing = tuple(sp.Add(*terms) for terms in derivation.forcing)
+    forcing = derivation.forcing_sums
     return Equations(
         name=scene.name,
         title=scene.title,

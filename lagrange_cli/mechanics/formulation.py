@@ -27,6 +27,7 @@ from lagrange_cli.mechanics.dynamics.singular_configurations import (
 )
 from lagrange_cli.mechanics.equations import CartesianName, InitialState, ReplacedChart
 from lagrange_cli.mechanics.findings import FormulationChoice
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.initial.projection import state_of
 from lagrange_cli.mechanics.initial.state import initial_state
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
@@ -159,16 +160,20 @@ def _minimal(reduced: Reduced) -> int:
     If positions are linear in the coordinates, M is constant and f has no such products.
     """
     q = {c.q for c in reduced.coordinates}
-    pairs: set[tuple[sp.Symbol, sp.Symbol]] = set()
+    number = {c.q: j for j, c in enumerate(reduced.coordinates)}
+    beside = [0] * len(number)  # coordinates that stand in a position with each, as bits
     constant = True
     for place in {reduced.resolved[s] for body in reduced.names.particle_symbols for s in body}:
-        symbols = sorted(place.free_symbols & q, key=str)
-        pairs |= {(a, b) for k, a in enumerate(symbols) for b in symbols[k:]}
+        held = [number[s] for s in symbols_in(place) if s in number]
+        bits = sum(1 << j for j in held)
+        for j in held:
+            beside[j] |= bits
         constant = constant and _is_linear(place, q)
     n = len(q)
+    pairs = (sum(map(int.bit_count, beside)) + sum(map(bool, beside))) // 2
     full = 2 * n**2 + (0 if constant else n**3 // 3)
-    solve = n if all(a == b for a, b in pairs) else full
-    return solve + (0 if constant else _PRODUCT * len(pairs))
+    solve = n if all(bits.bit_count() <= 1 for bits in beside) else full
+    return solve + (0 if constant else _PRODUCT * pairs)
 
 
 def _is_linear(place: sp.Expr, q: set[sp.Symbol]) -> bool:

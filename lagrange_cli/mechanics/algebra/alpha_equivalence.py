@@ -10,19 +10,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cmp_to_key
 from operator import attrgetter
 from typing import Generic, TypeVar
 
 import sympy as sp
 
+from lagrange_cli.mechanics.algebra.argument_order import sympy_order
+from lagrange_cli.mechanics.algebra.plain_products import power
 from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.free_symbols import symbols_in
 
 _Result = TypeVar("_Result")
-
-#: SymPy's order of the arguments of sums and products.
-_SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
 
 
 @dataclass(frozen=True)
@@ -144,10 +142,12 @@ def rename_symbols(expr: sp.Expr, names: Mapping[sp.Symbol, sp.Symbol]) -> sp.Ex
     parts = [rename_symbols(a, names) for a in expr.args]
     if all(new is old for new, old in zip(parts, expr.args, strict=True)):
         return expr
+    if expr.is_Pow:
+        return power(*parts)
     if not (expr.is_Add or expr.is_Mul):
         return expr.func(*parts)
     if any(new.func is not old.func for new, old in zip(parts, expr.args, strict=True)):
         return expr.func(*parts)  # sin(x − y) may have become −sin(y − x)
     leading = [p for p in parts if p.is_Number]
-    parts = leading + sorted((p for p in parts if not p.is_Number), key=_SYMPY_ORDER)
+    parts = leading + sorted((p for p in parts if not p.is_Number), key=sympy_order)
     return expr.func._from_args(parts, expr.is_commutative)

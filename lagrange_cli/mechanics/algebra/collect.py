@@ -12,11 +12,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
-from functools import cmp_to_key, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import sympy as sp
 
+from lagrange_cli.mechanics.algebra.argument_order import sympy_order
 from lagrange_cli.mechanics.algebra.identities import (
     Rational,
     TrigFactor,
@@ -36,8 +37,8 @@ _TRIGONOMETRIC = {
     sp.cos: (("cos", 1),),
     sp.tan: (("sin", 1), ("cos", -1)),
 }
-#: The order of the factors of a product.
-_SYMPY_ORDER = cmp_to_key(sp.Basic.compare)
+#: The number of arguments of sin and cos, as SymPy keeps it.
+_ONE_ARGUMENT = sp.FiniteSet(1)
 
 
 class TermParts(NamedTuple):
@@ -241,7 +242,7 @@ def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
     )
     if not plain or not all(f.exp.is_Integer for f in present if f.is_Pow):
         return sp.Mul(number, *factors)
-    present.sort(key=_SYMPY_ORDER)
+    present.sort(key=sympy_order)
     return sp.Mul._from_args(present if number is _ONE else [number, *present], True)
 
 
@@ -270,7 +271,12 @@ def _function(name: str, argument: sp.Expr) -> sp.Expr:
     plain = argument.is_Symbol or (
         argument.is_Add and all(a.is_Symbol or (-a).is_Symbol for a in argument.args)
     )
-    return function(argument, evaluate=not plain)
+    if not plain:
+        return function(argument)
+    # SymPy's own constructor spends most of its time on the number of arguments.
+    value = sp.Expr.__new__(function, argument)
+    value.nargs = _ONE_ARGUMENT
+    return value
 
 
 def _weight_sum(weights: Weights) -> tuple[Rational, sp.Expr]:

@@ -105,7 +105,9 @@ def _angle(a: sp.Expr, b: sp.Expr, sign: int) -> tuple[sp.Expr, bool]:
     if sign < 0 and a.is_Symbol and b.is_Symbol:
         # As could_extract_minus_sign decides, which takes much longer.
         negative = b.sort_key() < a.sort_key()
-        return (b - a, True) if negative else (a - b, False)
+        first, second = (b, a) if negative else (a, b)
+        # As SymPy sorts the difference of two symbols.
+        return sp.Add._from_args([first, -second], True), negative
     angle = a + sign * b
     negative = angle.could_extract_minus_sign()
     return (-angle if negative else angle), negative

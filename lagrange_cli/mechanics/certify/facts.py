@@ -17,6 +17,7 @@ from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Closure
 from lagrange_cli.mechanics.findings import Conserved
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.proofs.finite_field import field_inverse
 from lagrange_cli.mechanics.proofs.refutation import depends, is_nonzero, jumps
 from lagrange_cli.mechanics.proofs.zero_test import (
@@ -54,10 +55,9 @@ def proven_evidence(derivation: Uncertified, evidence: Evidence) -> Evidence:
     )
 
 
-def _held(derivation: Uncertified) -> set[sp.Symbol]:
+def _held(derivation: Uncertified) -> frozenset[sp.Symbol]:
     """Symbols that stand in L."""
-    symbols: set[sp.Symbol] = derivation.kinetic.free_symbols | derivation.potential.free_symbols
-    return symbols
+    return symbols_in(derivation.kinetic) | symbols_in(derivation.potential)
 
 
 def _generalized_forces(derivation: Uncertified) -> list[sp.Expr]:

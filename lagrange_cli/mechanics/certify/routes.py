@@ -10,6 +10,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 
@@ -65,8 +66,7 @@ class Tapes:
             raise InternalError(Problem("the derived mass matrix is not symmetric"))
         self.upper = list(derivation.upper_triangle)
         masses = derivation.upper_triangle.values()
-        forcing = [sp.Add(*f) for f in derivation.forcing]
-        self.derived = Tape([*masses, *forcing], self.moving)
+        self.derived = Tape([*masses, *derivation.forcing_sums], self.moving)
         lagrangian = derivation.lagrangian
         shown = [lagrangian, derivation.kinetic, derivation.potential]
         self.lagrangian = Tape([*shown, *sp.Add.make_args(lagrangian)], self.moving)
@@ -110,7 +110,7 @@ class Tapes:
         self.reported = Tape([*(v for _, v in moved), *work], self.moving)
         potential = derivation.potential
         self.at_rest: Tape | None = None
-        self.resting = not potential.free_symbols & set(self.v)
+        self.resting = symbols_in(potential).isdisjoint(self.v)
         if not self.resting:
             at_rest = potential.xreplace(dict.fromkeys(self.v, sp.Integer(0)))
             if not at_rest.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):

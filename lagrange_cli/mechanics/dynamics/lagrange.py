@@ -107,6 +107,11 @@ class Uncertified:
         return self.kinetic - self.potential
 
     @cached_property
+    def forcing_sums(self) -> tuple[sp.Expr, ...]:
+        """Each entry of f as the sum of its terms."""
+        return tuple(sp.Add(*terms) for terms in self.forcing)
+
+    @cached_property
     def upper_triangle(self) -> dict[tuple[int, int], sp.Expr]:
         """Entries of M that are not zero, each as the sum of its terms: (row, column ≥ row)."""
         return {
@@ -429,13 +434,13 @@ class _Builder:
         return terms
 
     def _potential(self) -> sp.Expr:
-        moving = frozenset(self.number)
-        shapes = OrderedShapes(moving, lambda potential: tidy(potential, self.masses))
-        resolved = []
-        for potential in self.terms.positional:
-            tidied, names = shapes.of(self.reduced.resolve(potential))
-            resolved.append(rename_symbols(tidied, names))
-        whole = sp.Add(*resolved, *self.terms.velocity_dependent)
+        shapes = OrderedShapes(self.number.keys(), lambda expr: tidy(expr, self.masses))
+        resolved = [self.reduced.resolve(u) for u in self.terms.positional]
+        if len(resolved) > 1:
+            tidied = [rename_symbols(*shapes.of(expr)) for expr in resolved]
+        else:
+            tidied = [tidy(expr, self.masses) for expr in resolved]
+        whole = sp.Add(*tidied, *self.terms.velocity_dependent)
         return shortest_energy(whole, self.v, self.splitter, self.constants, self.brackets)
 
 

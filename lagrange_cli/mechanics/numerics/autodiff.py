@@ -95,7 +95,7 @@ class Tape:
 
     def _node(self, expr: sp.Basic) -> int:
         args = [self._index[a] for a in expr.args]
-        if expr.is_number and not expr.free_symbols:
+        if all(self.operations[k][0] == "constant" for k in args):
             if not expr.is_Rational:
                 value = expr.evalf(mpmath.mp.dps + 5)
                 if not (value.is_real and value.is_finite):

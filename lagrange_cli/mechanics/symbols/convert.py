@@ -16,8 +16,9 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, NotRealError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.plain_products import power, product
 from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT, has_long_root
-from lagrange_cli.mechanics.symbols.plain_signs import is_plainly_real, power
+from lagrange_cli.mechanics.symbols.plain_signs import is_plainly_real
 from lagrange_cli.mechanics.unknown_functions import unknown_function
 from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
@@ -125,7 +126,7 @@ class _Conversion:
                 terms = [(sign, self.convert(term)) for sign, term in node.terms]
                 return sp.Add(*(-e if sign == "-" else e for sign, e in terms))
             case Mul():
-                return sp.Mul(*(self.factor(op, factor) for op, factor in node.factors))
+                return product([self.factor(op, factor) for op, factor in node.factors])
             case Pow():
                 power = self.power(node)
                 # Parts are real: so are their integer powers.

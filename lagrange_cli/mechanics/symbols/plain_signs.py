@@ -31,10 +31,3 @@ def is_plainly_nonnegative(expr: sp.Expr) -> bool:
     if expr.exp.is_Integer and expr.exp % 2 == 0:
         return is_plainly_real(expr.base)
     return is_plainly_nonnegative(expr.base)
-
-
-def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    """Build a power as SymPy does, without asking whether the terms of a sum are infinite."""
-    if base.is_Add and exponent.is_Rational and exponent not in (0, 1) and base.free_symbols:
-        return sp.Pow(base, exponent, evaluate=False)
-    return sp.Pow(base, exponent)
