@@ -13,6 +13,7 @@ __all__ = [
     "factor",
     "group_by_velocity",
     "identities",
+    "plain_products",
     "polynomials",
     "positive_roots",
     "printed_length",

@@ -8,7 +8,7 @@ order of the coordinates.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Generic, TypeVar
@@ -86,14 +86,17 @@ class OrderedShapes(Generic[_Result]):
 
     Parameters
     ----------
-    exchanged
-        Symbols that may be exchanged for one another; others are what they are.
+    kind
+        Gives symbols the same value that may be exchanged for one another; None for those that are
+        what they are.
     """
 
     def __init__(
-        self, exchanged: Collection[sp.Symbol], work_out: Callable[[sp.Expr], _Result]
+        self,
+        kind: Callable[[sp.Symbol], Hashable | None],
+        work_out: Callable[[sp.Expr], _Result],
     ) -> None:
-        self._exchanged = exchanged
+        self._kind = kind
         self._work_out = work_out
         self._known: dict[Hashable, tuple[list[sp.Symbol], _Result]] = {}
 
@@ -101,7 +104,8 @@ class OrderedShapes(Generic[_Result]):
         """Give the result for the first of a shape, and its symbols → those of this one."""
         symbols = sorted(symbols_in(expr), key=attrgetter("name"))
         places: dict[sp.Basic, Hashable] = {
-            s: (k, s.is_positive) if s in self._exchanged else (k, s) for k, s in enumerate(symbols)
+            s: (k, s if (kind := self._kind(s)) is None else kind, s.is_positive)
+            for k, s in enumerate(symbols)
         }
         key = tuple(_walk(expr, places))
         if key not in self._known:

@@ -191,7 +191,8 @@ class _Builder:
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
         self._masses: dict[int, Weights] = {}
         self._budget = _TERM_BUDGET
-        self._families = OrderedShapes(self.number.keys(), self._split_forces)
+        self._families = OrderedShapes(self._is_coordinate, self._split_forces)
+        self._slopes = OrderedShapes(self._movement, self._potential_slopes)
 
     def build(self) -> Uncertified:
         collected = self._add_inertia()
@@ -318,14 +319,33 @@ class _Builder:
             for s, force in self._potential_forces(potential)
         ]
 
+    def _is_coordinate(self, symbol: sp.Symbol) -> bool | None:
+        return True if symbol in self.number else None
+
+    def _movement(self, symbol: sp.Symbol) -> tuple[bool, bool] | None:
+        """Whether a name is a coordinate, and whether it moves; None if it is of neither kind."""
+        if symbol in self.number:
+            return True, True
+        if symbol not in self.reduced.resolved:
+            return None
+        return False, bool(self._jacobian(symbol))
+
     def _potential_forces(self, potential: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
         """−∂V/∂s over q for each symbol s that moves."""
+        slopes, names = self._slopes.of(potential)
+        return [
+            (names.get(s, s), self.reduced.resolve(rename_symbols(slope, names)))
+            for s, slope in slopes
+        ]
+
+    def _potential_slopes(self, potential: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
+        """−∂V/∂s over the names that V is written in, for each symbol s that moves."""
         gradient: dict[sp.Symbol, list[sp.Expr]] = {}
         for term in sp.Add.make_args(potential):
             for s in sorted(symbols_in(term), key=attrgetter("name")):
-                if s in self.number or (s in self.reduced.resolved and self._jacobian(s)):
+                if any(self._movement(s) or ()):
                     gradient.setdefault(s, []).append(-derivative(term, s))
-        return [(s, self.reduced.resolve(sp.Add(*parts))) for s, parts in gradient.items()]
+        return [(s, sp.Add(*parts)) for s, parts in gradient.items()]
 
     def _add_extra(self, extra: sp.Expr) -> None:
         """Euler–Lagrange expression of T_extra − U, term by term."""
@@ -434,7 +454,7 @@ class _Builder:
         return terms
 
     def _potential(self) -> sp.Expr:
-        shapes = OrderedShapes(self.number.keys(), lambda expr: tidy(expr, self.masses))
+        shapes = OrderedShapes(self._is_coordinate, lambda expr: tidy(expr, self.masses))
         resolved = [self.reduced.resolve(u) for u in self.terms.positional]
         if len(resolved) > 1:
             tidied = [rename_symbols(*shapes.of(expr)) for expr in resolved]

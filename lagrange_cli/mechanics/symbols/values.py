@@ -144,6 +144,8 @@ def evaluated(value: sp.Expr, digits: int) -> mpf:
 
     A function of constants can be 10^-(10^17), beside which no number of digits shows a sum.
     """
+    if value.is_Integer and abs(value.p) < 2**53:
+        return mpf(value.p)
     number = mpf(value.evalf(digits))
     return number if abs(number) > _LEAST else mpf(0)
 

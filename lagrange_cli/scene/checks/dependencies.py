@@ -99,18 +99,21 @@ def traits_of(node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTr
         At the part that exceeds a limit of :mod:`lagrange_cli.scene.language.bounds`.
     """
     rough = first_input = None
-    constant = True
+    constant, holds_rates = True, False
     for part in walk(node):
         if isinstance(part, Name):
             traits = names.get(part.name, _POSITION)
             constant &= traits.constant
+            holds_rates |= bool(traits.rate)
             rough = rough or traits.rough
             first_input = first_input or traits.first_input
         elif isinstance(part, Call):
+            holds_rates |= part.function in TIME_DERIVATIVES
             rough = rough or (part.function if part.function in NONSMOOTH else None)
     extents = _Extents(names)
     extent = extent_of(node, extents)
-    return ExpressionTraits(_rates(node, names)[id(node)], rough, constant, extent, first_input)
+    rate = _rates(node, names)[id(node)] if holds_rates else 0
+    return ExpressionTraits(rate, rough, constant, extent, first_input)
 
 
 _POSITION = ExpressionTraits()
