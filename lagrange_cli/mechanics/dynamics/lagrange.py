@@ -52,6 +52,10 @@ _Entry = TypeVar("_Entry")
 #: Products that are multiplied out and collected; beyond it sums are left factored.
 MOST_COLLECTED_PRODUCTS = 50_000
 
+#: Times as many if every entry of a Jacobian is one term, so that M has no products of sums: links
+#: of a chain, of which 256 are collected. Set by hand.
+_PLAIN_JACOBIANS = 8
+
 #: Terms that one factor of a force may be multiplied out to.
 _TERM_BUDGET = 200
 
@@ -241,7 +245,9 @@ class _Builder:
 
     def _add_inertia(self) -> bool:
         gathered = recurring_products(self._moving_components(factored=False))
-        fits = gathered.number <= MOST_COLLECTED_PRODUCTS
+        is_plain = all(len(a) == 1 for row in self.jacobians.values() for a in row.values())
+        limit = MOST_COLLECTED_PRODUCTS * (_PLAIN_JACOBIANS if is_plain else 1)
+        fits = gathered.number <= limit
         if not fits:
             gathered = recurring_products(self._moving_components(factored=True))
         for row, column, a, b, carried in gathered:
