@@ -1,0 +1,42 @@
+"""Multipliers that come from a right-hand side are those of a program of their own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from lagrange_cli.mechanics.derivation import derive
+from lagrange_cli.program.constraint_programs import multipliers_beside
+from lagrange_cli.program.program import build_program
+from lagrange_cli.program.systems.contact_systems import with_contact_flags
+from lagrange_cli.scene import read_file
+from tests.emit import emit_closures as closures
+
+SYSTEMS = Path(__file__).parents[2] / "systems"
+
+
+def derived(scene):
+    equations = derive(read_file(SYSTEMS / scene))
+    return with_contact_flags(equations) if equations.contacts else equations
+
+
+CLOSED = ["chains/chain_of_rods", "constraints/slider_crank", "rolling/chaplygin_sleigh"]
+
+
+@pytest.mark.parametrize("scene", CLOSED)
+def test_one_system_gives_accelerations_and_multipliers(scene):
+    equations = derived(f"{scene}.yaml")
+    shared = multipliers_beside(build_program(equations, ("acceleration",)))
+    assert shared == build_program(equations, ("multipliers",))
+
+
+def test_those_of_contacts_do_as_well():
+    equations = derived("contact/ladder_leaving_wall.yaml")
+    shared = multipliers_beside(build_program(equations, ("contact_acceleration",)))
+    assert shared == build_program(equations, ("contact_multipliers",))
+
+
+def test_multipliers_in_loops_or_none_are_not_shared():
+    for equations in (closures.chain(12), derived("pendulums/double_pendulum.yaml")):
+        assert multipliers_beside(build_program(equations, ("acceleration",))) is None
