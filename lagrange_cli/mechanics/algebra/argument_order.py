@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import sympy as sp
@@ -14,15 +13,27 @@ from sympy.core.basic import ordering_of_classes
 #: Keys that are kept.
 _KEPT = 2**16
 
+#: ``id`` of an expression → the expression, which keeps its id from being given away, and its key.
+#: By identity, since to compare with an equal expression of before takes longer than a new key.
+_KEYS: dict[int, tuple[sp.Basic, tuple[Any, ...]]] = {}
+
 _RANKS = {name: k for k, name in enumerate(ordering_of_classes)}
 
 
-@lru_cache(maxsize=_KEPT)
 def sympy_order(expr: sp.Basic) -> tuple[Any, ...]:
-    """Make a key by which expressions are sorted as by ``Basic.compare``.
+    """Make a key by which expressions are sorted as by ``Basic.compare``."""
+    known = _KEYS.get(id(expr))
+    if known is None:
+        if len(_KEYS) >= _KEPT:
+            _KEYS.clear()
+        known = _KEYS[id(expr)] = expr, _key(expr)
+    return known[1]
 
-    Classes come first, those that SymPy does not list by their names, then the number of parts,
-    then each part.
+
+def _key(expr: sp.Basic) -> tuple[Any, ...]:
+    """Put classes first, those that SymPy does not list by their names, then the parts.
+
+    Expressions of fewer parts stand before others of their class.
     """
     name = type(expr).__name__
     rank = _RANKS.get(name)
