@@ -174,6 +174,7 @@ def test_interrupt_in_the_coarse_run_keeps_the_start():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("looked_at_often")
 def test_progress_never_falls():
     seen = []
     *given, _ = SYSTEMS["pendulum-near-separatrix"]

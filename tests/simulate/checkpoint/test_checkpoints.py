@@ -73,7 +73,7 @@ SCENES = {"pendulum": PENDULUM, "ball": BALL, "rod": ROD, "driven": DRIVEN}
 @pytest.fixture(autouse=True)
 def _many_looks(monkeypatch):
     """Runs are looked at often, so that they can be stopped at many places."""
-    monkeypatch.setattr(run, "FIRST_LOOK", 64)
+    monkeypatch.setattr(run, "FIRST_LOOK", 16)
     monkeypatch.setattr(run, "FASTER", 1.0)
 
 
