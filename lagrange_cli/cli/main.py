@@ -112,6 +112,8 @@ def _explain(error: Exception, session: Session) -> int:
             report_error(Problem("internal error", hint=_REPORT))
         return error.exit_code
     if _is_of_machine(error):
+        # What its frames hold is the memory that a message takes.
+        error.__traceback__ = error.__context__ = None
         give_up_stdout()
         report_error(_machine_problem(error, session.stage))
         return InputError.exit_code

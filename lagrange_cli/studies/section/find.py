@@ -205,8 +205,13 @@ def _tightened(runs: _Runs, followed: FollowedMotion, accuracy: float) -> Follow
     worst = float((errors + left_out).max(initial=0.0)) / accuracy
     if worst <= 1 and not len(followed.open):
         return followed
-    factor = _MOST_TIGHTER if len(followed.open) else min(2 * worst, _MOST_TIGHTER)
-    options = replace(runs.options, accuracy=accuracy / factor)
+    if len(followed.open):
+        wanted = accuracy / _MOST_TIGHTER
+    else:
+        # A run is often better than was asked for: less than that would give the same one again.
+        reached = min(accuracy, followed.estimated or accuracy)
+        wanted = max(reached / (2 * worst), accuracy / _MOST_TIGHTER)
+    options = replace(runs.options, accuracy=wanted)
     tighter = _Runs(runs.model, options, runs.context, runs.deadline)
     try:
         again = tighter.follow(followed.mesh, followed.tolerance)
