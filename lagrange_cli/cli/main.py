@@ -155,4 +155,7 @@ def main() -> None:
     code = run()
     # Else the interpreter looks through all objects for garbage before it ends, several times.
     gc.freeze()
+    if code == INTERRUPTED and hasattr(signal, "pthread_sigmask"):
+        # ``python -m`` sends itself the signal where it passed through an ``exec`` of a library.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     sys.exit(code)

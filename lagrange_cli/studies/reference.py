@@ -269,6 +269,8 @@ class _Makers:
         try:
             while run.go(len(problem.times)):
                 watch((run.t - problem.start) / problem.span)
+            if run.failure is None:
+                watch(1.0)  # also where it ended before the first look
         except StoppedError:
             self.spent = True
             return None

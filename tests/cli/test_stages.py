@@ -193,6 +193,34 @@ def test_ctrl_c_ends_a_hanging_compiler_at_once(tmp_path):
     assert set(os.listdir(tmp_path)) - left <= {"out.csv"}
 
 
+_INTERRUPTED = """\
+import click
+from lagrange_cli.cli import main
+
+def interrupted(*arguments, **options):
+    try:
+        exec("raise KeyboardInterrupt")
+    except KeyboardInterrupt:
+        raise click.Abort from None
+
+main.lagrange.main = interrupted
+main.main()
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no process ends by a signal there")
+def test_an_interrupt_of_an_exec_of_a_library_ends_with_the_same_code(tmp_path):
+    (tmp_path / "interrupted.py").write_text(_INTERRUPTED)
+    ended = subprocess.run(
+        [sys.executable, "-m", "interrupted"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        capture_output=True,
+        text=True,
+    )
+    assert (ended.returncode, ended.stderr) == (130, "interrupted\n")
+
+
 def _state(process: int) -> str:
     """The letter of a process's state: Z for one that has ended and was not waited for."""
     try:

@@ -197,13 +197,14 @@ def _sources(
     sequences: Sequence[tuple[str, int]] = (),
 ) -> Iterator[str]:
     """Write the functions of programs; ``parameter`` gives the last arguments of one by name."""
-    shared = sharing(programs)
+    shared = {f"{of}rhs": of for of in sharing(programs)}
+    written = {f"{of}multipliers" for of in shared.values()}
     for name, program in programs.items():
-        of = name.removesuffix("rhs").removesuffix("multipliers")
-        if of == name or of not in shared:
-            yield function_source(program, name, names, parameter(name), sequences, ARRAYS)
-        elif name == f"{of}rhs":
+        if name in shared:
+            of = shared[name]
             yield from shared_sources(of, program, names, parameter(name), sequences, ARRAYS)
+        elif name not in written:
+            yield function_source(program, name, names, parameter(name), sequences, ARRAYS)
 
 
 def _functions(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from textwrap import dedent, indent
+from textwrap import indent
 
 from lagrange_cli.emit.python.functions import defined, load_inputs
 from lagrange_cli.emit.python.statements import assigned, solution
@@ -46,7 +46,7 @@ def shared_sources(
     solved, *_ = solution(side, dialect)
     body = load_inputs(side, dialect, sequences or (("p", side.parameters),), style)
     body += [*assigned(side.assignments, dialect), *solved, "return a0"]
-    text = indent(dedent("\n".join(f"        {line}" for line in body)), _TAB)
+    text = indent("\n".join(body), _TAB)
     call = f"_{of}solution(t, y, {passed})"
     head = f"def _{of}solution(t, y, {passed}):\n    {_DOC}\n"
     n = side.coordinates

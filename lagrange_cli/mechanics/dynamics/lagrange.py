@@ -462,10 +462,7 @@ class _Builder:
     def _potential(self) -> sp.Expr:
         shapes = OrderedShapes(self._is_coordinate, lambda expr: tidy(expr, self.masses))
         resolved = [self.reduced.resolve(u) for u in self.terms.positional]
-        if len(resolved) > 1:
-            tidied = [rename_symbols(*shapes.of(expr)) for expr in resolved]
-        else:
-            tidied = [tidy(expr, self.masses) for expr in resolved]
+        tidied = [rename_symbols(*shapes.of(expr)) for expr in resolved]
         whole = sp.Add(*tidied, *self.terms.velocity_dependent)
         return shortest_energy(whole, self.v, self.splitter, self.constants, self.brackets)
 

@@ -22,7 +22,7 @@ _ABSOLUTE_PART = 0.1
 _LEAST_PART = 1e-12
 
 #: Samples in which absolute tolerances stay as they are, in doubles and in wider arithmetic, and
-#: the largest number of such stretches.
+#: the largest number of such stretches; set by hand.
 _STRETCH, _STRETCH_WIDER, _MOST_STRETCHES = 64, 4, 2**14
 
 #: Least scale so far as a part of the last one, at each attempt: motion that grows from almost

@@ -26,7 +26,7 @@ from lagrange_cli.simulate.samples.rows import RowSequence
 _GLANCE = 0.02
 
 #: Numbers of the states in the steps until the first look; set by hand.
-FIRST_LOOK = 64
+FIRST_LOOK = 1024
 
 #: Most steps until the next look: the cheapest ones take about a glance.
 _MOST_PACE = 2**16

@@ -202,12 +202,14 @@ class Bench:
         return replace(point, spent=time.perf_counter() - started)
 
     def _explore_run(self, setting: Setting, run: Run, started: float) -> WorkPrecisionPoint:
-        while run.go(len(self.problem.times)):
-            if time.perf_counter() > started + self.budget:
-                return _unfinished(setting, "given_up", f"t = {run.t:.9g} reached", run)
+        limit = started + self.budget
+        while run.go(len(self.problem.times)) and time.perf_counter() <= limit:
+            pass
         seconds = time.perf_counter() - started
         if run.failure is not None:
             return _unfinished(setting, "failed", run.failure.reason, run)
+        if seconds > self.budget:
+            return _unfinished(setting, "given_up", f"t = {run.t:.9g} reached", run)
         measured = replace(measured_run(run, self.problem), run_seconds=seconds)
         return self._point(setting, measured, motion_of(run))
 

@@ -12,7 +12,7 @@ from lagrange_cli.mechanics.algebra.alpha_equivalence import OrderedShapes, rena
 from lagrange_cli.mechanics.algebra.argument_order import sympy_order
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.plain_products import power, product
-from lagrange_cli.mechanics.symbols.plain_signs import is_plainly_nonnegative, is_plainly_real
+from lagrange_cli.mechanics.symbols.plain_signs import is_plainly_real
 
 A, B, X, Y, Z = sp.symbols("a b x y z", real=True)
 P = sp.Symbol("p", positive=True)
@@ -56,7 +56,7 @@ def test_what_is_plainly_real_is_real(pool):
     choose = random.Random(9)
     seen = 0
     for expr in pool:
-        real, nonnegative = is_plainly_real(expr), is_plainly_nonnegative(expr)
+        real, nonnegative = is_plainly_real(expr), is_plainly_real(expr, nonnegative=True)
         if not (real or nonnegative):
             continue
         seen += real and not expr.is_number
