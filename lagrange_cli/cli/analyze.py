@@ -27,9 +27,7 @@ if TYPE_CHECKING:
     from lagrange_cli.api.analyzed import Analyzed
 
 
-@click.command(
-    cls=Command, short_help="Symmetries, equilibria and their stability, linear system, modes."
-)
+@click.command(cls=Command)
 @options.scene
 @click.option(
     "--symmetries",

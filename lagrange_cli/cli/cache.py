@@ -32,7 +32,7 @@ def _cleared(cache: Cache) -> Removed:
     return removed
 
 
-@click.command(cls=Command, short_help="What is kept from earlier runs, and how to clear it.")
+@click.command(cls=Command)
 @click.option("--clear", is_flag=True, help="Remove all that is kept.  [default: off]")
 @options.json_flag("Report as JSON.")
 @options.traceback

@@ -54,7 +54,7 @@ def _checked(
         )
 
 
-@click.command(cls=Command, short_help="Scenes and folders against what they expect.")
+@click.command(cls=Command)
 @click.argument(
     "paths", nargs=-1, required=True, type=click.Path(allow_dash=True), metavar="PATH..."
 )

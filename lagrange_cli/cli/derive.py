@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation
 
 
-@click.command(cls=Command, short_help="Degrees of freedom, Lagrangian and equations of motion.")
+@click.command(cls=Command)
 @options.scene
 @click.option(
     "--format",

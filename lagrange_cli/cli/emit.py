@@ -40,9 +40,7 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
     )
 
 
-@click.command(
-    cls=Command, short_help="Code, a document or a sketch: LaTeX, Typst, C, Python, TikZ, SVG."
-)
+@click.command(cls=Command)
 @options.scene
 @click.option(
     "--to",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation
 
 
-@click.command(cls=Command, short_help="Parameters and starts that fit measurements.")
+@click.command(cls=Command)
 @options.scene
 @click.argument("data", type=click.Path())
 @click.option(

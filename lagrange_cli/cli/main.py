@@ -19,11 +19,22 @@ from lagrange_cli.cli.terminal.streams import prepare_streams
 from lagrange_cli.errors import InputError, InternalError, LagrangeError, Problem
 from lagrange_cli.version import __version__
 
-#: The subcommands, in the order in which help lists them: each a function in a module of its name.
-COMMANDS = (
-    *("derive", "emit", "analyze", "simulate", "path", "tradeoff", "stress"),
-    *("fit", "check", "new", "schema", "cache"),
-)
+#: The subcommands, in the order in which help lists them, and what it says of each. Each is a
+#: function in a module of its name.
+COMMANDS = {
+    "derive": "Degrees of freedom, Lagrangian and equations of motion.",
+    "emit": "Code, a document or a sketch: LaTeX, Typst, C, Python, TikZ, SVG.",
+    "analyze": "Symmetries, equilibria and their stability, linear system, modes.",
+    "simulate": "A trajectory to the accuracy that you state.",
+    "path": "Paths of stationary action between two configurations.",
+    "tradeoff": "Speed against accuracy of every method, measured.",
+    "stress": "Where results hold, degrade or are refused at extremes.",
+    "fit": "Parameters and starts that fit measurements.",
+    "check": "Scenes and folders against what they expect.",
+    "new": "A commented scene to begin with.",
+    "schema": "JSON Schema of scenes, for editors.",
+    "cache": "What is kept from earlier runs, and how to clear it.",
+}
 
 _REPORT = (
     "this is a defect of lagrange and not of your scene; please report it with the\n"
@@ -54,7 +65,7 @@ _LONGEST_NUMBER = 200_000
 
 
 class _Commands(click.Group):
-    """The subcommands, each imported when it is needed."""
+    """The subcommands, each imported when it is called or asked about by name."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -64,7 +75,13 @@ class _Commands(click.Group):
             return None
         command = getattr(import_module(f"lagrange_cli.cli.{cmd_name}"), cmd_name)
         assert isinstance(command, click.Command)
+        command.short_help = COMMANDS[cmd_name]
         return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the subcommands, and import none of them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
 
 
 @click.group(

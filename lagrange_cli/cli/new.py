@@ -14,7 +14,7 @@ from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.starter import starter_scene
 
 
-@click.command(cls=Command, short_help="A commented scene to begin with.")
+@click.command(cls=Command)
 @click.argument("name")
 @options.file("-o --output", "Write it to this .yaml file, - to print it.  [default: NAME.yaml]")
 @options.traceback

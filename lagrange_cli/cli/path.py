@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.model import Scene
 
 
-@click.command(cls=Command, short_help="Paths of stationary action between two configurations.")
+@click.command(cls=Command)
 @options.scene
 @click.option(
     "--from",

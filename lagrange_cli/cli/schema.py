@@ -12,7 +12,7 @@ from lagrange_cli.files import write_file
 from lagrange_cli.scene.schema import scene_schema
 
 
-@click.command(cls=Command, short_help="JSON Schema of scenes, for editors.")
+@click.command(cls=Command)
 @options.file(
     "-o --output",
     "Write it to this .json file.  [default: print it]",

@@ -73,7 +73,7 @@ def _further_columns(
     return names
 
 
-@click.command(cls=Command, short_help="A trajectory to the accuracy that you state.")
+@click.command(cls=Command)
 @options.scene
 @options.end_time
 @click.option(

@@ -25,7 +25,7 @@ def _axes() -> Iterable[str]:
     return STRESS_AXES
 
 
-@click.command(cls=Command, short_help="Where results hold, degrade or are refused at extremes.")
+@click.command(cls=Command)
 @options.scene
 @click.option(
     "--axes",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation
 
 
-@click.command(cls=Command, short_help="Speed against accuracy of every method, measured.")
+@click.command(cls=Command)
 @options.scene
 @click.option(
     "--methods",
