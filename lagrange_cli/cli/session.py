@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
-from io import StringIO
 from typing import TYPE_CHECKING
 
 import click
@@ -138,12 +137,11 @@ class Session:
         It is hidden unless stderr is a terminal, and with ``-q``; with ``-v`` lines take its place.
         """
         shown = is_terminal(sys.stderr) and self.verbosity >= 0
-        line = self.detail if self.verbosity > 0 and not shown else None
+        if not shown:
+            # Click's bar could be hidden, but takes 1 ms to import.
+            yield ProgressBar(None, self.detail if self.verbosity > 0 else None)
+            return
         with click.progressbar(
-            length=1000,
-            label=label,
-            # Click 8.1 has no other way to hide a bar.
-            file=sys.stderr if shown else StringIO(),
-            item_show_func=lambda item: item,
+            length=1000, label=label, file=sys.stderr, item_show_func=lambda item: item
         ) as bar:
-            yield ProgressBar(bar, line)
+            yield ProgressBar(bar)

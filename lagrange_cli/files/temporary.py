@@ -124,9 +124,7 @@ def remove_abandoned_files(folder: str) -> None:
 
 def remove_abandoned_folders() -> None:
     """Remove temporary folders whose locks are free, and empty ones of dead processes."""
-    from tempfile import gettempdir
-
-    for entry in _entries(gettempdir()):
+    for entry in (entry for folder in _homes() for entry in _entries(folder)):
         named = _FOLDER.fullmatch(entry.name)
         if named is None or int(named[1]) == os.getpid() or not _is_own_folder(entry.path):
             continue
@@ -138,6 +136,15 @@ def remove_abandoned_folders() -> None:
         elif not _lives(int(named[1])):
             with suppress(OSError):
                 os.rmdir(entry.path)
+
+
+def _homes() -> tuple[str, ...]:
+    """Return the folders one of which :mod:`tempfile` chooses for temporary folders.
+
+    It would be asked, but takes 2 ms to import, and to find out which of them can be written.
+    """
+    named = (os.environ.get(name) for name in ("TMPDIR", "TEMP", "TMP"))
+    return tuple(dict.fromkeys(filter(None, (*named, "/tmp", "/var/tmp"))))
 
 
 def _entries(folder: str) -> list[os.DirEntry[str]]:

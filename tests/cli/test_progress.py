@@ -79,7 +79,7 @@ def test_a_pass_that_begins_anew_has_a_rate_of_its_own(clock):
 
 def test_lines_come_now_and_then(clock):
     lines = []
-    told = ProgressBar(Bar(), lines.append)
+    told = ProgressBar(None, lines.append)
     for _ in range(30):
         clock.now += 1.0
         told.reached(2.0 * (clock.now - 101.0))

@@ -19,12 +19,12 @@ class ProgressBar:
     Parameters
     ----------
     bar
-        Click's progress bar, of length 1000.
+        Click's progress bar, of length 1000; None if none is shown.
     line
         Writes a line now and then in place of the bar; None if there is a bar, or nothing.
     """
 
-    def __init__(self, bar: Any, line: Callable[[str], None] | None = None) -> None:
+    def __init__(self, bar: Any | None, line: Callable[[str], None] | None = None) -> None:
         self._bar, self._line = bar, line
         self._done = 0.0
         self._shown = self._begun = time.monotonic()
@@ -33,11 +33,12 @@ class ProgressBar:
 
     def __call__(self, fraction: float) -> None:
         self._done = fraction
-        self._bar.update(round(1000 * fraction) - self._bar.pos)
+        if self._bar is not None:
+            self._bar.update(round(1000 * fraction) - self._bar.pos)
 
     def says(self, stage: str) -> None:
         """Show a stage of the work, if there is a bar."""
-        if self._line is None:
+        if self._bar is not None:
             self._bar.current_item = stage
             self._bar.render_progress()
 
@@ -54,6 +55,6 @@ class ProgressBar:
         text = f"t = {t:.6g}" + (f", {rate:.3g} a second" if rate > 0 else "")
         if self._line is not None:
             self._line(f"{text}, {100 * self._done:.0f} % done")
-        else:
+        elif self._bar is not None:
             self._bar.current_item = text
             self._bar.render_progress()

@@ -10,6 +10,7 @@ as well in reversible systems (chapter XI).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
@@ -93,6 +94,7 @@ class _Tableau:
     ahead: Array
 
 
+@cache
 def _gauss(stages: int) -> _Tableau:
     """Gauss–Legendre collocation on [0, 1]."""
     x, w = np.polynomial.legendre.leggauss(stages)
@@ -115,15 +117,16 @@ class _Collocation(FixedStep):
 
     symplectic = True
     kept = ("_low", "_slopes", "_last")
-    tableau: ClassVar[_Tableau]
+    stages: ClassVar[int]
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         super().__init__(rhs, t0, y0, t_end, control)
+        self._tableau = _gauss(self.stages)
         self._slopes: Array | None = None
         self._last = 0.0
 
     def _change(self, t: float, h: float) -> Array:
-        tableau = self.tableau
+        tableau = self._tableau
         slopes = self._guess(t, h)
         before, calm = np.full(slopes.shape, np.inf), 0
         for _ in range(MOST_ITERATIONS):
@@ -147,8 +150,8 @@ class _Collocation(FixedStep):
     def _guess(self, t: float, h: float) -> Array:
         """Slopes to begin with: the polynomial of the last step continued, if it was as long."""
         if self._slopes is None or self._last != h:
-            return np.tile(self._rhs(t, self.y), (len(self.tableau.nodes), 1))
-        return np.asarray(self.tableau.ahead @ self._slopes)
+            return np.tile(self._rhs(t, self.y), (self.stages, 1))
+        return np.asarray(self._tableau.ahead @ self._slopes)
 
     def _require_convergence(self, change: Array, slopes: Array, h: float) -> None:
         size = _CONVERGED * abs(h) * np.abs(slopes).max(axis=0) + 64 * np.spacing(np.abs(self.y))
@@ -169,7 +172,7 @@ class Gauss4(_Collocation):
     name = "Gauss4"
     title = "Gauss–Legendre with two stages, by iteration, fixed step, symplectic"
     order = 4
-    tableau = _gauss(2)
+    stages = 2
 
 
 class Gauss6(_Collocation):
@@ -178,4 +181,4 @@ class Gauss6(_Collocation):
     name = "Gauss6"
     title = "Gauss–Legendre with three stages, by iteration, fixed step, symplectic"
     order = 6
-    tableau = _gauss(3)
+    stages = 3

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
 import zlib
 from dataclasses import dataclass
 from typing import IO, TypeAlias
@@ -141,8 +139,10 @@ def unnamed_file(folder: str) -> IO[bytes]:
     InputError
         It cannot be made.
     """
+    from tempfile import TemporaryFile  # few runs need one, and it imports much
+
     try:
-        return tempfile.TemporaryFile(dir=folder)
+        return TemporaryFile(dir=folder)
     except OSError as error:
         raise cannot_write(f"into '{folder}'", error) from error
 
@@ -164,7 +164,9 @@ def named_file(path: str, *, again: bool) -> IO[bytes]:
 def buffer_folder(beside: str | os.PathLike[str] | None) -> str:
     """Name the folder for samples: that of a result, or that of temporary files."""
     if beside is None:
-        return tempfile.gettempdir()
+        from tempfile import gettempdir
+
+        return gettempdir()
     return os.path.dirname(os.path.realpath(beside))
 
 
@@ -181,7 +183,9 @@ def require_disk_space(folder: str, count: int, numbers: int) -> None:
     InputError
         With what they take and what there is.
     """
-    row, free = _DOUBLE_SIZE * numbers, shutil.disk_usage(folder).free
+    from shutil import disk_usage
+
+    row, free = _DOUBLE_SIZE * numbers, disk_usage(folder).free
     wanted = row * count
     if wanted > free:
         raise InputError(
