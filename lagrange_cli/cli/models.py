@@ -138,20 +138,24 @@ def derivation_of_scene(
 def model_of_scene(session: Session, scene: SceneRequest) -> Model:
     """Return the model of a scene, kept from before or derived anew.
 
-    Within :func:`.compilations_ahead` the integrators are compiled while a scene is derived; the
-    number of its coordinates is nearly always that of the equations.
+    Within :func:`.compilations_ahead` the integrators are compiled while a scene is derived (the
+    number of its coordinates is nearly always that of the equations) and the model while what
+    runs it is imported.
     """
 
     def compile_integrators(loaded: LoadedScene) -> None:
         coordinates = loaded.scene.coordinates
         if coordinates is not None:
-            from lagrange_cli.simulate.system.stepping import stepping_source
+            from lagrange_cli.simulate.system.library_sources import stepping_source
             from lagrange_cli.simulate.toolchain.shared_library import compile_ahead
 
             number = len(coordinates) * (1 + len(scene.sensitivity))
             compile_ahead(stepping_source(number), session.cache)
 
     def work() -> Answer:
+        from lagrange_cli.simulate.system.library_sources import system_source
+        from lagrange_cli.simulate.toolchain.shared_library import compile_ahead
+
         derivation = derivation_of_scene(session, scene, when_read=compile_integrators)
         announce("preparing the simulation")
         if scene.reductions:
@@ -160,6 +164,7 @@ def model_of_scene(session: Session, scene: SceneRequest) -> Model:
             model = model_of(scene.recipe().prepared(derivation.equations))
         else:
             model = derivation.model(scene.sensitivity, extra=scene.extra)
+        compile_ahead(system_source(model.code), session.cache)
         return answer_of(derivation, model.to_json())
 
     texts = [reduction.text for reduction in scene.reductions]

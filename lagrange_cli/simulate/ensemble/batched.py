@@ -38,7 +38,7 @@ from lagrange_cli.simulate.integrators.native.batched_taylor import (
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED, NativeReal
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, scales_from, ulps
-from lagrange_cli.simulate.system.libraries import OPTIONS
+from lagrange_cli.simulate.system.library_sources import system_source
 from lagrange_cli.simulate.system.rounding import each_off_by_one_ulp, rounding_factors
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
@@ -112,13 +112,9 @@ def batched_members(
     apart = (model.multipliers, model.contacts, model.surfaces, model.recordings)
     if any((*apart, model.singular, model.chart)) or not model.code.taylor:
         return None
-    system = CSource(
-        {"system.c": model.code.c + model.code.lanes, **kernels.kernel_headers()}, OPTIONS
-    )
+    sources = [system_source(model.code), *_sources(model, DOUBLE)]
     try:
-        functions, series, stepper = load_libraries(
-            find_compiler(), [system, *_sources(model, DOUBLE)], cache
-        )
+        functions, series, stepper = load_libraries(find_compiler(), sources, cache)
     except CompileError:
         return None
     motions = BatchedTaylor(series, stepper, _kinds(model))

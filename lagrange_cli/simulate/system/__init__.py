@@ -9,12 +9,11 @@ __all__ = [
     "contacts",
     "functions",
     "inputs",
-    "libraries",
+    "library_sources",
     "linearization",
     "parameters",
     "rounding",
     "singular_guard",
-    "stepping",
     "tables",
     "tracing",
 ]

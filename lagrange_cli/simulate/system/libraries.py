@@ -27,8 +27,8 @@ from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.inputs import RecordedInputs
+from lagrange_cli.simulate.system.library_sources import OPTIONS, stepping_source, system_source
 from lagrange_cli.simulate.system.parameters import parameter_values
-from lagrange_cli.simulate.system.stepping import stepping_source
 from lagrange_cli.simulate.system.tracing import tracer
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
@@ -41,10 +41,6 @@ _PROTOTYPES = {"": function_type, "_projection": projection_type}
 
 #: int system_NAME_taylor_rows(void)
 _ROWS = ctypes.CFUNCTYPE(ctypes.c_int)
-
-#: Options for the text of a system. By priorities GCC gives registers to long functions in less
-#: time, a fifth of all for a bicycle, and runs them as fast.
-OPTIONS = ("-O2", "-fira-algorithm=priority")
 
 
 def pieces_of(recorded: RecordedInputs | None, pattern: int) -> InputPieces | None:
@@ -63,8 +59,7 @@ def _sources(model: Model, real: NativeReal) -> list[CSource]:
     """Return the C of a system, and of its integrators."""
     code, stepping = model.code, stepping_source(len(model.coordinates))
     if real is DOUBLE:
-        system = {"system.c": code.c + code.lanes, **kernels.kernel_headers()}
-        return [CSource(system, OPTIONS), stepping]
+        return [system_source(code), stepping]
     wide, integrators = (
         kernels.in_arithmetic(files, real) for files in kernels.wide_files(code.c, code.taylor)
     )
