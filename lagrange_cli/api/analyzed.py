@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.analysis.values import Analysis
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import ending_of
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
@@ -70,7 +70,7 @@ class Analyzed(Analysis):
         """
         from lagrange_cli.files import write_file
 
-        write_file(os.fspath(path), self.drawn(Path(path).suffix.lower().lstrip(".")))
+        write_file(os.fspath(path), self.drawn(ending_of(path).lstrip(".")))
 
     def plot_loci(self, path: str | os.PathLike[str]) -> None:
         """Draw root loci: the poles along branches of equilibria in the complex plane.
@@ -79,7 +79,7 @@ class Analyzed(Analysis):
         """
         from lagrange_cli.files import write_file
 
-        ending = Path(path).suffix.lower().lstrip(".")
+        ending = ending_of(path).lstrip(".")
         write_file(os.fspath(path), self.drawn(ending, loci=True))
 
     def drawn(self, ending: str, *, loci: bool = False) -> bytes:

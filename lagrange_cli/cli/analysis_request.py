@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from lagrange_cli.files import ending_of
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation
@@ -140,7 +141,7 @@ class AnalysisPictures:
         shown = _shown_by_plot(request) if plot is not None else None
         if animate is not None:
             _require_modes(request, "--animate", "")
-        if plot is not None and shown != "diagram" and Path(plot).suffix.lower() == ".tex":
+        if plot is not None and shown != "diagram" and ending_of(plot) == ".tex":
             what = "a response" if shown == "bode" else "modes"
             raise click.UsageError(f"--plot draws {what} as .svg, .pdf or .png")
         drawn = {} if shown is None else {shown: plot}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -20,7 +19,7 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.output import Command, deliver, page_encoding
 from lagrange_cli.emit.base import completed
 from lagrange_cli.emit.document_options import ANALYZED
-from lagrange_cli.files import write_file
+from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.notation.page import USUAL_WIDTH, Page
 
 if TYPE_CHECKING:
@@ -288,7 +287,7 @@ class _Form:
 
 
 def _ending(path: str) -> str:
-    return Path(path).suffix.lower()
+    return ending_of(path)
 
 
 def _with_matrices(report: dict[str, Any]) -> dict[str, Any]:

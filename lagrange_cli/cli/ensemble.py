@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -18,7 +17,7 @@ from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.cli.terminal.interrupts import Terminated
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import write_file
+from lagrange_cli.files import ending_of, write_file
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.cluster.tasks import Cluster
@@ -397,11 +396,11 @@ def _plane(choice: MemberChoice, members: Members, plot: str | None) -> Plane | 
     from lagrange_cli.simulate.ensemble.planes import Plane
     from lagrange_cli.simulate.results.plot import require_map_ending
 
-    require_map_ending(Path(plot).suffix.lower().lstrip("."))
+    require_map_ending(ending_of(plot).lstrip("."))
     return Plane.of(members, choice.map_names)
 
 
 def _draw(drawn: PlaneMap, plot: str) -> None:
     from lagrange_cli.simulate.results.plot import draw_map
 
-    write_file(plot, draw_map(drawn, Path(plot).suffix.lower().lstrip(".")))
+    write_file(plot, draw_map(drawn, ending_of(plot).lstrip(".")))

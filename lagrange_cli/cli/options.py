@@ -7,14 +7,13 @@ import importlib.util
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from lagrange_cli.cli.session import Session
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import check_writable, is_address
+from lagrange_cli.files import check_writable, ending_of, is_address
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import Option
@@ -104,14 +103,14 @@ def _writable(ctx: click.Context, option: click.Parameter, value: str | None) ->
 
 def _is_store(path: str) -> bool:
     """Tell whether this is a store of many files that is there, or is on no disk."""
-    return Path(path).suffix.lower() == ".zarr" and (is_address(path) or os.path.isdir(path))
+    return ending_of(path) == ".zarr" and (is_address(path) or os.path.isdir(path))
 
 
 def writable_as(*endings: str) -> Callable[..., str | None]:
     """Make a callback that refuses files of other endings as well."""
 
     def checked(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-        if value is not None and Path(value).suffix.lower() not in endings:
+        if value is not None and ending_of(value) not in endings:
             message = f"'{value}' does not end in {' or '.join(endings)}"
             raise click.BadParameter(message, ctx, option)
         return _writable(ctx, option, value)
@@ -126,7 +125,7 @@ def _plottable(*formats: str) -> Callable[..., str | None]:
     """
 
     def checked(ctx: click.Context, option: click.Parameter, value: str | None) -> str | None:
-        ending = "" if value is None else Path(value).suffix.lower().lstrip(".")
+        ending = "" if value is None else ending_of(value).lstrip(".")
         if value is not None and ending not in formats:
             if importlib.util.find_spec("matplotlib") is None:
                 further = "; --plot FILE.tex needs none" if formats else ""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ from lagrange_cli.cli.terminal.deadline import OverdueError, within
 from lagrange_cli.cli.terminal.interrupts import Interrupts, noted_interrupts
 from lagrange_cli.cli.terminal.output import Command, print_report
 from lagrange_cli.errors import AccuracyError, InputError, Problem
-from lagrange_cli.files import check_writable, sole_writer
+from lagrange_cli.files import check_writable, ending_of, sole_writer
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.toolchain.shared_library import compilations_ahead
 from lagrange_cli.stages import Listener, heard_by
@@ -206,7 +206,7 @@ def simulate(
         member_file=member_file, resume=resume, checkpoint=checkpoint, plot=drawn, **about_members
     )
     one = members is None or section is not None
-    if one and output is not None and Path(output).suffix.lower() in _FILES_OF_MEMBERS:
+    if one and output is not None and ending_of(output) in _FILES_OF_MEMBERS:
         raise click.UsageError(f"-o: '{output}' does not end in {' or '.join(_FILES)}")
     if members is not None and sensitivity:
         raise click.UsageError("--sensitivity is of one motion, not of an ensemble")
@@ -384,5 +384,5 @@ def _remarks(trajectory: Trajectory, model: Model, checkpoint: Checkpoint | None
         )
     yield from filter(None, (*trajectory.remarks, trajectory.reason))
     stopped = trajectory.status == "stopped"
-    if stopped and checkpoint is not None and Path(checkpoint.path).exists():
+    if stopped and checkpoint is not None and os.path.exists(checkpoint.path):
         yield f"--resume {checkpoint.path} with the same options goes on from there"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -14,7 +13,7 @@ from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.reports.tradeoff import FORMATS
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.output import Command, print_report
-from lagrange_cli.files import write_file
+from lagrange_cli.files import ending_of, write_file
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation
@@ -90,4 +89,4 @@ def tradeoff(
     if plot is not None:
         from lagrange_cli.studies.tradeoff.plot import draw_trade
 
-        write_file(plot, draw_trade(measured, Path(plot).suffix.lower().lstrip(".")))
+        write_file(plot, draw_trade(measured, ending_of(plot).lstrip(".")))

@@ -8,7 +8,7 @@ interpolation. Read :mod:`.writing` first.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.files.identity import Named, is_address, require_apart, same_file
+from lagrange_cli.files.identity import Named, ending_of, is_address, require_apart, same_file
 from lagrange_cli.files.locks import lock_of, sole_writer
 from lagrange_cli.files.reading import MAX_BYTES, read_bytes, too_large
 from lagrange_cli.files.refusals import cannot_write
@@ -47,6 +47,7 @@ __all__ = [
     "carried_files",
     "check_writable",
     "discard",
+    "ending_of",
     "is_address",
     "is_temporary",
     "lock_of",

@@ -35,6 +35,13 @@ class Named(NamedTuple):
     path: str
 
 
+def ending_of(path: str | os.PathLike[str]) -> str:
+    """Return what the name of a file ends in, as ``.csv``, in lower case; "" for nothing."""
+    from pathlib import Path  # a run that writes no file does without
+
+    return Path(path).suffix.lower()
+
+
 def require_apart(reads: Iterable[Named], writes: Iterable[Named]) -> None:
     """Refuse outputs that would replace what is read, or each other.
 

@@ -11,11 +11,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from lagrange_cli.errors import Mark
+from lagrange_cli.files import ending_of
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import DECIMAL_NUMBER, CsvRows, decoded, quoted_cell
 from lagrange_cli.simulate.ensemble.enumeration import (
@@ -61,7 +61,7 @@ def read_members(path: str) -> Members:
         Located: the file cannot be read, or what is wrong with it.
     """
     readers = {".csv": _csv, ".yaml": _yaml, ".yml": _yaml}
-    mark, ending = Mark(path, 1, 1), Path(path).suffix.lower()
+    mark, ending = Mark(path, 1, 1), ending_of(path)
     if ending not in readers:
         raise refused("an ensemble is a .csv or a .yaml file", mark)
     data = read_regular(path, mark, "an ensemble")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Protocol
 
 __all__ = [
@@ -22,7 +22,7 @@ __all__ = [
 #: States of more numbers are integrated by loops of a length known only when they run.
 UNROLLED_DIMENSION = 64
 
-_FOLDER = Path(__file__).parent
+_FOLDER = os.path.dirname(__file__)
 
 #: Kernels that one library holds, by what their functions are called after: those that nearly
 #: every run needs, and others that are compiled when they are first asked for.
@@ -88,7 +88,7 @@ class CType(Protocol):
 
 def kernel_files(*groups: str) -> dict[str, str]:
     """Return name → text of every file of the integrators of some :data:`GROUPS`, or of all."""
-    names = sorted(path.name for path in _FOLDER.iterdir() if path.suffix in (".c", ".h"))
+    names = _names(_FOLDER)
     excluded = [
         name for group in GROUPS if groups and group not in groups for name in _KERNELS[group]
     ]
@@ -103,9 +103,7 @@ def kernel_headers() -> dict[str, str]:
 def batched_files() -> dict[str, str]:
     """Name → text of the files that step many motions at once, with the headers of their
     right-hand sides."""
-    names = sorted(
-        path.name for path in (_FOLDER / "members").iterdir() if path.suffix in (".c", ".h")
-    )
+    names = _names(os.path.join(_FOLDER, "members"))
     return {**kernel_headers(), **{name: _text(f"members/{name}") for name in names}}
 
 
@@ -134,8 +132,13 @@ def _rewritten(text: str, real: CType) -> str:
     return re.sub(r"\bdouble\b", real.c_name, text)
 
 
+def _names(folder: str) -> list[str]:
+    return sorted(name for name in os.listdir(folder) if name.endswith((".c", ".h")))
+
+
 def _text(name: str) -> str:
-    return (_FOLDER / name).read_text(encoding="ascii")
+    with open(os.path.join(_FOLDER, name), encoding="ascii") as file:
+        return file.read()
 
 
 def kernel_options(dimension: int) -> tuple[str, ...]:

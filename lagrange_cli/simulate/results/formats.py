@@ -6,12 +6,12 @@ import io
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
-from pathlib import Path
 from typing import IO, TYPE_CHECKING, BinaryIO, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import ending_of
 from lagrange_cli.simulate.arrays import Array
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     InputError
         There is none.
     """
-    ending = Path(path).suffix.lower()
+    ending = ending_of(path)
     if ending not in _FORMATS:
         raise InputError(
             Problem(

@@ -6,11 +6,10 @@ import io
 import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import write_file
+from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Labels
 from lagrange_cli.simulate.results.formats import Format, as_csv, as_npz, format_of
@@ -307,7 +306,7 @@ class Trajectory:
             panels = usual_panels(self.coordinates, self.labels.dimensions)
         else:
             panels = read_panels(of, ("t", *self.columns, "energy"), "of")
-        ending = Path(path).suffix.lower().lstrip(".")
+        ending = ending_of(path).lstrip(".")
         write_file(path, draw(picture_of(self, panels), ending))
 
 

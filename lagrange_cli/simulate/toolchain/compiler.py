@@ -8,13 +8,13 @@ import signal
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.stages import announce, is_to_end
 
 if TYPE_CHECKING:
+    from pathlib import Path
     from subprocess import Popen
 
 #: Commands that are looked for, in this order, where ``CC`` names none.

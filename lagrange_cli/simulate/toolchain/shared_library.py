@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import Cache, digest
 from lagrange_cli.files import remove_abandoned_folders, temporary_folder
@@ -23,6 +23,9 @@ from lagrange_cli.simulate.toolchain.compiler import (
     find_compiler,
     processor,
 )
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 #: The head of a function that others can call.
 _FUNCTION = re.compile(r"^[a-z]\w* (\w+)\(", re.MULTILINE | re.ASCII)
@@ -146,6 +149,8 @@ def _missing(library: ctypes.CDLL, source: CSource) -> str:
 
 def _folder(stack: ExitStack) -> Path:
     """Make a private folder that is removed with the stack."""
+    from pathlib import Path  # needed only to compile
+
     try:
         return Path(stack.enter_context(temporary_folder()))
     except OSError as error:

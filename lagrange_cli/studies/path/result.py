@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import write_file
+from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.formats import as_csv
@@ -211,7 +210,7 @@ class Paths:
         import io
         import json
 
-        ending = Path(path).suffix.lower()
+        ending = ending_of(path)
         if ending == ".json":
             write_file(path, json.dumps(self.summary(), indent=2, ensure_ascii=False) + "\n")
             return
@@ -235,7 +234,7 @@ class Paths:
         from lagrange_cli.simulate.results.plot import draw
         from lagrange_cli.studies.path.plot import picture_of_paths
 
-        ending = Path(path).suffix.lower().lstrip(".")
+        ending = ending_of(path).lstrip(".")
         write_file(path, draw(picture_of_paths(self), ending))
 
 

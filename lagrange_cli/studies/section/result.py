@@ -6,13 +6,12 @@ import io
 import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import write_file
+from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Labels
 from lagrange_cli.simulate.results.formats import format_of
@@ -195,7 +194,7 @@ class Section:
         from lagrange_cli.studies.section.picture import picture_of_section, section_panels
 
         panels = section_panels(self, of, "of")
-        ending = Path(path).suffix.lower().lstrip(".")
+        ending = ending_of(path).lstrip(".")
         write_file(path, draw(picture_of_section(self, panels), ending))
 
     def summary(self) -> dict[str, Any]:

@@ -28,8 +28,6 @@ from lagrange_cli.simulate.integrators.base import (
     projection,
 )
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer, expressions
-from lagrange_cli.simulate.integrators.external.heyoka_algebra import Algebra, Traced
-from lagrange_cli.simulate.integrators.external.heyoka_cache import compiled_once
 from lagrange_cli.simulate.toolchain.compiler import processor
 
 #: Largest relative tolerance with an order of its own.
@@ -147,6 +145,8 @@ def _system(text: _Text) -> tuple[list[tuple[Any, Any]], int]:
     """Write the equations in heyoka's expressions; return them and their operations."""
     import heyoka
 
+    from lagrange_cli.simulate.integrators.external.heyoka_algebra import Algebra, Traced
+
     algebra = Algebra(heyoka)
     state = [heyoka.expression(f"y{k}") for k in range(text.size)]
     numbers = [heyoka.par[k] if x is None else x for k, x in enumerate(text.plain)]
@@ -167,6 +167,8 @@ def _system(text: _Text) -> tuple[list[tuple[Any, Any]], int]:
 def _compiled(text: _Text, tolerance: float) -> Any:
     """Compile the integrator for any parameters, without a state."""
     import heyoka
+
+    from lagrange_cli.simulate.integrators.external.heyoka_cache import compiled_once
 
     system, operations = _system(text)
     compact, start = operations > _COMPACT, [0.0] * text.size
