@@ -74,10 +74,10 @@ def test_both_ways_give_the_same_motion(monkeypatch, tmp_path):
 
 
 def modules(*words: str) -> set[str]:
-    """What a fresh interpreter has imported after a command."""
+    """What a command imports in a fresh interpreter."""
     program = (
-        "import sys\nfrom lagrange_cli.cli.main import run\n"
-        f"assert run({list(words)}) == 0\nprint(*sys.modules, file=sys.stderr)"
+        "import sys\nbefore = set(sys.modules)\nfrom lagrange_cli.cli.main import run\n"
+        f"assert run({list(words)}) == 0\nprint(*set(sys.modules) - before, file=sys.stderr)"
     )
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=120
@@ -96,4 +96,5 @@ def test_a_repeated_simulation_imports_numpy_and_no_other_mathematics(options):
     warm = modules("simulate", DOUBLE, *options)
     assert "numpy" in warm
     heavy = {"sympy", "mpmath", "scipy", "scipy.integrate", "yaml", "matplotlib", "subprocess"}
-    assert warm & heavy == set()
+    few_runs_need = {"numpy.polynomial", "pathlib", "shutil", "tempfile", "click._termui_impl"}
+    assert warm & (heavy | few_runs_need) == set()
