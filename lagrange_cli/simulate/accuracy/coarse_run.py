@@ -15,8 +15,9 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode,
 from lagrange_cli.simulate.integrators.observed_motion import BRIEF, ObservedMotion
 from lagrange_cli.simulate.runs.problem import (
     InitialValueProblem,
-    extents,
     groups,
+    largest_so_far,
+    motion,
     moved_scales,
     scales_from,
     unsampled_motion,
@@ -175,7 +176,8 @@ class CoarseRun:
         """Return the scales so far at each sample, or of the motion where no sample was reached,
         and the motion of components that samples do not show, shapes (m, 2n) and (2n,)."""
         n = len(self._problem.kinds)
-        largest = extents(self._problem.y0[:n], run.states)
+        moved = motion(self._problem.y0[:n], run.states)
+        largest = largest_so_far(np.zeros(2 * n), moved)
         between = self._between(run, largest[-1])
         if run.filled < 2:
             return self.motion.scales[None, :], between

@@ -9,7 +9,9 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.runs.problem import (
     InitialValueProblem,
+    RunningLargest,
     RunningScales,
+    largest_in_all,
     largest_so_far,
     ulps,
 )
@@ -67,26 +69,38 @@ class RunningEstimate:
         beside
             What is estimated besides, over its scale, shape (m,).
         """
-        n = self._n
-        errors = largest_so_far(self._worst, errors)
-        sizes = largest_so_far(self._size, np.abs(states[:, :n]))
-        self._worst, self._size = errors[-1].copy(), sizes[-1]
-        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(sizes))
-        scales = self._scales.add(states)
-        each = errors / scales
-        ratios = np.maximum(each.max(axis=1), beside)
-        if not self._seen:
-            ratios[0] = 0.0  # the start is given
-        good = np.flatnonzero(ratios < self._eps)
+        # Where the last sample holds the accuracy, none before it matters.
+        for largest in (largest_in_all, largest_so_far):
+            each, scales, reached = self._relative(states, errors, largest)
+            ratios = np.maximum(each.max(axis=1), beside[-len(each) :])
+            if not self._seen and len(each) == len(states):
+                ratios[0] = 0.0  # the start is given
+            good = np.flatnonzero(ratios < self._eps)
+            if len(good):
+                break
+        self._worst, self._size, self._scales.largest = reached
         newest = float(ratios[-1] / self._eps), each[-1], scales[-1].copy()
+        self._seen += len(states)
         if len(good):
             at = int(good[-1])
-            kept = self._seen + at + 1, float(ratios[at]), scales[at]
+            kept = self._seen - len(each) + at + 1, float(ratios[at]), scales[at]
         else:
             before = self.estimate
             kept = before.samples, before.estimate, before.scales
         self._estimate = ErrorEstimate(*kept, *newest)
-        self._seen += len(states)
+
+    def _relative(
+        self, states: Array, errors: Array, largest: RunningLargest
+    ) -> tuple[Array, Array, tuple[Array, Array, Array]]:
+        """Return errors over scales, and scales, at the rows of ``largest``, shapes (m, 2n), and
+        the largest errors, coordinates and motion up to the last."""
+        n = self._n
+        errors = largest(self._worst, errors)
+        sizes = largest(self._size, np.abs(states[:, :n]))
+        worst = errors[-1].copy()
+        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(sizes))
+        scales, moved = self._scales.with_further(states, largest)
+        return errors / scales, scales, (worst, sizes[-1], moved)
 
     @property
     def estimate(self) -> ErrorEstimate:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
+from typing import TypeAlias
 
 import numpy as np
 
@@ -166,26 +167,41 @@ class RunningScales:
 
     def __init__(self, problem: InitialValueProblem, start: Array) -> None:
         self._problem, self._start = problem, start[: len(problem.kinds)]
-        self._largest = np.zeros(2 * len(problem.kinds))
+        self.largest = np.zeros(2 * len(problem.kinds))
 
     def add(self, states: Array) -> Array:
         """Add samples (m, 2n); return the scales so far at each, shape (m, 2n)."""
+        scales, self.largest = self.with_further(states, largest_so_far)
+        return scales
+
+    def with_further(self, states: Array, largest: RunningLargest) -> tuple[Array, Array]:
+        """Return the scales at the rows of ``largest`` and the motion up to the last, without
+        adding the samples."""
         n = len(self._problem.kinds)
-        largest = np.maximum(extents(self._start, states), self._largest)
-        self._largest = largest[-1].copy()
-        return scales_from(self._problem, largest[:, :n], largest[:, n:])
+        rows = largest(self.largest, motion(self._start, states))
+        return scales_from(self._problem, rows[:, :n], rows[:, n:]), rows[-1].copy()
 
 
-def extents(start: Array, states: Array) -> Array:
-    """Return the largest distances from the start (n,), and speeds, up to each sample, (m, 2n)."""
+def motion(start: Array, states: Array) -> Array:
+    """Return distances from the start (n,), and speeds, at each sample, shape (m, 2n)."""
     moved = states.copy()
     moved[:, : len(start)] -= start
-    return np.asarray(np.maximum.accumulate(np.abs(moved), axis=0))
+    return np.abs(moved, out=moved)
+
+
+#: Largest values of columns before some rows (k,), the rows (m, k) → those with them.
+RunningLargest: TypeAlias = Callable[[Array, Array], Array]
 
 
 def largest_so_far(before: Array, values: Array) -> Array:
     """Return the largest of each column up to each row, those ``before`` included, shape (m, k)."""
     return np.asarray(np.maximum(np.maximum.accumulate(values, axis=0), before))
+
+
+def largest_in_all(before: Array, values: Array) -> Array:
+    """Return the last row of :func:`largest_so_far` alone, shape (1, k)."""
+    # NumPy is quick along memory.
+    return np.asarray(np.maximum(values.T.copy().max(axis=1), before))[None]
 
 
 def moved_scales(problem: InitialValueProblem, moved: Array) -> Array:

@@ -66,7 +66,7 @@ def _disproofs(
 ) -> Iterator[tuple[int, Disproof]]:
     """Yield the number of the first sample that does not hold, and why, for each reason."""
     if accuracy is not None and drift is not None:
-        first = _contradicted(model, seen, t, measured, accuracy, drift.size)
+        first = _contradicted(model, seen, t, measured, accuracy, drift)
         if first is not None:
             yield first, Disproof(float(t[first]), "energy")
     if model.positive:
@@ -107,7 +107,7 @@ def _contradicted(
     t: RowSequence,
     measured: Measured,
     accuracy: float,
-    size: float,
+    drift: EnergyDrift,
 ) -> int | None:
     return first_contradiction(
         lambda times, states: (
@@ -117,7 +117,7 @@ def _contradicted(
         measured.states,
         accuracy,
         measured.scales,
-        size,
+        drift,
         lambda: _in_digits(model, seen),
     )
 
@@ -165,5 +165,5 @@ def energy_drift(
         return None
     running = EnergyDrift()
     for times, part in windows(t, states):
-        running.add(*energies(seen, times, part), seen.lost(times))
+        running.add(times, part, *energies(seen, times, part), seen.lost(times))
     return running

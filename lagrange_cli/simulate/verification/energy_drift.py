@@ -7,7 +7,7 @@ a step that all of them step over; the energy function may.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -40,7 +40,7 @@ def first_contradiction(
     states: RowSequence,
     accuracy: float,
     scales: Array,
-    size: float,
+    drift: EnergyDrift,
     in_digits: Callable[[], ExactEnergy | None] = lambda: None,
 ) -> int | None:
     """Find the number of the first sample whose energy the accuracy cannot explain, or None.
@@ -53,49 +53,38 @@ def first_contradiction(
         Samples, shapes (m,) and (m, 2n).
     accuracy, scales
         Each component of a state is promised to ``accuracy·scales``, shape (2n,).
-    size
-        The largest of the energy and of its part that depends on velocities.
+    drift
+        The drift of this energy at these samples.
     in_digits
         Makes the same function in more digits, None if it is not to be had; called where doubles
         convict.
     """
     # The start is given: nothing but its last place is open there.
-    at_start = _around(energy, t[:1], states[:1], np.spacing(np.abs(states[0])))
-    first, start = float(at_start[0, 0]), float(_allowed(at_start)[0])
-    moves, exact = accuracy * scales, cache(in_digits)
-
-    def changes() -> Iterator[tuple[int, Array, Array, Array]]:
-        """Yield for each window its first number, times, states, and changes but for rounding."""
-        begin = 0
-        for times, part in windows(t, states):
-            yield begin, times, part, np.abs(energy(times, part)[:, 0] - first) - _ROUNDING * size
-            begin += len(part)
+    start, moves, exact = np.spacing(np.abs(states[0])), accuracy * scales, cache(in_digits)
 
     def contradict(times: Array, part: Array, change: Array) -> bool:
         """Tell if the change of the energy at one of some samples is more than errors explain."""
-        allowed = _allowed(_around(energy, times, part, moves))
-        convicted = np.flatnonzero((change > 0) & (change > _MARGIN * (start + allowed)))
+        change = change - _ROUNDING * drift.size
+        if not (change > 0).any():
+            return False
+        every = np.concatenate([states[:1], part])
+        around = np.broadcast_to(moves, every.shape).copy()
+        around[0] = start
+        allowed = _allowed(_around(energy, np.concatenate([t[:1], times]), every, around))
+        convicted = np.flatnonzero((change > 0) & (change > _MARGIN * (allowed[0] + allowed[1:])))
         begun = t[0], states[0]
         return any(_contradicts_exactly(exact, times[k], part[k], moves, begun) for k in convicted)
 
-    def suspicious(change: Array) -> NDArray[np.intp]:
-        return np.argsort(change)[::-1][:_SUSPECTS]
-
-    if not any(
-        contradict(times[some], part[some], change[some])
-        for _, times, part, change in changes()
-        for some in [suspicious(change)]
-    ):
+    if not any(contradict(*suspects) for suspects in drift.suspects):
         return None
-    return next(
-        (
-            begin + k
-            for begin, times, part, change in changes()
-            for k in np.flatnonzero(change > 0).tolist()
-            if contradict(times[k : k + 1], part[k : k + 1], change[k : k + 1])
-        ),
-        None,
-    )
+    begin = 0
+    for times, part in windows(t, states):
+        change = np.abs(energy(times, part)[:, 0] - drift.first)
+        for k in np.flatnonzero(change > _ROUNDING * drift.size).tolist():
+            if contradict(times[k : k + 1], part[k : k + 1], change[k : k + 1]):
+                return begin + k
+        begin += len(part)
+    return None
 
 
 def _contradicts_exactly(
@@ -129,10 +118,13 @@ def _largest_change(energy: ExactEnergy, t: float, y: Array, moves: Array) -> An
 
 
 def _around(energy: Energy, t: Array, y: Array, moves: Array) -> Array:
-    """Evaluate the energy at states (k, 2n), and with each component moved by its error, up and
-    then down, shape (k, 1 + 4n)."""
-    each = np.diag(moves)
-    moved = y[:, None] + np.concatenate([np.zeros((1, len(moves))), each, -each])
+    """Evaluate the energy at states (k, 2n), and with each component moved by its error (k, 2n), up
+    and then down, shape (k, 1 + 4n)."""
+    count, width = y.shape
+    each = np.arange(width)
+    moved = np.repeat(y, 1 + 2 * width, axis=0).reshape(count, -1, width)
+    moved[:, 1 + each, each] += moves
+    moved[:, 1 + width + each, each] -= moves
     times = np.repeat(t, moved.shape[1])
     return energy(times, moved.reshape(len(times), -1))[:, 0].reshape(moved.shape[:2])
 
@@ -188,18 +180,31 @@ def energy_drifts(energy: Array, kinetic: Array) -> Array:
 
 
 class EnergyDrift:
-    """The drift of a conserved energy, of samples that are added in parts, in order."""
+    """The drift of a conserved energy, of samples that are added in parts, in order.
+
+    Attributes
+    ----------
+    first
+        Energy at the start.
+    suspects
+        Of each part the samples of largest change: times (k,), states (k, 2n), changes (k,).
+    """
+
+    first: float
 
     def __init__(self) -> None:
-        self._first: float | None = None
+        self.suspects: list[tuple[Array, Array, Array]] = []
         self._change = self._largest = self._kinetic = self._lost = 0.0
 
-    def add(self, energy: Array, kinetic: Array, lost: Array) -> None:
-        """Take the energy of samples, its kinetic part, and what impacts took until then."""
+    def add(self, times: Array, states: Array, energy: Array, kinetic: Array, lost: Array) -> None:
+        """Take samples with their energy, its kinetic part, and what impacts took until then."""
         kept = energy - lost
-        if self._first is None:
-            self._first = kept[0]
-        self._change = np.maximum(self._change, np.abs(kept - self._first).max())
+        if not self.suspects:
+            self.first = kept[0]
+        change = np.abs(kept - self.first)
+        some = np.argsort(change)[::-1][:_SUSPECTS]
+        self.suspects.append((times[some], states[some], change[some]))
+        self._change = np.maximum(self._change, change.max())
         self._largest = np.maximum(self._largest, np.abs(kept).max())
         self._kinetic = np.maximum(self._kinetic, np.abs(kinetic).max())
         self._lost = np.maximum(self._lost, np.abs(lost).max())

@@ -82,12 +82,14 @@ def test_what_doubles_lose_convicts_nobody(monkeypatch):
     # Terms that cancel are collected where they can be: the energy loses its digits here.
     real = conservation.first_contradiction
 
-    def noisy(energy, t, states, accuracy, scales, size, exact=None):
+    def noisy(energy, t, states, accuracy, scales, drift, exact=None):
         def off(times, rows):
             return energy(times, rows) + 1e-4 * np.sin(1e4 * np.asarray(times))[:, None]
 
-        assert real(off, t, states, accuracy, scales, size) is not None
-        return real(off, t, states, accuracy, scales, size, exact)
+        shifted = conservation.EnergyDrift()
+        shifted.add(t, states, off(t, states)[:, 0], np.array(drift.size), np.zeros(len(t)))
+        assert real(off, t, states, accuracy, scales, shifted) is not None
+        return real(off, t, states, accuracy, scales, shifted, exact)
 
     monkeypatch.setattr(disproof, "first_contradiction", noisy)
     assert system.simulate().status == "ok"
@@ -105,7 +107,9 @@ def test_a_wrong_run_is_still_convicted():
     def exact(time, y, moved):
         return float(((y if moved is None else y + moved) ** 2).sum() / 2)
 
+    drift = conservation.EnergyDrift()
+    drift.add(t, states, energy(t, states)[:, 0], np.array(0.5), np.zeros(len(t)))
     found = conservation.first_contradiction(
-        energy, t, states, 1e-6, np.ones(2), 0.5, lambda: exact
+        energy, t, states, 1e-6, np.ones(2), drift, lambda: exact
     )
     assert found is not None

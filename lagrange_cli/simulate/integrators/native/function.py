@@ -19,6 +19,7 @@ from lagrange_cli.simulate.integrators.native.c_types import (
     POINTER,
     NativeReal,
     address_of,
+    place_of,
 )
 from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
@@ -126,7 +127,7 @@ class NativeRhs:
         if len(y) != len(self._state):
             self._state, self._slope = np.empty((2, len(y)), self.real.dtype)
             arrays = self._state, self._slope, self.work
-            self._pointers = tuple(array.ctypes.data for array in arrays)
+            self._pointers = tuple(map(place_of, arrays))
         self._state[:] = self.real.array(y)
         state, slope, work = self._pointers
         if self.function(t, state, self.inputs(t), self.parameters_address, work, slope):
@@ -138,7 +139,7 @@ class NativeRhs:
         t, y = self.real.array(t), self.real.array(y)
         out = np.empty((len(t), columns), self.real.dtype)
         width = y.shape[1]
-        places = [(array.ctypes.data, array.strides[0]) for array in (t, y, out)]
+        places = [(place_of(array), array.strides[0]) for array in (t, y, out)]
         for first, last, inputs in self._alike(t):
             times, states, values = (start + first * row for start, row in places)
             known = inputs, self.parameters_address, self.work_address

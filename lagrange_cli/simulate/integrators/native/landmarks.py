@@ -10,7 +10,11 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_structures import LANDMARK_ROWS, landmarks_type
-from lagrange_cli.simulate.integrators.native.c_types import NativeReal, address_of
+from lagrange_cli.simulate.integrators.native.c_types import (
+    NativeReal,
+    address_of,
+    place_of,
+)
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class LandmarkBuffer:
         self._c = landmarks_type()(count=count)
         self._c.function = address_of(landmarks.function)
         for name, array in arrays.items():
-            setattr(self._c, name, array.ctypes.data)
+            setattr(self._c, name, place_of(array))
 
     @property
     def remade(self) -> int:

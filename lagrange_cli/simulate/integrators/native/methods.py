@@ -37,6 +37,7 @@ from lagrange_cli.simulate.integrators.native.c_types import (
     LONG,
     POINTER,
     aligned_zeros,
+    place_of,
 )
 from lagrange_cli.simulate.integrators.native.events import EventBuffer
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
@@ -95,7 +96,7 @@ class _Compiled:
         self._scratch = memory[n * (rows + 2) : n * (rows + 3)].reshape(1, n)
         self._memory[0] = rhs.real.array(y0)
         self._run = run = run_type(rhs.real)()
-        address, row = memory.ctypes.data, memory.itemsize * n
+        address, row = place_of(memory), memory.itemsize * n
         run.rhs, run.lanes, run.project = rhs.address, rhs.lanes_address, rhs.projection_address
         run.p = rhs.parameters_address
         run.shift = rhs.shift_address
@@ -168,7 +169,7 @@ class _Compiled:
         assert control.loosening is not None
         real, loosening = self._native.real, control.loosening
         self._stretches = since, rows = real.array(loosening.since), real.array(loosening.rows)
-        self._stretches_at = since.ctypes.data, rows.ctypes.data, len(since)
+        self._stretches_at = place_of(since), place_of(rows), len(since)
 
     def stop_at(self, events: TerminalEvents) -> None:
         assert events.native is not None
@@ -233,9 +234,9 @@ class _Compiled:
             most_steps = min(most_steps, ROOM)
         status = self._advance(
             ctypes.byref(run),
-            times.ctypes.data,
+            place_of(times),
             len(times),
-            out.ctypes.data,
+            place_of(out),
             ctypes.byref(filled),
             min(most_steps, _ENDLESS),
             math.ceil(min(most_evaluations, _ENDLESS)),
