@@ -111,13 +111,13 @@ class CoarseRun:
             span=problem.span,
             tolerance=tolerance,
             least=LEAST,
-            moved=np.where(np.isfinite(first), first, np.append(np.zeros(n), speeds)),
+            moved=np.where(np.isfinite(first), first, np.concatenate([np.zeros(n), speeds])),
             nearest=0.0 if finest else _TOO_CLOSE * tolerance,
             scales_of=partial(moved_scales, problem),
         )
         self._control = Control(
             # Positions count from the start: an offset of the origin is no scale.
-            rtol=np.repeat([0.0, tolerance], n),
+            rtol=np.array([0.0] * n + [tolerance] * n),
             atol=self.motion.atol,
             first_step=h,
             max_step=_LONGER * problem.longest_step,
@@ -164,13 +164,13 @@ class CoarseRun:
         """Tell whether bodies come closer to the origin than a coarse run resolves: it may take
         them to the wrong side of what attracts them. The finest run is trusted."""
         near = self.motion.closest < self.motion.nearest
-        return bool((near & ~self._problem.angles).any())
+        return bool((near > self._problem.angles).any())
 
     @property
     def closest(self) -> Array:
         """Least distance of each coordinate from the origin in short steps, others of its kind with
         it, relative to scales; 1 if it came no closer, and for velocities; shape (2n,)."""
-        return np.concatenate([self.motion.closest, np.ones_like(self.motion.closest)])
+        return np.concatenate([self.motion.closest, np.ones(len(self.motion.closest))])
 
     def scales(self, run: Run) -> tuple[Array, Array]:
         """Return the scales so far at each sample, or of the motion where no sample was reached,
@@ -193,4 +193,4 @@ class CoarseRun:
             return np.zeros_like(self.motion.moved)
         mean_speeds = self.motion.way / (run.t - self._problem.start)
         farthest = self.motion.moved[: len(mean_speeds)]
-        return unsampled_motion(self._problem, shown, np.append(farthest, mean_speeds))
+        return unsampled_motion(self._problem, shown, np.concatenate([farthest, mean_speeds]))

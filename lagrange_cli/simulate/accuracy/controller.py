@@ -47,6 +47,9 @@ from lagrange_cli.simulate.sharpness.peaks import watching
 
 _TUNING = ScheduleTuning()
 
+#: One unit in the last place below 1.
+_LAST_PLACE = float(np.finfo(float).epsneg)
+
 
 def integrate_to_accuracy(
     problem: InitialValueProblem, eps: float, watch: Watch, keeper: CheckpointWriter | None = None
@@ -105,7 +108,7 @@ def _refuse_below_floor(problem: InitialValueProblem, eps: float, scales: Array)
     """Refuse an ``eps`` below :data:`FLOOR_ULPS` units in the last place of the start values."""
     n = len(problem.kinds)
     floors = FLOOR_ULPS * ulps(problem.y0[:n]) / scales
-    floor = max(float(floors.max(initial=0.0)), FLOOR_ULPS * float(np.finfo(float).epsneg))
+    floor = float(max([FLOOR_ULPS * _LAST_PLACE, *floors.tolist()]))
     if eps < floor:
         less = f"ask for --accuracy {_round_up(floor):g} or more, or " if floor < 0.1 else ""
         raise InputError(
@@ -196,7 +199,7 @@ def _smallest_tolerance(problem: InitialValueProblem, coarse: CoarseResult) -> f
     finer = problem.epsilon / float(np.finfo(float).eps)
     # Steps finer than the noise of the right-hand side are of no use.
     steps = finer * ulps(problem.y0[:n]) / coarse.scales[-1, :n] / 8
-    noise = max(float(steps.max(initial=0.0)), NOISE_PART * coarse.relative_noise)
+    noise = float(max([NOISE_PART * coarse.relative_noise, *steps.tolist()]))
     least = _TUNING.smallest_implicit if coarse.stiff else _TUNING.smallest_explicit
     return max(finer * least, noise)
 

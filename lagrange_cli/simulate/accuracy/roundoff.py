@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -54,7 +54,8 @@ def noise_of_steps(
     for alike, (rhs, *perturbed) in _smooth_parts(problem, times, states, closed):
         at, there = times[alike], states[alike]
         every = moved[:, alike].reshape(-1, states.shape[1])
-        here, *beside = _slopes(rhs, np.tile(at, len(moved)), every).reshape(-1, *there.shape)
+        every_time = np.concatenate([at] * len(moved))
+        here, *beside = _slopes(rhs, every_time, every).reshape(-1, *there.shape)
         beside += [_slopes(side, at, there) for side in perturbed]
         change[alike] = np.abs(np.array(beside) - here).max(axis=0)
     h = lengths[:, None]
@@ -74,11 +75,13 @@ def _slopes(rhs: Rhs, t: Array, y: Array) -> Array:
 
 def _smooth_parts(
     problem: InitialValueProblem, t: Array, y: Array, closed: Sequence[ContactMode]
-) -> list[tuple[list[int], list[Rhs]]]:
+) -> Iterable[tuple[list[int] | slice, list[Rhs]]]:
     """Divide states into those of one mode, with the right-hand side and the perturbed ones in it,
     without the jumps that a last place may cross."""
     sides = [problem.rhs, *(problem.perturbed or ())]
     surfaces = [surfaces_of(rhs) for rhs in sides]
+    if surfaces[0] is None and not any(closed):
+        return [(slice(None), sides)]
     parts: dict[Any, tuple[list[int], list[Rhs]]] = {}
     for k, mode in enumerate(closed):
         around = None if mode or surfaces[0] is None else surfaces[0].around(float(t[k]), y[k])
@@ -88,4 +91,4 @@ def _smooth_parts(
                 smooth = [every.side(around) for every in surfaces if every is not None]
             parts[mode, around] = [], smooth
         parts[mode, around][0].append(k)
-    return list(parts.values())
+    return parts.values()

@@ -150,5 +150,5 @@ class ObservedMotion:
         """Return the lengths of the steps around some times (m,); None if none has settled."""
         if self.passed <= SETTLING:
             return None
-        numbers = np.clip(np.searchsorted(self._ends, times), SETTLING, self.passed - 1)
-        return np.asarray(self.lengths)[numbers]
+        numbers = np.searchsorted(np.array(self._ends), times)
+        return np.array(self.lengths)[np.minimum(np.maximum(numbers, SETTLING), self.passed - 1)]

@@ -130,7 +130,7 @@ class InitialValueProblem:
 
 def ulps(values: Array) -> Array:
     """Return one unit in the last place of each of |values|, 0 for 0."""
-    return np.where(values == 0, 0.0, np.spacing(np.abs(values)))
+    return np.asarray(np.spacing(np.abs(values)) * (values != 0))
 
 
 @cache
@@ -252,5 +252,5 @@ def unsampled_motion(problem: InitialValueProblem, shown: Array, moved: Array) -
     """
     n = len(problem.kinds)
     rests = moved[:n] <= _ROUNDING_ULPS * ulps(problem.y0[:n])
-    moved = np.where(np.tile(rests, 2), 0.0, moved)
-    return np.where(shown < _SMALL_BESIDE_OTHERS * moved, moved, 0.0)
+    hidden = shown < _SMALL_BESIDE_OTHERS * moved
+    return np.where(hidden & ~np.concatenate([rests, rests]), moved, 0.0)

@@ -24,9 +24,8 @@ def require_a_start(model: Model, problem: InitialValueProblem) -> None:
     InputError
         It cannot be integrated from.
     """
-    for name, value in zip(
-        model.positive, positive_values(model)(problem.start, problem.y0), strict=True
-    ):
+    values = positive_values(model)(problem.start, problem.y0) if model.positive else ()
+    for name, value in zip(model.positive, values, strict=True):
         if not value > 0:
             message = f"'{name}' is declared positive, at the start it is {value:.9g}"
             raise InputError(Problem(message, hint="start elsewhere", rule="not-positive"))

@@ -143,7 +143,8 @@ class _Compiled:
         """Bring what Python shows up to date."""
         run = self._run
         self.t = float(run.t)
-        self.y: Array = np.add(*self._native.real.doubles(self._memory[:2]))
+        high, low = self._native.real.doubles(self._memory[:2])
+        self.y: Array = high + low
         self.steps: int = run.steps
         self.rejections: int = run.rejections
         self.evaluations: int = run.evaluations
@@ -227,7 +228,8 @@ class _Compiled:
         out = states if fits else np.empty(states.shape, real.dtype)
         filled, run = LONG(), self._run
         run.max_step = real.number(self._control.max_step)
-        self._tolerances[:] = real.array([self._control.rtol, self._control.atol])
+        self._tolerances[0] = real.array(self._control.rtol)
+        self._tolerances[1] = real.array(self._control.atol)
         run.since, run.looser, run.stretches = self._stretches_at
         if self._seen is not None:
             self._seen.give()
