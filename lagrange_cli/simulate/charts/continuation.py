@@ -293,7 +293,9 @@ class _Follower:
         self._look()
         step = t - here.t
         moved = here.v * step
-        there = self.inverse.point(t, here.q + np.clip(moved, -LONGEST_STEP, LONGEST_STEP), r, w)
+        there = self.inverse.point(
+            t, here.q + np.minimum(np.maximum(moved, -LONGEST_STEP), LONGEST_STEP), r, w
+        )
         if here.clear and self._before is None:
             self._last_clear = here
         if self._is_accounted_for(here, there, step):
@@ -362,7 +364,7 @@ class _Follower:
         guess[number] += sense * np.pi
         turned = self.inverse.point(there.t, guess, there.r, there.w)
         turn = sense * float(turned.q[number] - before.q[number])
-        alike = alikeness(before.jacobian, turned.jacobian) >= _ALIKE
+        alike = alikeness(before, turned) >= _ALIKE
         if not (before.clear and turned.clear and alike and 0 < turn < np.pi + _BEYOND):
             raise _UnknownError
         self._before = None
@@ -374,7 +376,7 @@ class _Follower:
         expected = (here.v + there.v) / 2 * step
         size = np.maximum(np.maximum(np.abs(change), np.abs(expected)), _LEAST)
         near = (np.abs(change - expected) <= _LOOSE * size).all()
-        alike = alikeness(here.jacobian, there.jacobian) >= _ALIKE
+        alike = alikeness(here, there) >= _ALIKE
         return bool(near and alike and (np.abs(change) <= LONGEST_STEP).all())
 
     @staticmethod

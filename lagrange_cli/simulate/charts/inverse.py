@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,8 +46,8 @@ class ChartPoint:
         Position and velocity, shape (k,).
     q, v
         Coordinates of the chart and their rates, shape (n,).
-    jacobian
-        ∂r/∂q, shape (k, n).
+    jacobian, volume
+        ∂r/∂q, shape (k, n), and the volume that its columns span.
     clear
         The chart is regular here, by more than the uncertainty of the position.
     amplification
@@ -59,8 +60,39 @@ class ChartPoint:
     q: Array
     v: Array
     jacobian: Array
+    volume: float
     clear: bool
     amplification: Array
+
+
+@dataclass
+class _Tangent:
+    """Derivatives of the positions, with ∂r/∂q = left·diag(sizes)·right if it is finite.
+
+    Attributes
+    ----------
+    jacobian, drift
+        ∂r/∂q, shape (k, n), and ∂r/∂t, shape (k,).
+    left, sizes, right
+        Shapes (k, m), (m,) and (m, n) with m = min(k, n).
+    """
+
+    jacobian: Array
+    drift: Array
+    left: Array = field(default_factory=lambda: np.empty((0, 0)))
+    sizes: Array = field(default_factory=lambda: np.empty(0))
+    right: Array = field(default_factory=lambda: np.empty((0, 0)))
+
+    @property
+    def finite(self) -> bool:
+        return len(self.sizes) > 0
+
+    def least(self, moved: Array) -> Array:
+        """Return the smallest x for which ∂r/∂q·x is closest to ``moved``, NaN if there is none."""
+        if not self.finite:
+            return np.full(self.jacobian.shape[1], np.nan)
+        counts = self.sizes > _NOTHING * self.sizes[0]
+        return np.asarray(np.where(counts, (moved @ self.left) / self.sizes, 0.0) @ self.right)
 
 
 class ChartInverse:
@@ -81,27 +113,34 @@ class ChartInverse:
         """Find the coordinates, and their rates, of a position r and a velocity w near a guess."""
         q, n = guess.copy(), len(guess)
         for _ in range(_NEWTON):
-            miss = r - self._positions(t, np.concatenate([q, np.zeros(n)]))
-            step = _least(self.jacobian(t, q)[0], miss)
+            tangent = self._tangent(t, q)
+            step = tangent.least(r - self._positions(t, np.concatenate([q, np.zeros(n)])))
             if not np.isfinite(step).all():
                 break
-            q = q + np.clip(step, -LONGEST_STEP, LONGEST_STEP)
+            q = q + np.minimum(np.maximum(step, -LONGEST_STEP), LONGEST_STEP)
             if (np.abs(step) <= _SMALLEST * (1 + np.abs(q))).all():
                 break
-        jacobian, drift = self.jacobian(t, q)
-        v = _least(jacobian, w - drift)
+        else:
+            tangent = self._tangent(t, q)
+        v, jacobian = tangent.least(w - tangent.drift), tangent.jacobian
         size = np.abs(r).max(initial=1e-300)
         miss = np.abs(r - self._positions(t, np.concatenate([q, np.zeros(n)]))).max()
         there = bool(miss <= _MISFIT * size)
-        if not np.isfinite(jacobian).all():
-            return ChartPoint(t, r, w, q, v, jacobian, False, np.full(n, np.inf))
-        left, sizes, right = np.linalg.svd(jacobian, full_matrices=False)
-        clear = bool(sizes[-1] > _NOTHING * sizes[0])
-        inverse = (right.T / sizes) @ left.T
+        if not tangent.finite:
+            return ChartPoint(t, r, w, q, v, jacobian, np.nan, False, np.full(n, np.inf))
+        volume = math.prod(tangent.sizes.tolist())
+        clear = bool(tangent.sizes[-1] > _NOTHING * tangent.sizes[0])
+        inverse = (tangent.right.T / tangent.sizes) @ tangent.left.T
         spread = np.abs(inverse) @ self._errors if clear else np.full(n, np.inf)
         amplification = spread if clear and there else np.full(n, np.inf)
         away = clear and bool((_CLEAR * spread < 1).all())
-        return ChartPoint(t, r, w, q, v, jacobian, away, amplification)
+        return ChartPoint(t, r, w, q, v, jacobian, volume, away, amplification)
+
+    def _tangent(self, t: float, q: Array) -> _Tangent:
+        jacobian, drift = self.jacobian(t, q)
+        if not np.isfinite(jacobian).all():
+            return _Tangent(jacobian, drift)
+        return _Tangent(jacobian, drift, *np.linalg.svd(jacobian, full_matrices=False))
 
     def jacobian(self, t: float, q: Array) -> tuple[Array, Array]:
         """Evaluate ∂r/∂q, shape (k, n), and ∂r/∂t, shape (k,)."""
@@ -123,17 +162,10 @@ def moving_nothing(point: ChartPoint) -> NDArray[np.bool_]:
     return np.asarray(np.abs(least) > _NOTHING)
 
 
-def alikeness(one: Array, two: Array) -> float:
-    """Return the cosine between the planes that columns span, −1 if one is turned over.
+def alikeness(one: ChartPoint, two: ChartPoint) -> float:
+    """Return the cosine between the planes that columns of ∂r/∂q span, −1 if one is turned over.
 
     It is turned over on the other side of a configuration at which columns become dependent.
     """
-    volumes = np.linalg.det(one.T @ one) * np.linalg.det(two.T @ two)
-    return float(np.linalg.det(one.T @ two) / np.sqrt(volumes)) if volumes > 0 else 0.0
-
-
-def _least(matrix: Array, right: Array) -> Array:
-    """Return the smallest x with matrix·x = right, NaN if there is none."""
-    if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
-        return np.full(matrix.shape[1], np.nan)
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=_NOTHING)[0], dtype=np.float64)
+    volumes = one.volume * two.volume
+    return float(np.linalg.det(one.jacobian.T @ two.jacobian) / volumes) if volumes > 0 else 0.0
