@@ -10,9 +10,10 @@ wins, so that parts made of parameters alone come together.
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
 from heapq import heapify, heappop, heappush
+from itertools import groupby
 from typing import Protocol, TypeAlias
 
 from lagrange_cli.program.graph.operands import Coefficient, magnitude, quotient
@@ -232,29 +233,34 @@ def share_sums(values: ValueGraph, reachable: Iterable[int]) -> None:
         node = values.nodes[number]
         if isinstance(node, SumNode) and 1 < len(node.terms) <= LONGEST_GROUP:
             sums[number] = dict(node.terms)
-    _nest(values, sums)
+    _nest(sums)
     _Extraction(values, _Sums(), sums).run()
     for number, terms in sums.items():
         values.nodes[number] = SumNode(tuple(sorted(terms.items())))
 
 
-def _nest(values: ValueGraph, sums: dict[int, _Group]) -> None:
+def _nest(sums: dict[int, _Group]) -> None:
     """Write every sum that holds all terms of another one by means of the longest such.
 
     Running sums, of masses along a chain say, so become one addition each.
     """
-    holders: dict[int, set[int]] = {}
-    for number, group in sums.items():
-        for part in group:
-            holders.setdefault(part, set()).add(number)
     longest_first = sorted(sums, key=lambda n: (-len(sums[n]), n))
+    # Longer sums alone can hold a sum, and of these, those that are not written yet are sought.
+    holders: defaultdict[int, set[int]] = defaultdict(set)
     inner: dict[int, tuple[int, Coefficient]] = {}
-    for number in longest_first:
-        group = sums[number]
-        for whole in sorted(set.intersection(*(holders[part] for part in group))):
-            ratio = _ratio(sums[whole], group) if whole not in inner else None
-            if ratio is not None and len(group) < len(sums[whole]):
-                inner[whole] = (number, ratio)
+    for _, alike in groupby(longest_first, key=lambda n: len(sums[n])):
+        numbers = list(alike)
+        for number in numbers:
+            group = sums[number]
+            for whole in sorted(set.intersection(*(holders[part] for part in group))):
+                ratio = _ratio(sums[whole], group)
+                if ratio is not None:
+                    inner[whole] = (number, ratio)
+                    for part in sums[whole]:
+                        holders[part].discard(whole)
+        for number in numbers:
+            for part in sums[number]:
+                holders[part].add(number)
     for whole in longest_first:
         if whole in inner:
             number, ratio = inner[whole]

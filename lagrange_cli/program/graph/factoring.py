@@ -8,7 +8,8 @@ uses take part, since the others must be computed anyway.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import chain
 from typing import TypeAlias
 
 from lagrange_cli.program.graph.common_subexpressions import LONGEST_GROUP
@@ -19,18 +20,21 @@ _Factor: TypeAlias = tuple[int, int]
 """A node and the sign of its exponent."""
 
 
-def factor_sums(values: ValueGraph, order: Iterable[int]) -> None:
-    """Rewrite the sums among the nodes ``order``, parts before wholes.
+def factor_sums(values: ValueGraph, order: Sequence[int]) -> bool:
+    """Rewrite the sums among the nodes ``order``, parts before wholes; tell if any is another.
 
     Numbers of nodes keep their meaning.
     """
-    order = list(order)
-    uses: Counter[int] = Counter(part for number in order for part in values.parts(number))
+    uses = Counter(chain.from_iterable(map(values.parts, order)))
+    changed = False
     for number in order:
         node = values.nodes[number]
         if isinstance(node, SumNode) and 1 < len(node.terms) <= LONGEST_GROUP:
             terms = _factored(values, dict(node.terms), uses)
-            values.nodes[number] = SumNode(tuple(sorted(terms.items())))
+            rewritten = SumNode(tuple(sorted(terms.items())))
+            changed = changed or rewritten != node
+            values.nodes[number] = rewritten
+    return changed
 
 
 def _factored(

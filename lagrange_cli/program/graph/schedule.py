@@ -55,9 +55,11 @@ def schedule(
     scaled = [value for _, nodes in wanted for value in nodes]
     roots = [number for _, number in scaled]
     share_products(values, order_of(values, roots))
-    factor_sums(values, order_of(values, roots))
-    share_products(values, order_of(values, roots))
-    share_sums(values, order_of(values, roots))
+    order = order_of(values, roots)
+    if factor_sums(values, order):
+        order = order_of(values, roots)
+        share_products(values, order)
+    share_sums(values, order)  # the same as before what products share was taken out
     scaled = share_scaled(values, order_of(values, roots), scaled)
     roots = [number for _, number in scaled]
     _split_long_sums(values)
@@ -84,19 +86,19 @@ def _in_families(assignments: list[Assignment], results: _Results) -> tuple[_Ass
 
 def order_of(values: ValueGraph, roots: Iterable[int]) -> list[int]:
     """Every node that the roots need, parts first, in the order of first need."""
-    order: dict[int, None] = {}
+    order: list[int] = []
     entered: set[int] = set()
+    nodes = values.nodes
     stack = list(roots)[::-1]
     while stack:
-        number = stack[-1]
-        if number in entered:
-            order.setdefault(stack.pop())
-            continue
-        entered.add(number)
-        for part in reversed(values.parts(number)):
-            if part not in order:
-                stack.append(part)
-    return list(order)
+        number = stack.pop()
+        if number < 0:  # the parts of ~number are in order
+            order.append(~number)
+        elif number not in entered:
+            entered.add(number)
+            stack.append(~number)
+            stack += nodes[number].parts[::-1]
+    return order
 
 
 def _split_long_sums(values: ValueGraph) -> None:

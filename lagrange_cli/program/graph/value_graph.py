@@ -8,10 +8,11 @@ canonical order.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, TypeAlias
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import sympy
 
@@ -44,11 +45,19 @@ _CALLS: dict[object, str] = {function: name for name, function in SYMPY_FUNCTION
 _RECIPROCALS: dict[object, str] = {sympy.cot: "tan", sympy.sec: "cos", sympy.csc: "sin"}
 
 
+_FIRST: Callable[[tuple[int, Any]], int] = itemgetter(0)
+
+
 @dataclass(frozen=True, slots=True)
 class InputNode:
     """An input of the program by its dummy name (``t``, ``q0``, ``v0``, ``p0``)."""
 
     name: str
+
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """None."""
+        return ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,12 +66,22 @@ class SumNode:
 
     terms: tuple[tuple[int, Coefficient], ...]
 
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """The nodes of the terms."""
+        return tuple(map(_FIRST, self.terms))
+
 
 @dataclass(frozen=True, slots=True)
 class ProductNode:
     """Π node ** exponent, with nonzero integer exponents."""
 
     factors: tuple[tuple[int, int], ...]
+
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """The bases."""
+        return tuple(map(_FIRST, self.factors))
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +90,11 @@ class CallNode:
 
     function: str
     arguments: tuple[int, ...]
+
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """The arguments."""
+        return self.arguments
 
 
 ValueNode: TypeAlias = InputNode | SumNode | ProductNode | CallNode
@@ -114,12 +138,7 @@ class ValueGraph:
 
     def parts(self, number: int) -> tuple[int, ...]:
         """The nodes that a node is made of."""
-        node = self.nodes[number]
-        if isinstance(node, SumNode):
-            return tuple([n for n, _ in node.terms])
-        if isinstance(node, ProductNode):
-            return tuple([n for n, _ in node.factors])
-        return node.arguments if isinstance(node, CallNode) else ()
+        return self.nodes[number].parts
 
     def add(self, values: Iterable[ScaledNode]) -> ScaledNode:
         """The sum of values, normalised so that its first coefficient is
