@@ -105,9 +105,9 @@ def dimensions(scene: Scene) -> Dimensions:
     """Scalings of masses, lengths and times under which a scene stays the same."""
     if len(scene.coordinates or ()) + len(scene.particles) > _MOST_NAMES:
         return Dimensions({})
-    needed, said = ScalingReader(), ScalingReader()
+    needed = ScalingReader()
     needed.read(scene)
-    said.read(scene)
+    said = needed.copy()
     said.read_hints(scene)
     # Names of coordinates are open first: a scene that leaves it open takes them as angles.
     last = {c.name for c in scene.coordinates or ()}
@@ -141,6 +141,12 @@ class ScalingReader:
         self.equations: list[LinearForm] = []
         self.expression: Expression | None = None
         self._known: set[frozenset[tuple[str, Exponent]]] = set()
+
+    def copy(self) -> ScalingReader:
+        """Return a reader that goes on from these equations."""
+        copied = ScalingReader()
+        copied.equations, copied._known = list(self.equations), set(self._known)
+        return copied
 
     def read(self, scene: Scene) -> None:
         self._numbers(scene)

@@ -27,7 +27,11 @@ from lagrange_cli.simulate.model.charts import (
     positive_source,
     singular_program,
 )
-from lagrange_cli.simulate.model.expressions import outputs_program, with_accelerations
+from lagrange_cli.simulate.model.expressions import (
+    calls_and_powers,
+    outputs_program,
+    with_accelerations,
+)
 from lagrange_cli.simulate.model.inputs import substitute_inputs
 from lagrange_cli.simulate.model.labels import labels_of
 from lagrange_cli.simulate.model.model import Code, Model, ModelParameter, ModelQuantity
@@ -89,7 +93,9 @@ class _Evaluated:
     @classmethod
     def of(cls, equations: Equations) -> _Evaluated:
         known = substitute_inputs(equations)
-        sided, exponents, steep = one_sided(known), peak_exponents(known), steep_arguments(known)
+        parts = calls_and_powers(known)
+        exponents, steep = peak_exponents(known, parts), steep_arguments(known, parts)
+        sided = one_sided(known, parts)
         if sided is not None:
             known = replace(known, parameters=sided.equations.parameters)
         if known.contacts:

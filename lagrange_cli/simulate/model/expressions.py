@@ -28,16 +28,26 @@ def forces_and_inertias(equations: Equations) -> Iterator[Expr]:
 
 
 def distinct_parts(expressions: Iterable[Expr]) -> Iterator[Expr]:
-    """Yield the parts of expressions from the whole down, each once where trees share it."""
-    seen: set[Expr] = set()
-    for expression in expressions:
-        stack = [expression]
+    """Yield the parts of expressions from the whole down, each once where trees share it.
+
+    Equal parts that were built apart are yielded apart.
+    """
+    wholes = list(expressions)
+    seen: set[int] = set()
+    for whole in wholes:
+        stack = [whole]
         while stack:
             part = stack.pop()
-            if part not in seen:
-                seen.add(part)
+            if id(part) not in seen:  # alive, as the whole is
+                seen.add(id(part))
                 yield part
                 stack.extend(reversed(part.args))
+
+
+def calls_and_powers(equations: Equations) -> list[Expr]:
+    """List the parts of forces and inertias that are no sums, products, symbols or numbers."""
+    parts = distinct_parts(forces_and_inertias(equations))
+    return [part for part in parts if part.args and not (part.is_Add or part.is_Mul)]
 
 
 def outputs_program(equations: Equations, expressions: Iterable[Expr]) -> Program:

@@ -11,6 +11,7 @@ from sympy import I, Symbol, nan, oo, zoo
 from lagrange_cli.errors import InputError, NotRealError, Problem, nearest
 from lagrange_cli.files.interpolation import COEFFICIENTS
 from lagrange_cli.mechanics.equations import Input
+from lagrange_cli.simulate.model.expressions import calls_and_powers
 from lagrange_cli.simulate.model.switching_surfaces import one_sided
 from lagrange_cli.simulate.model.unbounded_slopes import steep_arguments
 
@@ -48,8 +49,9 @@ def _require_smooth(equations: Equations) -> None:
     """Refuse driven inputs in what is followed by its rate."""
     driven = {u.symbol: u.name for u in equations.inputs if u.driven}
     substituted = substitute_inputs(equations)
-    sided = one_sided(substituted)
-    followed = (*(sided.surfaces if sided else ()), *steep_arguments(substituted))
+    parts = calls_and_powers(substituted)
+    sided = one_sided(substituted, parts)
+    followed = (*(sided.surfaces if sided else ()), *steep_arguments(substituted, parts))
     for expression in followed:
         for symbol in sorted(expression.free_symbols & driven.keys(), key=str):
             raise _refused(

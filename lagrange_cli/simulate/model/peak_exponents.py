@@ -7,12 +7,10 @@ the peak of an exponent shows on a step's interpolant, however narrow the force 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import sympy
-
-from lagrange_cli.simulate.model.expressions import distinct_parts, forces_and_inertias
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -29,15 +27,15 @@ _LEAST_SHARP_POWER = 8
 _STEPS = (sympy.tanh, sympy.atan)
 
 
-def peak_exponents(equations: Equations) -> tuple[Expr, ...]:
+def peak_exponents(equations: Equations, parts: Iterable[Expr]) -> tuple[Expr, ...]:
     """Find the exponents of sharp functions in the equations, over q, v, t, parameters.
 
     A function has a peak, or its step, where its exponent has a peak. Empty where there are
-    more than can be watched.
+    more than can be watched. ``parts`` are those of :func:`.expressions.calls_and_powers`.
     """
     moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}
     every: dict[Expr, None] = {}
-    for part in distinct_parts(forces_and_inertias(equations)):
+    for part in parts:
         for exponent in _exponents(part):
             if not moving.isdisjoint(exponent.free_symbols):
                 every[exponent] = None

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import sympy
@@ -20,7 +21,7 @@ import sympy
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
-from lagrange_cli.simulate.model.expressions import rates
+from lagrange_cli.simulate.model.expressions import distinct_parts, rates
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -61,8 +62,14 @@ class OneSided:
     continuous: tuple[Expr, ...]
 
 
-def one_sided(equations: Equations) -> OneSided | None:
-    """Write equations on one side of each surface; None if nothing has a kink."""
+def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
+    """Write equations on one side of each surface; None if nothing has a kink.
+
+    ``parts`` are those of :func:`.expressions.calls_and_powers`.
+    """
+    further = distinct_parts(_beside_forces(equations))
+    if not any(isinstance(part, _KINKED) for part in chain(parts, further)):
+        return None
     moving = {equations.t, *(u.symbol for u in equations.inputs)}
     moving |= {s for c in equations.coordinates for s in (c.q, c.v)}
     sides = _Sides(frozenset(moving))
@@ -87,6 +94,14 @@ def one_sided(equations: Equations) -> OneSided | None:
         tuple(up - down for up, down in zip(sides.above, sides.below, strict=True)),
         continuous,
     )
+
+
+def _beside_forces(equations: Equations) -> Iterator[Expr]:
+    """Yield what is to be without kinks beside forces and inertias."""
+    yield equations.energy
+    for closure in (*equations.closures, *(c.closure for c in equations.contacts)):
+        yield from (closure.expression, closure.rate, closure.bias)
+        yield from entries(closure.gradient).values()
 
 
 def _momenta(equations: Equations, sides: _Sides) -> list[Expr]:

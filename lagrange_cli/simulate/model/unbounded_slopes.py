@@ -16,8 +16,6 @@ from lagrange_cli.emit.json_report import in_scene_language
 from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.simulate.model.expressions import (
-    distinct_parts,
-    forces_and_inertias,
     outputs_program,
     rates,
     with_accelerations,
@@ -35,26 +33,27 @@ _MOST_ARGUMENTS = 16
 _LARGEST_ARGUMENT = 200
 
 
-def steep_arguments(equations: Equations) -> tuple[Expr, ...]:
+def steep_arguments(equations: Equations, parts: Iterable[Expr]) -> tuple[Expr, ...]:
     """Find expressions that vanish where a force or an inertia has an unbounded slope.
 
     These are the bases of powers with exponents between 0 and 1 (the argument of an absolute
     value), and 1 − g² for asin(g) and acos(g), g − 1 for acosh(g), whose slopes are not bounded
-    either. Of more than ``_MOST_ARGUMENTS`` the first are taken.
+    either. Of more than ``_MOST_ARGUMENTS`` the first are taken. ``parts`` are those of
+    :func:`.expressions.calls_and_powers`.
     """
     moving = {s for c in equations.coordinates for s in (c.q, c.v)}
     numbers = {p.symbol: sympy.Float(p.value) for p in equations.parameters if p.value is not None}
     arguments: dict[Expr, None] = {}
-    for argument in _steep(forces_and_inertias(equations), numbers):
+    for argument in _steep(parts, numbers):
         short = argument.count_ops() <= _LARGEST_ARGUMENT
         if short and not argument.free_symbols.isdisjoint(moving):
             arguments[argument] = None
     return tuple(arguments)[:_MOST_ARGUMENTS]
 
 
-def _steep(expressions: Iterable[Expr], numbers: Mapping[Expr, Expr]) -> Iterator[Expr]:
-    """Find the arguments in some expressions, in an order that does not vary."""
-    for part in distinct_parts(expressions):
+def _steep(parts: Iterable[Expr], numbers: Mapping[Expr, Expr]) -> Iterator[Expr]:
+    """Find the arguments in parts of expressions, in their order."""
+    for part in parts:
         exponent = part.exp.xreplace(numbers) if part.is_Pow else sympy.Integer(0)
         if exponent.is_Number and 0 < exponent < 1:
             yield part.base.args[0] if isinstance(part.base, sympy.Abs) else part.base
