@@ -6,7 +6,7 @@ between them (numbers, names of functions and variables) is a :class:`Dialect`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -59,15 +59,21 @@ def expression_text(operand: Operand, dialect: Dialect) -> str:
     return _format(operand, dialect)[0]
 
 
-def functions_in(operand: Operand) -> set[str]:
-    """The functions that an operand calls."""
-    if isinstance(operand, FunctionCall):
-        return {operand.function}.union(*map(functions_in, operand.arguments))
-    if isinstance(operand, Sum):
-        return set().union(*(functions_in(o) for _, o in operand.terms))
-    if isinstance(operand, Product):
-        return set().union(*map(functions_in, (*operand.numerator, *operand.denominator)))
-    return set()
+def functions_in(operands: Iterable[Operand]) -> set[str]:
+    """The functions that operands call."""
+    called: set[str] = set()
+    stack = list(operands)
+    while stack:
+        operand = stack.pop()
+        if isinstance(operand, Sum):
+            stack.extend([part for _, part in operand.terms])
+        elif isinstance(operand, Product):
+            stack.extend(operand.numerator)
+            stack.extend(operand.denominator)
+        elif isinstance(operand, FunctionCall):
+            called.add(operand.function)
+            stack.extend(operand.arguments)
+    return called
 
 
 def _format(operand: Operand, dialect: Dialect) -> tuple[str, int]:

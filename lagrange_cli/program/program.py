@@ -140,7 +140,7 @@ class Program:
     def reads(self) -> frozenset[str]:
         """The names of the inputs that are read."""
         operands = [*(operand for _, operand in self.assignments), *self.results_in_order]
-        names = {variable.name for operand in operands for variable in variables(operand)}
+        names = {variable.name for variable in variables(*operands)}
         return frozenset(names - {name for name, _ in self.assignments})
 
     def output(self, name: str) -> tuple[Operand, ...]:

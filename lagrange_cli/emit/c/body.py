@@ -104,6 +104,7 @@ class _Writer:
         self.lines: list[str] = []
         self.depth = 0
         self.copied: set[int] = set()
+        self.cells: dict[str, Cell] = {}
 
     def text(self, parts: Sequence[Part], results: int, result: str) -> list[str]:
         """Declarations, the assignments, the parts, and the check of the results."""
@@ -139,18 +140,23 @@ class _Writer:
         return None if name == "t" else self._cell(name)
 
     def _cell(self, name: str) -> Cell:
-        array, number = cell_named(name)
-        n = self.program.coordinates
-        if array in _GIVEN:
-            return Cell("given", number + (n if array == "a" else 2 * n))
-        return Cell(_ARRAYS[array], number + (n if array == "v" else 0))
+        cell = self.cells.get(name)
+        if cell is None:
+            array, number = cell_named(name)
+            n = self.program.coordinates
+            if array in _GIVEN:
+                cell = Cell("given", number + (n if array == "a" else 2 * n))
+            else:
+                cell = Cell(_ARRAYS[array], number + (n if array == "v" else 0))
+            self.cells[name] = cell
+        return cell
 
     def _place_values(self, items: Sequence[Statement | LoopNest]) -> None:
         """Tell how values are written: those that loops touch live in the workspace."""
-        cells = {cell for item in items if isinstance(item, LoopNest) for cell in item.cells()}
-        self.stored = {cell.number for cell in cells if cell.array == "w"}
+        loops = [item for item in items if isinstance(item, LoopNest)]
+        self.stored = {number for loop in loops for number in loop.numbers("w")}
         if self.names.parameter_array is None:
-            self.copied = {cell.number for cell in cells if cell.array == "p"}
+            self.copied = {number for loop in loops for number in loop.numbers("p")}
         texts = {f"w{k}": f"w[{k}]" for k in self.stored}
         multipliers = (d for block in self.program.blocks for d in block.multipliers)
         texts |= {d: f"work[{cell_named(d).number}]" for d in multipliers}

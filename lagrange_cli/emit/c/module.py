@@ -171,7 +171,7 @@ def blocks_of(programs: Mapping[str, Program]) -> list[MatrixBlock]:
 
 def functions_used(program: Program) -> set[str]:
     """The functions that a program calls."""
-    return set().union(*(functions_in(operand) for operand, _ in operands_of(program)))
+    return functions_in(operand for operand, _ in operands_of(program))
 
 
 def _defaults(equations: Equations, target: CTarget) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
@@ -92,19 +92,22 @@ def cell_named(name: str) -> Cell:
     return Cell(name[0], int(name[1:] or 0))
 
 
-def variables(operand: Operand) -> Iterator[Variable]:
-    """The variables of an operand from left to right, each as often as it stands there."""
-    if isinstance(operand, Variable):
-        yield operand
-    elif isinstance(operand, Sum):
-        for _, part in operand.terms:
-            yield from variables(part)
-    elif isinstance(operand, Product):
-        for part in (*operand.numerator, *operand.denominator):
-            yield from variables(part)
-    elif isinstance(operand, FunctionCall):
-        for part in operand.arguments:
-            yield from variables(part)
+def variables(*operands: Operand) -> list[Variable]:
+    """The variables of operands from left to right, each as often as it stands there."""
+    standing: list[Variable] = []
+    stack = list(operands[::-1])
+    while stack:
+        part = stack.pop()
+        if isinstance(part, Variable):
+            standing.append(part)
+        elif isinstance(part, Sum):
+            stack.extend([term for _, term in part.terms[::-1]])
+        elif isinstance(part, Product):
+            stack.extend(part.denominator[::-1])
+            stack.extend(part.numerator[::-1])
+        elif isinstance(part, FunctionCall):
+            stack.extend(part.arguments[::-1])
+    return standing
 
 
 def rebuilt(operand: Operand, change: Callable[[Variable], Operand]) -> Operand:

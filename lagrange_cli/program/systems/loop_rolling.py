@@ -10,17 +10,19 @@ statements are executed in their order, so that no value changes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from lagrange_cli.program.graph.operands import (
     Cell,
+    Constant,
     FunctionCall,
     Operand,
+    Product,
+    Sum,
     Variable,
     cell_named,
-    rebuilt,
     variables,
 )
 
@@ -74,13 +76,17 @@ class LoopNest:
     counts: tuple[AffineIndex, ...]
     body: tuple[LoopStatement, ...]
 
-    def cells(self) -> Iterator[Cell]:
-        """All cells that are read or written."""
-        for counters in self._counters(()):
-            for statement in self.body:
-                for place in statement.places:
-                    if place is not None:
-                        yield Cell(place[0], place[1].at(counters))
+    def numbers(self, array: str) -> Iterator[int]:
+        """All numbers of an array that are read or written."""
+        indices = {
+            place[1]
+            for statement in self.body
+            for place in statement.places
+            if place is not None and place[0] == array
+        }
+        for counters in self._counters(()) if indices else ():
+            for index in indices:
+                yield index.at(counters)
 
     def _counters(self, outer: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
         if len(outer) == len(self.counts):
@@ -126,7 +132,7 @@ def roll_loops(
     independent
         True if the statements may be executed in any order.
     """
-    shapes: dict[tuple[str, Operand], int] = {}
+    shapes: dict[Hashable, int] = {}
     runs = [_single(statement, locate, shapes) for statement in statements]
     runs = _settled(runs, independent)
     if independent:
@@ -141,19 +147,33 @@ def roll_loops(
 def _single(
     statement: Statement,
     locate: Callable[[str], Cell | None],
-    shapes: dict[tuple[str, Operand], int],
+    shapes: dict[Hashable, int],
 ) -> _Run:
     numbers = [statement.target.number]
-
-    def array_of(variable: Variable) -> Variable:
-        cell = locate(variable.name)
-        if cell is None:
-            return variable
-        numbers.append(cell.number)
-        return Variable(f"{cell.array}[]")
-
-    shape = (statement.target.array, rebuilt(statement.operand, array_of))
-    return _Run(shapes.setdefault(shape, len(shapes)), (), tuple(numbers), statement)
+    shape: list[Hashable] = [statement.target.array]
+    stack = [statement.operand]
+    while stack:
+        operand = stack.pop()
+        if isinstance(operand, Variable):
+            cell = locate(operand.name)
+            shape.append(operand.name if cell is None else f"{cell.array}[]")
+            if cell is not None:
+                numbers.append(cell.number)
+        elif isinstance(operand, Sum):
+            # Coefficients come before what they multiply.
+            shape += [Sum, *[c for c, _ in operand.terms], None]
+            stack.extend([part for _, part in operand.terms[::-1]])
+        elif isinstance(operand, Product):
+            shape += [Product, len(operand.numerator), len(operand.denominator)]
+            stack.extend(operand.denominator[::-1])
+            stack.extend(operand.numerator[::-1])
+        elif isinstance(operand, FunctionCall):
+            shape += [operand.function, len(operand.arguments)]
+            stack.extend(operand.arguments[::-1])
+        else:
+            shape += [Constant, operand.value]
+    number = shapes.setdefault(tuple(shape), len(shapes))
+    return _Run(number, (), tuple(numbers), statement)
 
 
 def _resettled(runs: Sequence[_Run], key: Callable[[_Run], tuple[int, ...]]) -> list[_Run]:

@@ -31,7 +31,7 @@ def lanes_text(function: str, program: Program, target: CTarget) -> str:
     """
     operands = [operand for _, operand in program.assignments]
     operands += [operand for _, group in program.outputs for operand in group]
-    called = set().union(*map(functions_in, operands))
+    called = functions_in(operands)
     unrolled = all(block.unrolled for block in program.blocks)
     if program.is_large or not unrolled or not called <= _CALLEES.keys():
         return ""

@@ -7,7 +7,7 @@ scene reaches the compiler and equal systems have equal texts.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple
 
 from lagrange_cli.emit.c.impact import impact_text
@@ -106,17 +106,14 @@ def lanes_source(programs: Mapping[str, Program]) -> str:
 
     They follow the text of :func:`library_source`; empty where none has that form.
     """
-    target = _target(programs, C_DOUBLE)
-    sides = {f: p for f, p in programs.items() if p.blocks}
-    texts = [lanes_text(f, p, target) for f, p in sides.items()]
+    texts = _texts(lanes_text, [f for f, p in programs.items() if p.blocks], programs)
     return "\n".join([f'#include "{LANES_HEADER}"\n', *texts]) if any(texts) else ""
 
 
 def taylor_source(programs: Mapping[str, Program]) -> str:
     """Recurrences for the Taylor coefficients of right-hand sides, as functions
     ``system_NAME_taylor``; empty where one of them has none."""
-    target = _target(programs, C_DOUBLE)
-    sides = [taylor_text(f, programs[f], target) for f in ("rhs", "disturbed")]
+    sides = _texts(taylor_text, ("rhs", "disturbed"), programs)
     return "\n".join([f'#include "{TAYLOR_HEADER}"\n', *sides]) if all(sides) else ""
 
 
@@ -125,9 +122,21 @@ def lane_tables_source(programs: Mapping[str, Program]) -> str:
 
     They follow the text of :func:`taylor_source`; those without that form are left out.
     """
-    target = _target(programs, C_DOUBLE)
-    texts = [lanes_text(f, programs[f], target) for f in _TABLES if f in programs]
+    texts = _texts(lanes_text, [f for f in _TABLES if f in programs], programs)
     return "\n".join([_parameter_type(programs, C_DOUBLE), *texts])
+
+
+def _texts(
+    write: Callable[[str, Program, CTarget], str],
+    functions: Sequence[str],
+    programs: Mapping[str, Program],
+) -> list[str]:
+    """Write functions; those of large programs are empty, and their many names not even made."""
+    small = {f for f in functions if not programs[f].is_large}
+    if not small:
+        return [""] * len(functions)
+    target = _target(programs, C_DOUBLE)
+    return [write(f, programs[f], target) if f in small else "" for f in functions]
 
 
 def _parameter_type(programs: Mapping[str, Program], real: Real) -> str:

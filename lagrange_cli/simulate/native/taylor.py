@@ -40,8 +40,7 @@ def taylor_text(function: str, program: Program, target: CTarget) -> str:
     n = program.coordinates
     if program.is_large or not all(block.unrolled for block in program.blocks):
         return ""
-    operands = (*program.output("pivots"), *program.output("scales"))
-    if any(functions_in(operand) for operand in operands):
+    if functions_in((*program.output("pivots"), *program.output("scales"))):
         return ""
     recurrences = Recurrences(target.real.literal, n, 2 * n + 1)
     try:
