@@ -23,7 +23,7 @@ from lagrange_cli.program.graph.operands import (
     Operand,
     variables,
 )
-from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, order_of, schedule
+from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, in_families, order_of, schedule
 from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
 from lagrange_cli.program.operations import count_operations
@@ -213,7 +213,7 @@ def build_program(equations: Equations, outputs: Sequence[str], *, loops: bool =
     if energy is not None:
         return energy
     takes = not _OF_DERIVATION.isdisjoint(outputs)
-    return _written(equations, outputs, direct=takes and _is_direct(equations))
+    return _grouped(_written(equations, outputs, direct=takes and _is_direct(equations)))
 
 
 #: Outputs that mass matrix and forcing are needed for.
@@ -298,8 +298,8 @@ def _of_energy(equations: Equations) -> Program | None:
     if count > direct.operations_shown:
         shown = _written(equations, ("energy",), direct=False)
         if count >= count_operations(shown).total:
-            return shown
-    return replace(program, kind=ProgramKind.ENERGY) if direct.agrees() else None
+            return _grouped(shown)
+    return _grouped(replace(program, kind=ProgramKind.ENERGY)) if direct.agrees() else None
 
 
 def _written(equations: Equations, outputs: Sequence[str], *, direct: bool) -> Program:
@@ -334,10 +334,16 @@ def _ordered(
 def _scheduled(
     values: ValueGraph, equations: Equations, wanted: list[tuple[str, list[ScaledNode]]]
 ) -> Program:
-    """Write the statements that wanted values take."""
+    """Write the statements that wanted values take, each where it is first needed."""
     assignments, outputs = schedule(values, wanted)
     n, parameters = len(equations.coordinates), len(equations.parameters)
     return Program(n, parameters, assignments, outputs, driven=len(equations.inputs))
+
+
+def _grouped(program: Program) -> Program:
+    """Bring statements of one shape together; their operations stay the same."""
+    assignments, outputs = in_families(program.assignments, program.outputs)
+    return replace(program, assignments=assignments, outputs=outputs)
 
 
 def _solution(
@@ -406,7 +412,7 @@ def build_slopes(equations: Equations, outputs: Sequence[str], by: str) -> Progr
 
 def _of_jacobian(program: Program, jacobian: Jacobian) -> Program:
     kind = ProgramKind.JACOBIAN
-    return replace(program, results=jacobian.size, kind=kind, jacobian=jacobian)
+    return replace(_grouped(program), results=jacobian.size, kind=kind, jacobian=jacobian)
 
 
 def _kind(outputs: Sequence[str], solves: bool) -> ProgramKind:

@@ -50,7 +50,8 @@ def schedule(
 ) -> tuple[_Assignments, _Results]:
     """Order the nodes that ``wanted`` needs and write them as assignments.
 
-    Returns the assignments, and the operands of each of ``wanted`` by name.
+    Returns the assignments, and the operands of each of ``wanted`` by name. Statements of one shape
+    are not brought together yet (:func:`in_families`).
     """
     scaled = [value for _, nodes in wanted for value in nodes]
     roots = [number for _, number in scaled]
@@ -70,13 +71,13 @@ def schedule(
         writer.write(number, uses[number])
     operands = iter([writer.scaled(*value) for value in scaled])
     results = tuple((name, tuple(next(operands) for _ in nodes)) for name, nodes in wanted)
-    if len(writer.assignments) + len(scaled) > LARGEST_IN_ORDER:
-        return _in_families(writer.assignments, results)
     return tuple(writer.assignments), results
 
 
-def _in_families(assignments: list[Assignment], results: _Results) -> tuple[_Assignments, _Results]:
-    """Bring assignments of one shape together, named in their new order."""
+def in_families(assignments: _Assignments, results: _Results) -> tuple[_Assignments, _Results]:
+    """Bring statements of one shape together where there are many, named in their new order."""
+    if len(assignments) + sum(len(operands) for _, operands in results) <= LARGEST_IN_ORDER:
+        return assignments, results
     grouped, new = grouped_by_shape(assignments)
     return tuple(grouped), tuple(
         (name, tuple(in_canonical_order(renamed(operand, new)) for operand in operands))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import Cell, Coefficient, Variable
-from lagrange_cli.program.graph.schedule import LONGEST_SUM, order_of, schedule
+from lagrange_cli.program.graph.schedule import LONGEST_SUM, in_families, order_of, schedule
 from lagrange_cli.program.graph.statement_groups import renamed
 from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
 from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, ProgramPart, Total
@@ -244,7 +244,7 @@ class LoopBuilder:
         if not results:
             return
         expand_angle_sums(values, order_of(values, [node for _, node in results]))
-        assignments, ((_, operands),) = schedule(values, [("results", results)])
+        assignments, ((_, operands),) = in_families(*schedule(values, [("results", results)]))
         targets = tuple(zip(columns, operands, strict=True))
         loop = IndexedLoop(len(columns[0].indices), tuple(inputs), assignments, targets)
         self.parts.append(_pruned(loop))
