@@ -256,7 +256,7 @@ class _Makers:
         off: int = 0,
     ) -> Run | None:
         """Return a run that reached the end, perturbed by pattern ``off``, or None."""
-        absolute = np.maximum(tolerance * coarse.scales[-1], _noise(problem, coarse) + LEAST)
+        absolute = np.maximum(tolerance * coarse.scales, _noise(problem, coarse) + LEAST)
         # Other steps: sums of the same ones round alike.
         absolute, longest = absolute * (1 + off), problem.longest_step * _SHORTER**off
         control = Control(np.zeros_like(absolute), absolute, coarse.first_step, longest)

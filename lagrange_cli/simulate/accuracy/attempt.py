@@ -252,7 +252,7 @@ class Attempt:
         near = _TUNING.close * self._eps * problem.span
         reached = [run.t for run in self._runs]
         agreed = event_agreement(switches, reached, self._weights, problem.until, near)
-        grazes = Grazes(rhs, self._eps, self._coarse.scales[-1], problem.until)
+        grazes = Grazes(rhs, self._eps, self._coarse.scales, problem.until)
         dips = [run.grazes for run in self._runs]
         agreed = agreed.but(first_graze(dips, self._weights, min(reached), grazes))
         if not self.complete:
@@ -272,7 +272,7 @@ class Attempt:
             return False
         errors = self._errors(first, last, self.events)
         seen = np.abs(self.run.rows[first:last]).max(axis=0)
-        scales = np.maximum(self._coarse.scales[-1], seen)
+        scales = np.maximum(self._coarse.scales, seen)
         beyond = (
             _TUNING.missed if self._reached < _TUNING.early and not self._last else _TUNING.hopeless
         )

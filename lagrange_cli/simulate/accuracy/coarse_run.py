@@ -19,7 +19,6 @@ from lagrange_cli.simulate.runs.problem import (
     largest_so_far,
     motion,
     moved_scales,
-    scales_from,
     unsampled_motion,
 )
 from lagrange_cli.simulate.runs.run import Run
@@ -50,13 +49,18 @@ _SHRINK = 0.125
 _SMALLEST_STEP = 1e-15
 
 
-def steady_time(problem: InitialValueProblem, most: float, closed: ContactMode) -> float:
+def steady_time(
+    problem: InitialValueProblem, least: float, most: float, closed: ContactMode
+) -> float:
     """Return a time, no longer than ``most``, in which accelerations with these contacts closed
-    stay about what they are at the start, beside the largest of their kind."""
+    stay about what they are at the start, beside the largest of their kind; any below ``least``
+    where that is too long."""
     n, t, y = len(problem.kinds), problem.start, problem.y0
+    if least >= most:
+        return most
     rhs, h = in_mode(problem.rhs, closed), most
     push = rhs(t, y)[n:]
-    sizes, smallest = np.abs(push), _SMALLEST_STEP * max(problem.span, abs(t))
+    sizes, smallest = np.abs(push), max(_SMALLEST_STEP * max(problem.span, abs(t)), least)
     for alike in groups(problem.kinds):
         sizes[alike] = sizes[alike].max()
     while h > smallest:
@@ -172,17 +176,18 @@ class CoarseRun:
         it, relative to scales; 1 if it came no closer, and for velocities; shape (2n,)."""
         return np.concatenate([self.motion.closest, np.ones(len(self.motion.closest))])
 
-    def scales(self, run: Run) -> tuple[Array, Array]:
-        """Return the scales so far at each sample, or of the motion where no sample was reached,
-        and the motion of components that samples do not show, shapes (m, 2n) and (2n,)."""
+    def scales(self, run: Run) -> tuple[Array, Array, Array]:
+        """Return the motion so far at each sample, or where it stands if no sample was reached,
+        scales of the whole, and the motion of components that samples do not show, shapes (m, 2n),
+        (2n,) and (2n,)."""
         n = len(self._problem.kinds)
         moved = motion(self._problem.y0[:n], run.states)
         largest = largest_so_far(np.zeros(2 * n), moved)
         between = self._between(run, largest[-1])
         if run.filled < 2:
-            return self.motion.scales[None, :], between
+            return self.motion.moved[None, :], self.motion.scales, between
         problem = replace(self._problem, unsampled=between)
-        return scales_from(problem, largest[1:, :n], largest[1:, n:]), between
+        return largest[1:], moved_scales(problem, largest[-1]), between
 
     def _between(self, run: Run, shown: Array) -> Array:
         """Compare the motion with the largest distances that samples show, shapes (2n,).

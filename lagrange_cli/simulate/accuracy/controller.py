@@ -82,7 +82,7 @@ def integrate_to_accuracy(
             coarse = restored_or_coarse_result(problem, first, watch, keeper)
             problem = replace(problem, unsampled=coarse.between)
             problem = watching(problem) if coarse.sharp else problem
-            _refuse_below_floor(problem, eps, coarse.scales[-1, : len(problem.kinds)])
+            _refuse_below_floor(problem, eps, coarse.scales[: len(problem.kinds)])
             if keeper is not None:
                 keeper.keep(
                     lambda: {"coarse": coarse.state(), "attempts": [a.state() for a in attempts]}
@@ -198,7 +198,7 @@ def _smallest_tolerance(problem: InitialValueProblem, coarse: CoarseResult) -> f
     n = len(problem.kinds)
     finer = problem.epsilon / float(np.finfo(float).eps)
     # Steps finer than the noise of the right-hand side are of no use.
-    steps = finer * ulps(problem.y0[:n]) / coarse.scales[-1, :n] / 8
+    steps = finer * ulps(problem.y0[:n]) / coarse.scales[:n] / 8
     noise = float(max([NOISE_PART * coarse.relative_noise, *steps.tolist()]))
     least = _TUNING.smallest_implicit if coarse.stiff else _TUNING.smallest_explicit
     return max(finer * least, noise)

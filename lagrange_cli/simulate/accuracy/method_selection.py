@@ -26,7 +26,7 @@ from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.native.methods import CompiledTaylor
 from lagrange_cli.simulate.integrators.piecewise import input_pieces
-from lagrange_cli.simulate.runs.problem import InitialValueProblem
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, scales_from
 from lagrange_cli.simulate.runs.run import Run
 from lagrange_cli.simulate.samples.rows import Grid, decimated
 from lagrange_cli.simulate.sharpness.peaks import watching
@@ -50,8 +50,10 @@ class CoarseResult:
 
     Attributes
     ----------
+    largest
+        Distances from the start and speeds so far, at each sample it reached, shape (samples, 2n).
     scales
-        Those of q and q̇ so far at each sample it reached, shape (samples, 2n).
+        Scales of the whole motion, shape (2n,).
     noise
         Rounding error of a step so far, at samples equally far apart, shape (NOISE_SAMPLES at
         most, 2n): a tolerance below it would only chase rounding.
@@ -72,6 +74,7 @@ class CoarseResult:
         True if steps are made again for peaks of sharp functions.
     """
 
+    largest: Array
     scales: Array
     noise: Array
     closest: Array
@@ -82,9 +85,11 @@ class CoarseResult:
     stride: int = 1
     sharp: bool = False
 
-    def scales_so_far(self, samples: NDArray[np.int_]) -> Array:
+    def scales_so_far(self, problem: InitialValueProblem, samples: NDArray[np.int_]) -> Array:
         """The scales within some numbers of samples (m,), shape (m, 2n)."""
-        return np.asarray(self.scales[np.minimum(self._own(samples), len(self.scales)) - 1])
+        largest = self.largest[np.minimum(self._own(samples), len(self.largest)) - 1]
+        n = len(problem.kinds)
+        return scales_from(problem, largest[:, :n], largest[:, n:])
 
     def _own(self, samples: NDArray[np.int_]) -> NDArray[np.int_]:
         """Return the numbers of coarse samples within numbers of samples."""
@@ -96,12 +101,12 @@ class CoarseResult:
         # The median; numpy.median would import much.
         ascending, middle = np.sort(self.noise, axis=0), (len(self.noise) - 1) / 2
         median = (ascending[math.floor(middle)] + ascending[math.ceil(middle)]) / 2
-        typical = median / self.scales[-1]
-        return float(np.max(typical, initial=0.0, where=np.isfinite(typical)))
+        typical = median / self.scales
+        return float(typical[np.isfinite(typical)].max(initial=0.0))
 
     def noise_so_far(self, samples: NDArray[np.int_]) -> Array:
         """The noise within some numbers of samples (m,), shape (m, 2n)."""
-        part = np.minimum(self._own(samples) / len(self.scales), 1.0)
+        part = np.minimum(self._own(samples) / len(self.largest), 1.0)
         return np.asarray(self.noise[np.rint(part * (len(self.noise) - 1)).astype(int)])
 
     def finer(self, factor: float) -> CoarseResult:
@@ -149,10 +154,19 @@ def coarse_result(problem: InitialValueProblem, tolerance: float, watch: Watch) 
         spent += trial + run.evaluations
         if not coarse_run.too_close:
             break
-    (scales, between), noise = coarse_run.scales(run), _noise(problem, run, coarse_run)
-    closest, first_step = coarse_run.closest, coarse_run.first_step
-    sharp = coarse_run.explicit.remade + run.remade > 0
-    return CoarseResult(scales, noise, closest, method, first_step, spent, between, stride, sharp)
+    largest, scales, between = coarse_run.scales(run)
+    return CoarseResult(
+        largest,
+        scales,
+        _noise(problem, run, coarse_run),
+        coarse_run.closest,
+        method,
+        coarse_run.first_step,
+        spent,
+        between,
+        stride,
+        sharp=coarse_run.explicit.remade + run.remade > 0,
+    )
 
 
 def _followed(
@@ -219,9 +233,10 @@ def _noise(problem: InitialValueProblem, run: Run, coarse_run: CoarseRun) -> Arr
     parts = np.arange(_NOISE_SAMPLES) / (_NOISE_SAMPLES - 1)
     picked = np.rint(parts * (run.filled - 1)).astype(int)
     most = min(run.mean_step, problem.longest_step)
-    steady = steady_time(problem, most / _STEADY_STEPS, run.began)
     # At the start steps are short because motion that begins has no scale yet.
-    least, times = np.where(picked == 0, _STEADY_STEPS * steady, 0.0), problem.times[:][picked]
+    few = coarse_run.first_step / _STEADY_STEPS, most / _STEADY_STEPS
+    steady = _STEADY_STEPS * steady_time(problem, *few, run.began)
+    least, times = np.where(picked == 0, steady, 0.0), problem.times[:][picked]
     lengths = np.minimum(np.maximum(coarse_run.steps_at(times), least), most)
     closed = [run.closed_at(t) for t in times.tolist()]
     each = noise_of_steps(problem, times, run.states[picked], lengths, closed)

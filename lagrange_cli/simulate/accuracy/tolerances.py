@@ -75,8 +75,9 @@ class ToleranceSchedule:
     @cached_property
     def _scales(self) -> Array:
         """Scales of absolute tolerances where stretches begin, and at the end, (k + 1, 2n)."""
-        whole = self._coarse.scales[-1]
-        so_far = np.maximum(self._coarse.scales_so_far(self._reached), self._smallest * whole)
+        whole = self._coarse.scales
+        so_far = self._coarse.scales_so_far(self._problem, self._reached)
+        so_far = np.maximum(so_far, self._smallest * whole)
         return np.asarray(np.where(self._sweeping, self._part * so_far, whole))
 
     @cached_property
@@ -87,12 +88,13 @@ class ToleranceSchedule:
     @property
     def loose_at_first(self) -> bool:
         """True if the absolute tolerance at first follows a least scale, not the motion so far."""
-        return bool((self._coarse.scales[0] < self._smallest * self._coarse.scales[-1]).any())
+        first = self._coarse.scales_so_far(self._problem, np.array([1]))
+        return bool((first < self._smallest * self._coarse.scales).any())
 
     @cached_property
     def _sweeping(self) -> NDArray[np.bool_]:
         n = len(self._problem.kinds)
-        sweeping = np.abs(self._problem.y0) <= self._coarse.scales[-1]
+        sweeping = np.abs(self._problem.y0) <= self._coarse.scales
         sweeping[:n] &= ~self._problem.angles
         return np.asarray(sweeping)
 

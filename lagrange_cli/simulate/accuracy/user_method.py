@@ -122,7 +122,7 @@ def control_of(
     if request.atol is not None:
         atol = np.full(n, request.atol)
     else:
-        scales: Array = coarse.scales[-1] if coarse else np.zeros(n)
+        scales: Array = coarse.scales if coarse else np.zeros(n)
         atol = _ABSOLUTE_PART * rtol * scales
     return Control(
         rtol=np.full(n, rtol),

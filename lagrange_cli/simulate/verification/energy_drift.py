@@ -120,11 +120,9 @@ def _largest_change(energy: ExactEnergy, t: float, y: Array, moves: Array) -> An
 def _around(energy: Energy, t: Array, y: Array, moves: Array) -> Array:
     """Evaluate the energy at states (k, 2n), and with each component moved by its error (k, 2n), up
     and then down, shape (k, 1 + 4n)."""
-    count, width = y.shape
-    each = np.arange(width)
-    moved = np.repeat(y, 1 + 2 * width, axis=0).reshape(count, -1, width)
-    moved[:, 1 + each, each] += moves
-    moved[:, 1 + width + each, each] -= moves
+    width = y.shape[1]
+    each = np.eye(width)
+    moved = y[:, None] + np.concatenate([np.zeros((1, width)), each, -each]) * moves[:, None]
     times = np.repeat(t, moved.shape[1])
     return energy(times, moved.reshape(len(times), -1))[:, 0].reshape(moved.shape[:2])
 
@@ -202,7 +200,8 @@ class EnergyDrift:
         if not self.suspects:
             self.first = kept[0]
         change = np.abs(kept - self.first)
-        some = np.argsort(change)[::-1][:_SUSPECTS]
+        least = max(len(change) - _SUSPECTS, 0)
+        some = np.argpartition(change, least)[least:]
         self.suspects.append((times[some], states[some], change[some]))
         self._change = np.maximum(self._change, change.max())
         self._largest = np.maximum(self._largest, np.abs(kept).max())

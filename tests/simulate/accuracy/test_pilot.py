@@ -46,7 +46,7 @@ def test_a_slow_start_has_the_usual_first_step():
 
     of = problem(rhs, [1.0, 0.0], 10.0, ("length",))
     found = coarse_result(of, 1e-9, Watch())
-    assert found.scales[-1] == pytest.approx([2.0, 1.0], rel=1e-2)
+    assert found.scales == pytest.approx([2.0, 1.0], rel=1e-2)
     assert found.first_step > FIRST_STEP * of.span
 
 
@@ -71,4 +71,4 @@ def test_a_time_whose_square_is_beyond_doubles_is_begun():
 
     with np.errstate(all="ignore"):
         found = coarse_result(problem(free, [1.0, 1e-300], 1e300, ("length",)), 1e-9, Watch())
-    assert found.scales[-1] == pytest.approx([1.0, 1e-300])
+    assert found.scales == pytest.approx([1.0, 1e-300])
