@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -186,7 +185,7 @@ class CoarseRun:
         between = self._between(run, largest[-1])
         if run.filled < 2:
             return self.motion.moved[None, :], self.motion.scales, between
-        problem = replace(self._problem, unsampled=between)
+        problem = self._problem.showing(between)
         return largest[1:], moved_scales(problem, largest[-1]), between
 
     def _between(self, run: Run, shown: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, cached_property
 from typing import TypeAlias
@@ -66,7 +66,7 @@ class InitialValueProblem:
         Makes the buffer of a run's samples; None for memory.
     unsampled
         Motion of each component that the samples do not show, shape (2n,), see
-        :func:`unsampled_motion`; None before it is known.
+        :func:`unsampled_motion`; None before it is known, or where they show it all.
     landmarks
         Exponents of sharp functions; None if there are none, or integrators watch them already.
     """
@@ -99,6 +99,10 @@ class InitialValueProblem:
         if self.buffer is None or not isinstance(self.times, Grid):
             return MemoryBuffer(len(self.times), len(self.y0))
         return self.buffer()
+
+    def showing(self, unsampled: Array) -> InitialValueProblem:
+        """Return the same with motion that samples do not show, if there is any."""
+        return replace(self, unsampled=unsampled) if unsampled.any() else self
 
     @property
     def epsilon(self) -> float:
@@ -223,13 +227,14 @@ def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> A
     n = len(problem.kinds)
     largest = np.where(problem.angles, 1.0, largest)
     scales = np.empty((len(largest), 2 * n))
-    unsampled = np.zeros(2 * n) if problem.unsampled is None else problem.unsampled
-    of_kind = np.maximum(largest, unsampled[:n])
+    unsampled = problem.unsampled
+    of_kind = largest.copy() if unsampled is None else np.maximum(largest, unsampled[:n])
     for alike in groups(problem.kinds):
         of_kind[:, alike] = of_kind[:, alike].max(axis=1, keepdims=True)
     scale = np.maximum(largest, _SMALL_BESIDE_OTHERS * of_kind)
     scales[:, :n] = np.where(of_kind == 0, 1.0, scale)
-    speed = np.maximum(speed, _SMALL_BESIDE_OTHERS * unsampled[n:])
+    if unsampled is not None:
+        speed = np.maximum(speed, _SMALL_BESIDE_OTHERS * unsampled[n:])
     scales[:, n:] = np.maximum(speed, scales[:, :n] / problem.span)
     return scales
 

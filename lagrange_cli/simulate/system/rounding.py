@@ -27,13 +27,13 @@ def rounding_factors(number: int, pattern: int, real: NativeReal = DOUBLE) -> An
 def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:
     """Move each value by one unit in the last place, up or down by ``pattern``; 0 stays."""
     array = np.asarray(values, dtype=float)
-    signs = np.reshape(_signs(array.size, pattern), array.shape)
+    signs = _signs(array.size, pattern).reshape(array.shape)
     return np.where(array == 0, 0.0, array + signs * np.spacing(np.abs(array)))
 
 
 @lru_cache(maxsize=16)
-def _signs(number: int, pattern: int) -> tuple[float, ...]:
-    return tuple(Random(pattern).choices((-1.0, 1.0), k=number))
+def _signs(number: int, pattern: int) -> Array:
+    return np.array(Random(pattern).choices((-1.0, 1.0), k=number))
 
 
 def in_arithmetic(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -63,7 +64,7 @@ def functions_along(
             None,
             lambda t: np.zeros(len(t)),
             None,
-            lambda t, y, scales: constraint_drift(functions.constraints, t, y, scales),
+            partial(constraint_drift, functions.constraints) if model.residuals else _no_drift,
         )
     history = _History(measured.switches, measured.began or rhs.free)
     count = len(model.multipliers) + len(rhs.free)
@@ -87,6 +88,10 @@ def functions_along(
     steps = _energy_steps(functions.energy, rhs, measured.switches)
     gains = ((s.t, s.contacts) for s in steps if s.change > TOUCHING * s.size)
     return MotionFunctions(moving, rhs, _sums(steps, start), min(gains, default=None), drift)
+
+
+def _no_drift(t: RowSequence, y: RowSequence, scales: Array) -> float | None:
+    return None
 
 
 def _sums(steps: Sequence[_EnergyStep], start: float) -> Callable[[Array], Array]:

@@ -68,8 +68,7 @@ def first_contradiction(
         if not (change > 0).any():
             return False
         every = np.concatenate([states[:1], part])
-        around = np.broadcast_to(moves, every.shape).copy()
-        around[0] = start
+        around = np.array([start, *[moves] * len(part)])
         allowed = _allowed(_around(energy, np.concatenate([t[:1], times]), every, around))
         convicted = np.flatnonzero((change > 0) & (change > _MARGIN * (allowed[0] + allowed[1:])))
         begun = t[0], states[0]
@@ -223,6 +222,5 @@ class EnergyDrift:
     @property
     def drift(self) -> float | None:
         """Largest change over :attr:`scale`."""
-        with np.errstate(all="ignore"):
-            drift = float(self._change / self.scale)
+        drift = float(self._change) / self.scale
         return drift if math.isfinite(drift) else None

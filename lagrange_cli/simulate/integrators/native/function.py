@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -139,12 +139,12 @@ class NativeRhs:
         t, y = self.real.array(t), self.real.array(y)
         out = np.empty((len(t), columns), self.real.dtype)
         width = y.shape[1]
-        places = [(place_of(array), array.strides[0]) for array in (t, y, out)]
-        for first, last, inputs in self._alike(t):
-            times, states, values = (start + first * row for start, row in places)
-            known = inputs, self.parameters_address, self.work_address
-            rows = last - first
-            self._table(self.address, rows, times, states, width, *known, values, columns)
+        times, states, values = place_of(t), place_of(y), place_of(out)
+        known, size = (self.parameters_address, self.work_address), t.itemsize
+        for rows, inputs in self._alike(t):
+            self._table(self.address, rows, times, states, width, inputs, *known, values, columns)
+            times, states = times + rows * size, states + rows * width * size
+            values += rows * columns * size
         return self.real.doubles(out)
 
     @cached_property
@@ -153,16 +153,16 @@ class NativeRhs:
         assert library is not None
         return _TABLE(("lagrange_table", library))
 
-    def _alike(self, t: Array) -> Iterator[tuple[int, int, int | None]]:
-        """Yield the ranges of times in which inputs have the same numbers, and their address."""
+    def _alike(self, t: Array) -> list[tuple[int, int | None]]:
+        """Return how many times have the same inputs, range by range, and the address of these."""
         if self.pieces is None:
-            yield 0, len(t), self.inputs(0.0)
-            return
+            return [(len(t), self.inputs(0.0))]
         piece = [self.pieces.at(time) for time in self.real.doubles(t).tolist()]
         ends = [k for k in range(1, len(t)) if piece[k] != piece[k - 1]]
-        for first, last in zip([0, *ends], [*ends, len(t)], strict=True):
-            if first < last:
-                yield first, last, self.inputs(float(t[first]))
+        ranges = zip([0, *ends], [*ends, len(t)], strict=True)
+        return [
+            (last - first, self.inputs(float(t[first]))) for first, last in ranges if last > first
+        ]
 
     @property
     def pieces(self) -> InputPieces | None:

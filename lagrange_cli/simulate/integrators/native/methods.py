@@ -131,7 +131,7 @@ class _Compiled:
 
     def _rows(self, n: int) -> int:
         """Return the number of rows of memory, each of n numbers."""
-        return int(self._function("rows", _ROWS)())
+        return _row_count(self._library, self.kernel)
 
     def _first_step(self, span: float) -> float:
         return min(self._control.first_step, span)
@@ -258,6 +258,11 @@ class _Compiled:
 @cache
 def _kernel(library: ctypes.CDLL, name: str, prototype: Any) -> Any:
     return prototype((name, library))
+
+
+@cache
+def _row_count(library: ctypes.CDLL, kernel: str) -> int:
+    return int(_kernel(library, f"lagrange_{kernel}_rows", _ROWS)())
 
 
 class _Interpolating(_Compiled):
