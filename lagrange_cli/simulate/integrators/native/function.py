@@ -38,10 +38,11 @@ class NativeInputs:
         self.pieces = pieces
         self.starts = real.array(pieces.starts)
         self.rows = real.array(pieces.rows)
+        self._first: int = self.rows.ctypes.data
 
     def address(self, piece: int) -> int:
         """Return the address of the numbers of a piece."""
-        return int(self.rows.ctypes.data + piece * self.rows.strides[0])
+        return self._first + piece * int(self.rows.strides[0])
 
 
 class NativeRhs:
@@ -157,12 +158,13 @@ class NativeRhs:
         """Return how many times have the same inputs, range by range, and the address of these."""
         if self.pieces is None:
             return [(len(t), self.inputs(0.0))]
-        piece = [self.pieces.at(time) for time in self.real.doubles(t).tolist()]
-        ends = [k for k in range(1, len(t)) if piece[k] != piece[k - 1]]
-        ranges = zip([0, *ends], [*ends, len(t)], strict=True)
-        return [
-            (last - first, self.inputs(float(t[first]))) for first, last in ranges if last > first
-        ]
+        assert self.native_inputs is not None
+        held = self.pieces.starts.searchsorted(self.real.doubles(t), side="right") - 1
+        piece = np.maximum(held, 0)
+        ends = [*(np.flatnonzero(np.diff(piece)) + 1).tolist(), len(t)] if len(t) else []
+        rows = np.diff(ends, prepend=0).tolist()
+        inputs = [self.native_inputs.address(int(piece[end - 1])) for end in ends]
+        return list(zip(rows, inputs, strict=True))
 
     @property
     def pieces(self) -> InputPieces | None:
