@@ -14,7 +14,7 @@ from lagrange_cli.simulate.integrators.event_functions import (
     ZeroCrossing,
 )
 from lagrange_cli.simulate.integrators.native.c_structures import MOST_EVENTS, events_type
-from lagrange_cli.simulate.integrators.native.c_types import NativeReal, address_of
+from lagrange_cli.simulate.integrators.native.c_types import NativeReal, address_of, place_of
 
 #: Steps full of events that the buffer of one call holds.
 _STEPS = 64
@@ -58,7 +58,7 @@ class EventBuffer:
         self._c = events_type()(count=count, capacity=capacity, u=inputs)
         self._c.function = address_of(events.function)
         for name, array in arrays.items():
-            setattr(self._c, name, array.ctypes.data)
+            setattr(self._c, name, place_of(array))
 
     def again(self, begun: EventStart) -> None:
         """Forget what was found, and begin with other signs, noise and reach."""
