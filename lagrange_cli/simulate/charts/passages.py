@@ -350,6 +350,8 @@ def _sampled(run: Trajectory, kept: NDArray[np.intp]) -> Trajectory:
 
 def _thinned(run: Trajectory, every: int) -> Trajectory:
     """Pick the samples that were asked for; scales and estimates stay those of all."""
+    if every == 1:
+        return run
     kept = _sampled(run, np.arange(0, len(run.t), every))
     if kept.t[-1] == run.t[-1]:
         return kept

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, cast
 
 import numpy as np
 
@@ -23,9 +25,14 @@ WHILE_MOVING = 1.0
 ALWAYS = 2.0
 
 
+@lru_cache(maxsize=16)
+def _outputs(code: str) -> Callable[..., Any]:
+    return cast("Callable[..., Any]", functions_of(code)["outputs"])
+
+
 def singular_factors(model: Model) -> Callable[[float, Array], Array]:
     """Make the function of t and [q, v] whose numbers vanish at singular configurations."""
-    parameters, function = model.numbers, functions_of(model.code.singular)["outputs"]
+    parameters, function = model.numbers, _outputs(model.code.singular)
     return lambda t, y: np.asarray(function(t, y, parameters), dtype=float)
 
 
@@ -33,7 +40,7 @@ def positive_values(model: Model) -> Callable[[float, Array], Array]:
     """Make the function of t and [q, v] whose numbers are positive where the equations hold."""
     if not model.positive:
         return lambda t, y: np.empty(0)
-    parameters, function = model.numbers, functions_of(model.code.positive)["outputs"]
+    parameters, function = model.numbers, _outputs(model.code.positive)
     return lambda t, y: np.asarray(function(t, y, parameters), dtype=float)
 
 
