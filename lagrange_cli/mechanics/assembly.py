@@ -94,7 +94,8 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     announce("finding the initial state")
     chart = replaced_chart(derivation)
     initial = starting_state(derivation, chart)
-    certify_energy(evidence, derivation, sp.Add(*energy))
+    whole_energy = sp.Add(*energy)
+    certify_energy(evidence, whole_energy)
     forcing = derivation.forcing_sums
     return Equations(
         name=scene.name,
@@ -116,7 +117,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         mass_matrix=derivation.mass_matrix,
         forcing=forcing,
         textbook=cache(partial(_textbook, derivation, evidence, energy, conserved)),
-        energy=sp.Add(*energy),
+        energy=whole_energy,
         cyclic=cyclic_names(derivation, evidence),
         conserved=conserved,
         facts=structure,

@@ -94,9 +94,15 @@ class Evidence:
         M at each state, as doubles, by rows without zeros.
     states
         The states themselves (symbol → value).
-    residuals, close_residuals
-        M q̈ − f − Σ λ·gradient at the first state, each with the size of its terms; and the same
-        worked out with so many digits that rounding is nothing.
+    residuals
+        M q̈ − f − Σ λ·gradient at the first state, each with the size of its terms.
+    energy
+        Σ q̇ ∂L/∂q̇ − L at the first state, with the size of its terms.
+    look_closely
+        Looks at the first state with so many digits that rounding is nothing.
+    value
+        Evaluates an expression over t, q, v and parameters at the first state, in the working
+        precision; what it shares with T, V and L is taken from their tape.
     gradients
         Gradients of the closures at each state, in the same way.
     beyond
@@ -111,13 +117,15 @@ class Evidence:
     mass_matrices: tuple[list[dict[int, float]], ...]
     states: tuple[SymbolValues, ...]
     residuals: tuple[tuple[mpf, mpf], ...]
-    close_residuals: Callable[[], Sequence[tuple[mpf, mpf]]]
+    energy: tuple[mpf, mpf]
+    look_closely: Callable[[], Look]
+    value: Callable[[sp.Expr], mpf]
     gradients: tuple[list[dict[int, float]], ...]
     beyond: tuple[int, mpf] | None
 
 
 @dataclass
-class _State:
+class Look:
     """Findings at one state; fields as in :class:`Evidence` where these have one name.
 
     Attributes
@@ -130,6 +138,8 @@ class _State:
         For each delicate number, true if it is zero or nothing but rounding.
     residuals
         Residual of each equation of motion, with the size of its terms.
+    energy
+        Σ q̇ ∂L/∂q̇ − L, with the size of its terms.
     gradients
         Rows of the closures' gradients.
     beyond
@@ -140,6 +150,7 @@ class _State:
     mass: list[dict[int, float]]
     vanishes: list[bool]
     residuals: list[tuple[mpf, mpf]]
+    energy: tuple[mpf, mpf]
     gradients: list[dict[int, float]]
     beyond: tuple[int, mpf] | None
 
@@ -171,7 +182,7 @@ def certify(derivation: Uncertified, digits: int, points: int) -> Evidence:
             raise not_real(derivation.reduced.scene) from error
         tolerance = mpf(10) ** (5 - digits)
         states: list[SymbolValues] = []
-        seen: list[_State] = []
+        seen: list[Look] = []
         known = [False] * (2 * tapes.n + 2)
         for point in _points(derivation, closures, points):
             announce(f"certifying the equations at state {len(seen) + 1} of {points}")
@@ -199,20 +210,24 @@ def certify(derivation: Uncertified, digits: int, points: int) -> Evidence:
         )
     certificate = Certificate(points, digits, to_double(worst))
 
-    def close_residuals() -> Sequence[tuple[mpf, mpf]]:
-        return _looked_at_closely(tapes, closures, states[0], known, thorough=False).residuals
+    def look_closely() -> Look:
+        return _looked_at_closely(tapes, closures, states[0], known, thorough=False)
+
+    def value(expression: sp.Expr) -> mpf:
+        return tapes.value(expression, states[0])
 
     vanishes = [not k for k in known]
-    return _evidence(derivation.pushing, certificate, states, seen, vanishes, close_residuals)
+    return _evidence(derivation.pushing, certificate, states, seen, vanishes, look_closely, value)
 
 
 def _evidence(
     closures: Sequence[Closure],
     certificate: Certificate,
     states: Sequence[SymbolValues],
-    seen: Sequence[_State],
+    seen: Sequence[Look],
     vanishes: Sequence[bool],
-    close_residuals: Callable[[], Sequence[tuple[mpf, mpf]]],
+    look_closely: Callable[[], Look],
+    value: Callable[[sp.Expr], mpf],
 ) -> Evidence:
     n = len(vanishes) // 2 - 1
     acted_on = {j for closure in closures for j in closure.coordinate_numbers}
@@ -225,7 +240,9 @@ def _evidence(
         tuple(s.mass for s in seen),
         tuple(states),
         tuple(seen[0].residuals) if seen else (),
-        close_residuals,
+        seen[0].energy if seen else (_ZERO, _ZERO),
+        look_closely,
+        value,
         tuple(s.gradients for s in seen),
         next((s.beyond for s in seen if s.beyond is not None), None),
     )
@@ -285,7 +302,7 @@ def _look(
     *,
     thorough: bool,
     least: mpf = _ZERO,
-) -> _State:
+) -> Look:
     """Compare all routes at one state.
 
     Parameters
@@ -323,11 +340,12 @@ def _look(
             mismatch, closures.newton_mismatch(seen, mass, forcing, [s for _, s in newton])
         )
     vanishes = _vanishing(tapes, seen, known)
-    return _State(
+    return Look(
         mismatch,
         _doubles(mass),
         vanishes,
         residuals,
+        tapes.energy_function(seen),
         _doubles(closures.gradients(point)),
         _beyond(mass),
     )
@@ -340,7 +358,7 @@ def _looked_at_closely(
     known: Sequence[bool],
     *,
     thorough: bool,
-) -> _State:
+) -> Look:
     """Look at a state with so many digits that rounding alone makes no mismatch.
 
     If numbers of very different sizes occur, as 1 and a displacement of 1e-150, terms cancel to
@@ -378,7 +396,7 @@ def _vanishing(tapes: Tapes, seen: Observation, known: Sequence[bool]) -> list[b
         return zero
     more = _MORE_DIGITS + min(max(0, seen.magnitude), CLOSE_DIGITS)
     with mpmath.workdps(mpmath.mp.dps + more):
-        second = tapes.delicate(tapes.observe(seen.point))
+        second = tapes.delicate(tapes.observe(seen.point, order=0))
     return [
         z or (not k and abs(y - x) > _AGREEMENT * abs(x))
         for z, k, x, y in zip(zero, known, first, second, strict=True)

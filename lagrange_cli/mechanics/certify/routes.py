@@ -242,12 +242,24 @@ class Tapes:
             *((x, w, max(abs(x), size)) for x, (w, size) in work),
         ]
 
-    def observe(self, point: SymbolValues) -> Observation:
-        """Series, Q and the gradient of L at a state."""
+    def observe(self, point: SymbolValues, order: int = 1) -> Observation:
+        """Series, Q and the gradient of L at a state; of order 0 without rates along the motion."""
         series = self.series(point)
-        run = self.lagrangian.run([series[s] for s in self.moving], 1)
+        run = self.lagrangian.run([series[s] for s in self.moving], order)
         forces, gradient = self.generalized_forces(series), run.gradient({0: _ONE})
         return Observation(point, series, forces, run.values, gradient, run.magnitude())
+
+    def value(self, expression: sp.Expr, point: SymbolValues) -> mpf:
+        """Evaluate an expression over t, q, v and parameters, with what it shares with L."""
+        inputs = [(point[s], _ZERO, _ZERO) for s in self.moving]
+        return self.lagrangian.value(expression, inputs)
+
+    def energy_function(self, seen: Observation) -> tuple[mpf, mpf]:
+        """Σ q̇ ∂L/∂q̇ − L, with the size of its terms."""
+        momenta = self.momenta(seen)
+        terms = [p[0] * seen.point[v] for p, v in zip(momenta, self.v, strict=True)]
+        lagrangian = seen.values[0]
+        return sum(terms, -lagrangian), sum(map(abs, terms), abs(lagrangian))
 
     def slopes(self, seen: Observation) -> list[TaylorSeries]:
         """∂L/∂q."""
@@ -267,10 +279,7 @@ class Tapes:
         rate = sum(
             (f * v for f, v in zip(seen.forces, velocities, strict=True)), -seen.gradient[0][0]
         )
-        momenta = self.momenta(seen)
-        function = sum(
-            (p[0] * v for p, v in zip(momenta, velocities, strict=True)), -seen.values[0]
-        )
+        function, _ = self.energy_function(seen)
         slopes = [s[0] for s in self.slopes(seen)]
         return [*slopes, *seen.forces, rate, function - self._energy(seen)]
 

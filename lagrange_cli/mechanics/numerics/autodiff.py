@@ -73,28 +73,37 @@ class Tape:
         for symbol in inputs:
             self._index[symbol] = self._append("input", None, None)
         self.inputs = len(inputs)
-        self.outputs = [self._record(sp.sympify(e)) for e in outputs]
+        expressions = [sp.sympify(e) for e in outputs]
+        places: dict[int, int] = {}
+        self.outputs = [self._record(e, places) for e in expressions]
 
     def _append(self, operation: str, a: Any, b: Any) -> int:
         self.operations.append((operation, a, b))
         return len(self.operations) - 1
 
-    def _record(self, expr: sp.Basic) -> int:
-        """Give the index of ``expr``, appended after its operands (iterative post-order)."""
+    def _record(self, expr: sp.Expr, places: dict[int, int]) -> int:
+        """Give the index of ``expr``, appended after its operands (iterative post-order).
+
+        ``places`` gives the index of each object met before by its ``id``, which is found sooner
+        than an equal expression: all objects must be kept meanwhile.
+        """
         stack: list[tuple[sp.Basic, bool]] = [(expr, False)]
         while stack:
             top, ready = stack.pop()
-            if top in self._index:
+            if id(top) in places:
                 continue
-            if ready or not top.args:
-                self._index[top] = self._node(top)
+            known = None if ready else self._index.get(top)
+            if known is not None:
+                places[id(top)] = known
+            elif ready or not top.args:
+                self._index[top] = places[id(top)] = self._node(top, places)
             else:
                 stack.append((top, True))
-                stack.extend((a, False) for a in reversed(top.args))
-        return self._index[expr]
+                stack.extend([(a, False) for a in reversed(top.args) if id(a) not in places])
+        return places[id(expr)]
 
-    def _node(self, expr: sp.Basic) -> int:
-        args = [self._index[a] for a in expr.args]
+    def _node(self, expr: sp.Basic, places: Mapping[int, int]) -> int:
+        args = [places[id(a)] for a in expr.args]
         if all(self.operations[k][0] == "constant" for k in args):
             if not expr.is_Rational:
                 value = expr.evalf(mpmath.mp.dps + 5)
@@ -171,6 +180,11 @@ class Tape:
                 return TapeRun(self, inputs, order)
             except decimal.DecimalException as error:
                 raise DomainError from error
+
+    def value(self, expression: sp.Expr, inputs: Sequence[TaylorSeries]) -> Mpf:
+        """Evaluate a further expression, which stays recorded with all that it holds."""
+        index = self._record(expression, {})
+        return to_mpf(self.run(inputs, 0).nodes[index][0])
 
 
 class TapeRun:
@@ -284,15 +298,19 @@ class TapeRun:
         each result is its derivative along s (zero when the run has order 0).
         """
         with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
+            inputs, below = self.tape.inputs, range(len(self.nodes) - 1, self.tape.inputs - 1, -1)
+            if not self.order:
+                values = self._adjoint({k: to_decimal(x[0]) for k, x in seeds.items()}, below)
+                return [(to_mpf(values.get(i, _DECIMAL_ZERO)), _ZERO, _ZERO) for i in range(inputs)]
             adjoint: dict[int, tuple[Decimal, Decimal]] = {}
             for output, weight in seeds.items():
                 seed = to_decimal(weight[0]), to_decimal(weight[1])
                 _accumulate(adjoint, self.tape.outputs[output], *seed)
-            for i in range(len(self.nodes) - 1, self.tape.inputs - 1, -1):
+            for i in below:
                 bar = adjoint.get(i)
                 if bar is not None:
                     self._backward(adjoint, i, bar)
-            sums = map(adjoint.get, range(self.tape.inputs))
+            sums = map(adjoint.get, range(inputs))
             return [
                 (_ZERO,) * 3 if x is None else (to_mpf(x[0]), to_mpf(x[1]), _ZERO) for x in sums
             ]
@@ -300,23 +318,55 @@ class TapeRun:
     def partials(self, output: int) -> dict[int, Mpf]:
         """Differentiate one output by each input that it holds: number → derivative."""
         with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
-            inputs, adjoint = self.tape.inputs, self._adjoint(output)
-            return {i: to_mpf(x[0]) for i, x in sorted(adjoint.items()) if i < inputs}
+            inputs, adjoint = self.tape.inputs, self._slopes_below(output)
+            return {i: to_mpf(x) for i, x in sorted(adjoint.items()) if i < inputs}
 
-    def _adjoint(self, output: int) -> dict[int, tuple[Decimal, Decimal]]:
-        """Accumulate the derivatives of one output by every node below it (reverse mode)."""
-        adjoint: dict[int, tuple[Decimal, Decimal]] = {}
-        _accumulate(adjoint, self.tape.outputs[output], Decimal(1), _DECIMAL_ZERO)
-        for i in self.tape.below(output):
-            if i in adjoint:
-                self._backward(adjoint, i, adjoint[i])
+    def _slopes_below(self, output: int) -> dict[int, Decimal]:
+        """Differentiate one output by every node below it."""
+        return self._adjoint({output: Decimal(1)}, self.tape.below(output))
+
+    def _adjoint(
+        self, seeds: Mapping[int, Decimal], operations: Iterable[int]
+    ) -> dict[int, Decimal]:
+        """Accumulate the derivatives of Σ seed·output by every node (reverse mode).
+
+        ``operations`` are those below the outputs, the last first.
+        """
+        adjoint: dict[int, Decimal] = {}
+        for output, seed in seeds.items():
+            node = self.tape.outputs[output]
+            adjoint[node] = adjoint[node] + seed if node in adjoint else seed
+        for i in operations:
+            bar = adjoint.get(i)
+            if bar is None:
+                continue
+            for target, slope in self._local_slopes(i):
+                value = bar if slope is None else bar * slope
+                before = adjoint.get(target)
+                adjoint[target] = value if before is None else before + value
         return adjoint
+
+    def _local_slopes(self, i: int) -> Iterable[tuple[int, Decimal | None]]:
+        """Differentiate an operation by each operand; None stands for 1."""
+        operation, a, b = self.tape.operations[i]
+        if operation == "mul":
+            return (a, self.nodes[b][0]), (b, self.nodes[a][0])
+        if operation == "add":
+            return [(target, None) for target in a]
+        if operation in ("unary", "power", "root"):
+            return ((a, self.local[i][1]),)
+        if operation in ("Min", "Max"):
+            return ((self.local[i], None),)
+        if operation == "atan2":
+            y, x, r2, _ = self.local[i]
+            return (a[0], x[0] / r2), (a[1], -y[0] / r2)
+        return ()
 
     def slopes(self, output: int, stop: int) -> dict[int, float]:
         """Differentiate by the inputs before ``stop``, in doubles scaled to a largest one of 1."""
         with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
-            adjoint = self._adjoint(output)
-            slopes = {i: adjoint[i][0] for i in sorted(adjoint) if i < stop and adjoint[i][0]}
+            adjoint = self._slopes_below(output)
+            slopes = {i: adjoint[i] for i in sorted(adjoint) if i < stop and adjoint[i]}
             if not all(x.is_finite() for x in slopes.values()):
                 raise DomainError
             largest = max(map(abs, slopes.values()), default=_DECIMAL_ZERO)
