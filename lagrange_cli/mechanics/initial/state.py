@@ -37,7 +37,7 @@ from lagrange_cli.mechanics.numerics.rank import (
     scale_columns,
 )
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
-from lagrange_cli.mechanics.symbols.values import evaluated
+from lagrange_cli.mechanics.symbols.values import evaluated, evaluated_by_factors
 from lagrange_cli.mechanics.symbols.yaml_snippets import near_snippet
 from lagrange_cli.scene.conditions import InitialValue
 
@@ -164,7 +164,7 @@ class _Initial:
             )
         value = self.reduced.values.number(entry.value)
         assert value is not None  # every parameter has a value
-        self.given[entry.order][symbol] = (evaluated(value, self.digits), entry)
+        self.given[entry.order][symbol] = (evaluated_by_factors(value, self.digits), entry)
 
     def solve(self) -> InitialState:
         start, moved = self._placed()

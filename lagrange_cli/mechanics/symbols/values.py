@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import lru_cache
 
 import mpmath
 import sympy as sp
@@ -18,6 +19,12 @@ from lagrange_cli.scene.model import Scene
 
 #: Digits of numbers that are kept for arithmetic wider than that of doubles; quadruple has 34.
 DECIMAL_DIGITS = 40
+
+#: Digits beyond those asked for that factors of a product carry.
+_GUARD = 10
+
+#: Factors whose values are kept: elements of a family share theirs.
+_KEPT = 2**12
 
 #: Least magnitude of a scene's constants.
 _LEAST = mpf(10) ** -MAX_EXPONENT
@@ -136,7 +143,13 @@ def _magnitude(value: sp.Expr) -> sp.Expr | Fraction:
     """Give |value|, exact for a rational."""
     if value.is_Rational:
         return abs(Fraction(int(value.p), int(value.q)))
-    return abs(value.evalf(15))
+    return math.prod(abs(_factor(f, 15)) for f in sp.Mul.make_args(value))
+
+
+@lru_cache(maxsize=_KEPT)
+def _factor(value: sp.Expr, digits: int) -> sp.Expr:
+    """Evaluate a factor of a number, which may be complex."""
+    return value.evalf(digits)
 
 
 def evaluated(value: sp.Expr, digits: int) -> mpf:
@@ -146,8 +159,19 @@ def evaluated(value: sp.Expr, digits: int) -> mpf:
     """
     if value.is_Integer and abs(value.p) < 2**53:
         return mpf(value.p)
-    number = mpf(value.evalf(digits))
+    number = mpf(_factor(value, digits))
     return number if abs(number) > _LEAST else mpf(0)
+
+
+def evaluated_by_factors(value: sp.Expr, digits: int) -> mpf:
+    """Evaluate as :func:`evaluated` does up to its rounding, each factor of a product once."""
+    factors = [_factor(f, digits + _GUARD) for f in sp.Mul.make_args(value)]
+    if len(factors) == 1 or not all(f.is_Float for f in factors):
+        return evaluated(value, digits)
+    with mpmath.workdps(digits + _GUARD):
+        product = mpmath.fprod(mpf(f) for f in factors)
+    with mpmath.workdps(digits):
+        return +product if abs(product) > _LEAST else mpf(0)
 
 
 def decimal(value: mpf) -> str:
