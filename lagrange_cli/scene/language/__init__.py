@@ -5,4 +5,13 @@ size and depth, or problems located to the character. Nothing here knows which s
 has. Read :mod:`.expression`, then :mod:`.grammar`.
 """
 
-__all__ = ["bounds", "expression", "families", "grammar", "problems", "tokens", "written_text"]
+__all__ = [
+    "bounds",
+    "expression",
+    "families",
+    "grammar",
+    "problems",
+    "templates",
+    "tokens",
+    "written_text",
+]
