@@ -147,15 +147,26 @@ def _families(operands: Mapping[str, Operand]) -> dict[str, int]:
     family = dict.fromkeys(operands, 0)
     for _ in range(_DEPTH):
         numbers: dict[str, int] = {}
-        kinds = {name: Variable(f"w{number}_") for name, number in family.items()}
-
-        def kind(variable: Variable, kinds: Mapping[str, Variable] = kinds) -> Variable:
-            return kinds.get(variable.name) or Variable(variable.name.rstrip("0123456789"))
-
-        for name, operand in operands.items():
-            shape = _with_key(rebuilt(operand, kind))[1][0]
-            family[name] = numbers.setdefault(shape, len(numbers))
+        shapes = {name: _shape(operand, family) for name, operand in operands.items()}
+        family = {name: numbers.setdefault(s, len(numbers)) for name, s in shapes.items()}
     return family
+
+
+def _shape(operand: Operand, family: Mapping[str, int]) -> str:
+    """The shape of an operand, assigned names cut down to their families."""
+    if isinstance(operand, Variable):
+        number = family.get(operand.name)
+        return operand.name.rstrip("0123456789") if number is None else f"w{number}_"
+    if isinstance(operand, Constant):
+        return str(operand.value)
+    if isinstance(operand, Sum):
+        terms = sorted([(c < 0, _shape(part, family), c) for c, part in operand.terms])
+        return f"[{','.join([f'{c}*{shape}' for _, shape, c in terms])}]"
+    if isinstance(operand, Product):
+        above = sorted([_shape(part, family) for part in operand.numerator])
+        below = sorted([_shape(part, family) for part in operand.denominator])
+        return f"({','.join(above)}/{','.join(below)})"
+    return f"{operand.function}({','.join([_shape(part, family) for part in operand.arguments])})"
 
 
 def renamed(operand: Operand, new: Mapping[str, Variable]) -> Operand:
