@@ -7,6 +7,7 @@ import io
 import math
 import os
 import re
+import shutil
 from bisect import bisect_left
 from pathlib import Path
 
@@ -207,8 +208,8 @@ def test_columns_that_are_not_there_leave_no_file(small, tmp_path):
 
 
 def test_a_disk_without_room_is_refused_before_the_work(monkeypatch, tmp_path):
-    usage = spool.shutil.disk_usage(tmp_path)._replace(free=1_000_000)
-    monkeypatch.setattr(spool.shutil, "disk_usage", lambda folder: usage)
+    usage = shutil.disk_usage(tmp_path)._replace(free=1_000_000)
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: usage)
     with pytest.raises(InputError, match=r"200,001 samples take .* GB") as refused:
         simulate(
             model(PENDULUM),
