@@ -5,7 +5,8 @@ call and the trajectory, estimate included, compiled and warm. SciPy's ``solve_i
 over the same equations through SymPy's ``lambdify`` (mass matrix, forces and what closes loops as
 NumPy arrays, solved at every evaluation; Kepler and Pleiades in closed form, the latter as
 vectorised NumPy), at tolerances from loose to tight with atol = rtol/100. Of its runs the fastest
-one counts whose measured error is no larger than that of lagrange. Both take turns in one process.
+one counts whose measured error is no larger than that of lagrange. Both take turns in one process
+and are counted in its seconds of the processor.
 
     python benchmarks/promise_peers.py
 """
@@ -136,9 +137,9 @@ def compare(scene: str, accuracy: float, turns: int) -> dict[str, Any]:
             ("ours", lambda: derivation.simulate(accuracy=accuracy)),
             ("theirs", lambda: theirs(tolerance)),
         ):
-            started = time.perf_counter()
+            started = time.process_time()
             run()
-            seconds[name].append(time.perf_counter() - started)
+            seconds[name].append(time.process_time() - started)
     gc.enable()
     median = {name: statistics.median(values) for name, values in seconds.items()}
     return {
