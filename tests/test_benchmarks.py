@@ -66,6 +66,7 @@ def test_startup_compares_whole_commands_cold_and_warm(tmp_path: Path) -> None:
     assert all(row["same_output"] for row in rows)
     (reference,) = [row for row in rows if row["program"] == "import numpy"]
     assert reference["ratio"] == 1
+    assert all(row["processor_seconds"] > 0 for row in rows)
     assert printed.count("\n| `") == len(rows)
 
 
