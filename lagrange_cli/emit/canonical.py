@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.analysis.hamiltonian import hamiltonian_form
-from lagrange_cli.analysis.legendre import is_quadratic
-from lagrange_cli.analysis.momenta import momentum_letter
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.program.canonical_programs import canonical_programs
 from lagrange_cli.program.program import Program
@@ -28,6 +25,10 @@ def programs_of_momenta(equations: Equations) -> dict[str, Program]:
     InputError
         There are multipliers, or momenta do not determine the velocities.
     """
+    # Here and not above: simulation prints C too, and never this.
+    from lagrange_cli.analysis.hamiltonian import hamiltonian_form
+    from lagrange_cli.analysis.legendre import is_quadratic
+
     if equations.pushing:
         name = equations.pushing[0].name
         message = (
@@ -54,5 +55,7 @@ def _refused(equations: Equations, message: str, hint: str) -> InputError:
 
 def momentum_names(equations: Equations) -> list[str]:
     """Names of the momenta, in the order of the coordinates."""
+    from lagrange_cli.analysis.momenta import momentum_letter
+
     letter = momentum_letter(equations)
     return [f"{letter}_{c.name}" for c in equations.coordinates]

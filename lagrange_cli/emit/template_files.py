@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from importlib.resources import files
+from pkgutil import get_data
 
 #: The package beside whose modules the folder of the templates lies.
 _PACKAGE = "lagrange_cli.emit"
@@ -26,7 +26,9 @@ def python_template(name: str) -> str:
 
 @cache
 def _text(folder: str, name: str) -> str:
-    return files(_PACKAGE).joinpath("templates", folder, name).read_text(encoding="ascii")
+    data = get_data(_PACKAGE, f"templates/{folder}/{name}")
+    assert data is not None
+    return data.decode("ascii")
 
 
 def filled(template: str, replacements: Mapping[str, str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import (
     InconsistentStartError,
@@ -19,11 +20,13 @@ from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, derive_uncerti
 from lagrange_cli.mechanics.dynamics.singular_configurations import singular_configurations
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.formulation import in_formulation, reduced_for
-from lagrange_cli.mechanics.step_values import Way
 from lagrange_cli.mechanics.structure import require_inertia, require_no_rates_of_inputs
 from lagrange_cli.scene.conditions import Formulation
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.stages import announce
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.step_values import Way
 
 #: Errors of an initial state that no configuration has in the coordinates, or several have.
 _NOT_REACHED = (InconsistentStartError, MissingStartError, NotRealError, SingularError)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from sympy import Integer
 
 from lagrange_cli.emit.c.projection import workspace_size
-from lagrange_cli.emit.force_wording import force_columns
 from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.errors import InputError, Mark, placed
 from lagrange_cli.mechanics.equations import Parameter
@@ -147,7 +146,7 @@ def _model_of(equations: Equations) -> Model:
         if equations.followed is None
         else tuple(ModelQuantity(f.name, len(f.terms)) for f in equations.followed),
         suggested=equations.suggested,
-        forces=tuple(name for name, _ in force_columns(equations)),
+        forces=tuple(name for name, _ in _force_columns(equations)),
         contacts=tuple(c.name for c in equations.contacts),
         recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),
         driven=tuple(u.name for u in equations.inputs if u.driven),
@@ -265,9 +264,18 @@ def _watched(evaluated: _Evaluated) -> dict[str, Program]:
     return {"landmarks": outputs_program(evaluated.equations, evaluated.exponents)}
 
 
+def _force_columns(equations: Equations) -> list[tuple[str, Expr]]:
+    """Return the columns of constraint forces, if they were asked for."""
+    if equations.constraint_forces is None:
+        return []
+    from lagrange_cli.emit.force_wording import force_columns  # imports the words of documents
+
+    return force_columns(equations)
+
+
 def _forces(equations: Equations) -> Program | None:
     """Make the program for columns of constraint forces, if they were asked for."""
-    columns = force_columns(equations)
+    columns = _force_columns(equations)
     if not columns:
         return None
     closures = [*equations.closures, *(contact.closure for contact in equations.contacts)]

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.json_report import in_scene_language
 from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.simulate.model.expressions import outputs_program
 from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart
@@ -23,6 +22,10 @@ def coordinate_kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
 
 def chart_singularities(equations: Equations) -> tuple[ChartSingularity, ...]:
     """Describe the singular configurations of the coordinates in words of the scene."""
+    if not equations.singular:
+        return ()
+    from lagrange_cli.emit.json_report import in_scene_language  # imports all of notation
+
     return tuple(
         ChartSingularity(
             f"{in_scene_language(equations, place.where)} = 0", place.coordinates, place.infinite

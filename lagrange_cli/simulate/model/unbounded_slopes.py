@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.json_report import in_scene_language
 from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.simulate.model.expressions import (
@@ -65,6 +64,10 @@ def _steep(parts: Iterable[Expr], numbers: Mapping[Expr, Expr]) -> Iterator[Expr
 
 def steep_places(equations: Equations, arguments: Sequence[Expr]) -> tuple[str, ...]:
     """Write the places where arguments vanish as equations in words of the scene."""
+    if not arguments:
+        return ()
+    from lagrange_cli.emit.json_report import in_scene_language  # imports all of notation
+
     return tuple(f"{in_scene_language(equations, g)} = 0" for g in arguments)
 
 
