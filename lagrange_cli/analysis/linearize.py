@@ -12,7 +12,6 @@ value graph.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -23,6 +22,7 @@ from lagrange_cli.analysis.kinks import has_derivatives
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf, StateSpace
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 if TYPE_CHECKING:

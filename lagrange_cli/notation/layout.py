@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+
+from lagrange_cli.frozen import dataclass
 
 #: The depth of a break between two factors, below any sum that a person nests.
 FACTOR_DEPTH = 20

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from lagrange_cli.emit.steps.sections import Formula, Formulas
+from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.layout import Piece, prefixed, suffixed, width
 from lagrange_cli.notation.typeset import TypesetPrinter
 

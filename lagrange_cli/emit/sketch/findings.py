@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
+
+from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

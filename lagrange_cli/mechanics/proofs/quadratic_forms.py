@@ -8,12 +8,13 @@ generators are kept beside: sin² + cos² = 1, (√u)² = u, √u ≥ 0, exp u >
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 

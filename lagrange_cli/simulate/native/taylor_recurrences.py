@@ -16,8 +16,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.operands import (
     Coefficient,
     Constant,
