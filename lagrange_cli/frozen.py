@@ -2,9 +2,8 @@
 
 The standard one compiles six methods of each frozen class. Only ``__init__`` needs a text of its
 own: here the others are closures over the names of the fields, and what the class offers is the
-same. That is 0.1 ms a class in place of 0.4. A command that simulates makes 84 classes before it
-begins, one that derives 365: a third of what it takes beside its libraries
-(``benchmarks/startup.py``).
+same. A command that simulates makes 84 classes before it begins, one that derives 365; that was
+two fifths of what it takes beside its libraries (``benchmarks/README.md``).
 """
 
 from __future__ import annotations
