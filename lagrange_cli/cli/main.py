@@ -44,7 +44,8 @@ _REPORT = (
 #: Thresholds of the garbage collector; set by hand. Expressions are many and hardly ever garbage:
 #: by Python's own thresholds half of the time of a large scene would go into walking them. The
 #: first is beyond the objects that an import of SymPy makes, some 100,000, none of them garbage.
-COLLECTION = (300_000, 20, 50)
+#: By the second 30 million objects are made before those of the first look are looked at again.
+COLLECTION = (300_000, 100, 50)
 
 #: Results that SymPy keeps of each of its functions; set by hand. Of its own 1,000 none is left of
 #: what a large scene built a moment before; further ones than these save nothing.

@@ -112,7 +112,7 @@ def _bounded(x: Mpf, largest: Mpf) -> Mpf:
     return x
 
 
-@lru_cache(maxsize=2**16)
+@lru_cache(maxsize=2**17)
 def _cos_sin(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
     """Evaluate both at once and keep them: most angles occur under both."""
     if x.adjusted() > _LONGEST_ANGLE:
