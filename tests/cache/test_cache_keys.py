@@ -39,7 +39,7 @@ def installed(tmp_path) -> Path:
     """A folder with a copy of what takes part, and stand-ins for two libraries."""
     for name in ("cache", "files"):
         shutil.copytree(PACKAGE / name, tmp_path / "lagrange_cli" / name)
-    for name in ("__init__.py", "errors.py", "frozen.py", "version.py"):
+    for name in ("__init__.py", "errors.py", "version.py"):
         shutil.copy2(PACKAGE / name, tmp_path / "lagrange_cli" / name)
     for name, file in (("sympy", "release.py"), ("numpy", "version.py")):
         (tmp_path / name).mkdir()
