@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
-
-from lagrange_cli.frozen import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-
-from lagrange_cli.frozen import dataclass
+from dataclasses import dataclass
 
 
 def _never() -> bool:

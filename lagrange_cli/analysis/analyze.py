@@ -7,7 +7,7 @@ found, or are beyond the budget, are named with the reason.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -37,7 +37,6 @@ from lagrange_cli.analysis.values import (
 )
 from lagrange_cli.analysis.verdicts import Stability
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ Candidates are put into the equations before they count.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import mpmath
 import sympy as sp
@@ -18,7 +18,6 @@ from mpmath import mpf
 from lagrange_cli.analysis.rest_system import RestSystem
 from lagrange_cli.analysis.single_equation import factors_of, real_roots
 from lagrange_cli.analysis.values import AbsentEquilibrium, Equilibrium, Existence, Mpf
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate

@@ -9,13 +9,13 @@ points of finite fields, or it does not at a state in many digits.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.sampled_values import SampledValues
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.energies import parts_by_degree
 from lagrange_cli.mechanics.algebra.shorten import shortened

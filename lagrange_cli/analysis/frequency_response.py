@@ -10,6 +10,7 @@ motion and an output sees it, the gain is infinite, and is told so.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -23,7 +24,6 @@ from lagrange_cli.analysis.response_values import (
     ResponsePeak,
 )
 from lagrange_cli.analysis.values import Matrix, StateSpace
-from lagrange_cli.frozen import dataclass
 
 # All set by hand.
 

@@ -10,6 +10,7 @@ determine them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,7 +37,6 @@ from lagrange_cli.analysis.legendre import (
 )
 from lagrange_cli.analysis.momenta import Momentum, momenta
 from lagrange_cli.errors import InputError, Mark, Problem, SingularError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms

@@ -13,11 +13,11 @@ print is taken. Each is counted, and given up where it is long.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms

@@ -12,6 +12,7 @@ value graph.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -22,7 +23,6 @@ from lagrange_cli.analysis.kinks import has_derivatives
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf, StateSpace
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 if TYPE_CHECKING:

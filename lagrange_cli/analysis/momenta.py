@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 
 if TYPE_CHECKING:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-
-from lagrange_cli.frozen import dataclass
 
 Complexes: TypeAlias = NDArray[np.complex128]
 """Complex numbers of any shape."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import mpmath
@@ -17,7 +18,6 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.sampled_values import IN_DOUBLES
 from lagrange_cli.analysis.values import Matrix, Mpf
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives

@@ -7,7 +7,7 @@ coordinates, f + Σ λ ∇φ = 0 and φ = 0.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,6 @@ from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.rest_functions import RestFunctions
 from lagrange_cli.analysis.values import Mpf
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
 from lagrange_cli.mechanics.sparse import entries

@@ -7,6 +7,7 @@ particles at all states, ξ is a translation, a rotation, or a boost where it gr
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -14,7 +15,6 @@ import sympy as sp
 
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.sampled_values import Array, SampledValues
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Equations
 

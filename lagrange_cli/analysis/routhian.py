@@ -13,7 +13,7 @@ section 8.3).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -41,7 +41,6 @@ from lagrange_cli.analysis.legendre import (
 )
 from lagrange_cli.analysis.momenta import Momentum, momenta
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.energies import by_parameters

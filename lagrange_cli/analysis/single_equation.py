@@ -7,10 +7,11 @@ found, those of angles within one turn.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import sympy as sp
 
 from lagrange_cli.analysis.values import Existence
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.elimination.solve_equation import solutions
 

@@ -9,7 +9,7 @@ value graph gives; where there is no closed form, these stand as numbers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, cast
 
@@ -21,7 +21,6 @@ from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.analysis.legendre import at_rest
 from lagrange_cli.analysis.values import Equilibrium, Linearization, Matrix, Mode
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.dynamics.textbook_form import RowSystem, shown_rows
 from lagrange_cli.mechanics.equations import Coordinate, ShownEquation
 from lagrange_cli.mechanics.numerics.autodiff import evaluate

@@ -10,6 +10,7 @@ Dokl. 25 (1982) 335). Poles on the imaginary axis prove nothing of the nonlinear
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,6 @@ from lagrange_cli.analysis.linearize import DIGITS, LinearSystem, in_doubles
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Equilibrium, Mpf
 from lagrange_cli.analysis.verdicts import Stability
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.rest_system import RestSystem

@@ -9,7 +9,7 @@ f(q, v = Ω) of the other coordinates; each has momenta of its own, at which it 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 
 import mpmath
@@ -23,7 +23,6 @@ from lagrange_cli.analysis.rest_system import RestSystem, rest_system
 from lagrange_cli.analysis.routhian import Routhian, ignorable, routhian_form
 from lagrange_cli.analysis.values import Equilibrium, Mpf, SteadyForm, Turning
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.equations import Equations, InitialState, Parameter
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate

@@ -14,6 +14,7 @@ condition is proven to hold at all states.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
@@ -27,7 +28,6 @@ from lagrange_cli.analysis.rigid_displacements import (
     translations_among,
 )
 from lagrange_cli.analysis.sampled_values import Array, SampledValues
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.energies import by_parameters

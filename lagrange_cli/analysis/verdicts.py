@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
-
-from lagrange_cli.frozen import dataclass
 
 Verdict: TypeAlias = Literal[
     "stable",

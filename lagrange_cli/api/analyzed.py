@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.analysis.values import Analysis
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import ending_of
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from lagrange_cli.api.studied import Studied
 from lagrange_cli.api.written import Written
-from lagrange_cli.frozen import dataclass
 
 
 @dataclass(frozen=True)

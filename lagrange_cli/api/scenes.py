@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.api.derivation import Derivation
 from lagrange_cli.api.values import GivenValues, texts
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.step_values import Way

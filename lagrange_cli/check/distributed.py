@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from lagrange_cli.check.model import SceneReport
@@ -16,7 +17,6 @@ from lagrange_cli.files import (
     read_bytes,
     reading_carried,
 )
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene import read_text
 
 if TYPE_CHECKING:

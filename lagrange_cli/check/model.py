@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Problem
-from lagrange_cli.frozen import dataclass
 
 SceneOutcome: TypeAlias = Literal["pass", "fail", "invalid", "crash"]
 

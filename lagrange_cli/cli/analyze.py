@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping
-from dataclasses import astuple, replace
+from dataclasses import astuple, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -20,7 +20,6 @@ from lagrange_cli.cli.terminal.output import Command, deliver, page_encoding
 from lagrange_cli.emit.base import completed
 from lagrange_cli.emit.document_options import ANALYZED
 from lagrange_cli.files import ending_of, write_file
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.page import USUAL_WIDTH, Page
 
 if TYPE_CHECKING:

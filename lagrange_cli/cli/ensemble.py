@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -18,7 +18,6 @@ from lagrange_cli.cli.terminal.interrupts import Terminated
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import ending_of, write_file
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.cluster.tasks import Cluster

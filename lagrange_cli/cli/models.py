@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.remembered import Answer, SceneSource, remembered
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:

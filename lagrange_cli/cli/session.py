@@ -6,7 +6,7 @@ import signal
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,6 @@ from lagrange_cli.cli.terminal.appearance import is_terminal, wants_colour
 from lagrange_cli.cli.terminal.display import shown_stage
 from lagrange_cli.cli.terminal.progress import ProgressBar
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:

@@ -19,12 +19,11 @@ The contract of a format:
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit.naming import file_stem
 from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.frozen import dataclass
 
 #: Language → modules and names of its tables.
 _TABLES = {

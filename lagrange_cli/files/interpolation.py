@@ -9,6 +9,7 @@ continuous derivatives at all rows and a third one at the second and the last bu
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -16,7 +17,6 @@ from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files.recordings import Interpolation, Recording, read_recording
-from lagrange_cli.frozen import dataclass
 
 #: Number of coefficients of the polynomials of each interpolation.
 COEFFICIENTS: dict[Interpolation, int] = {"previous": 1, "linear": 2, "cubic": 4}

@@ -12,12 +12,12 @@ import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import Literal
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import LONGEST_QUOTED, CsvRows, decoded, quoted_cell
-from lagrange_cli.frozen import dataclass
 
 #: The rule that problems of recordings bear.
 _RULE = "recording"

@@ -5,9 +5,8 @@ Equations of motion have lost the names in which constraints were written; a pic
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
-
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import (
@@ -12,7 +12,6 @@ from lagrange_cli.errors import (
     NotRealError,
     SingularError,
 )
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.assembly import assemble
 from lagrange_cli.mechanics.certify.certificate import certify, explained
 from lagrange_cli.mechanics.certify.facts import open_questions, proven_evidence

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
-
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -10,12 +10,11 @@ never the scene.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.findings import (
     Account,
     Certificate,

@@ -11,7 +11,7 @@ which equation alone.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import mpmath
@@ -19,7 +19,6 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Mark, Problem, SingularError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, derive_uncertified
 from lagrange_cli.mechanics.dynamics.singular_configurations import (

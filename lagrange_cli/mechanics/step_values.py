@@ -3,9 +3,8 @@ equations of motion."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
-
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol

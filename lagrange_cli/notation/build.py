@@ -8,14 +8,13 @@ kept exactly; what cannot be shown exactly is refused.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import sympy
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.factor import holds_powers
 from lagrange_cli.mechanics.symbols.convert import (
     EVEN_FUNCTIONS,

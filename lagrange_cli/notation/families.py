@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.families.elements import index_at
 from lagrange_cli.notation import ordering
 from lagrange_cli.notation.build import display, display_row

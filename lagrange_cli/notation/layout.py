@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import replace
-
-from lagrange_cli.frozen import dataclass
+from dataclasses import dataclass, replace
 
 #: The depth of a break between two factors, below any sum that a person nests.
 FACTOR_DEPTH = 20

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.ordering import spelled_symbol
 from lagrange_cli.notation.tree import Dependence, DisplaySymbol
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import astuple
+from dataclasses import astuple, dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.layout import Piece, break_lines, columns, joined
 
 #: Columns of a line where the width of the reader's window is not known.

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from dataclasses import dataclass
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.latex_escape import GREEK, latex_text
 
 _GREEK_NAMES = {letter: name for name, letter in GREEK.items()}

@@ -7,11 +7,9 @@ about order. The ``traits`` of each node are for ordering (:class:`OrderTraits`)
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 from typing import TypeAlias
-
-from lagrange_cli.frozen import dataclass
 
 
 class Dependence(IntEnum):

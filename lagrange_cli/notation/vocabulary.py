@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import takewhile
@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation import ordering
 from lagrange_cli.notation.omission import Omission
 from lagrange_cli.notation.symbols import multiplier_name, split_name

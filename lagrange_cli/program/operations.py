@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.operands import Constant, FunctionCall, Operand, Product, Sum
 from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.systems.loops import IndexedLoop, ProgramPart, SparseSolve

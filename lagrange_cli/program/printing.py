@@ -7,10 +7,10 @@ between them (numbers, names of functions and variables) is a :class:`Dialect`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Protocol
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.operands import (
     Coefficient,
     Constant,

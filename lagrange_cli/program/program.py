@@ -11,13 +11,12 @@ Only what the requested outputs need is computed, and each value once.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 from functools import cached_property
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.unknown_functions import require_given
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import (

@@ -5,10 +5,10 @@ Of every value here ``mark`` is its place in the file.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.expression import Equation, Expression
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from lagrange_cli.errors import Mark
-from lagrange_cli.frozen import dataclass
 
 #: Samples of any run: rows of a table that a disk may hold.
 MOST_SAMPLES = 10_000_000_000

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
     TIME_DERIVATIVES,

@@ -11,12 +11,11 @@ Of every value here ``name`` is as written in the file, and ``mark`` is its plac
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.files import Recording
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.conditions import Expect, InitialValue, WrittenDefaults
 from lagrange_cli.scene.language.expression import Equation, Expression
 

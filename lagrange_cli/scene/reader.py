@@ -12,13 +12,12 @@ import os
 import re
 from collections.abc import Callable
 from collections.abc import Mapping as AbstractMapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import Any
 
 from lagrange_cli.errors import LagrangeError
 from lagrange_cli.files import MAX_BYTES, read_bytes, too_large
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.checks.names import check_names
 from lagrange_cli.scene.conditions import ErrorExpectation
 from lagrange_cli.scene.language.problems import shown, suggestion

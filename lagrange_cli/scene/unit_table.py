@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from typing import TypeAlias
-
-from lagrange_cli.frozen import dataclass
 
 Powers: TypeAlias = Mapping[str, Fraction]
 """Base unit, or factor of numbers, → its power."""

@@ -7,10 +7,9 @@ them, and one that declares none leaves its units open.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.dimensions import ENERGY, Exponent, dimensions
 from lagrange_cli.scene.language.expression import Name
 from lagrange_cli.scene.model import Scene

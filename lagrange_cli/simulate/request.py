@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import importlib.util
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.defaults import MOST_SAMPLES
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator

@@ -5,14 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, placed
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.accuracy.user_method import integrate_with_method

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,6 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.routhian import Routhian, routhian_form
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 from lagrange_cli.simulate.model.labels import Label, Labels, labels_of

@@ -9,7 +9,7 @@ so that they are off by what the motion is off alone; how much that is, is measu
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -17,7 +17,6 @@ from sympy import sign
 
 from lagrange_cli.analysis.values import AlongMotion
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.system.linearization import LinearFunctions
 
 if TYPE_CHECKING:

@@ -12,14 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.analysis.values import Exponents
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.charts.simulation import simulate_with_sensitivities
 from lagrange_cli.simulate.options import SimulationOptions

@@ -7,6 +7,7 @@ the eye: the fastest particle goes a part of the extent of the system, and no an
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
@@ -15,7 +16,6 @@ import numpy as np
 from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.emit.sketch.displaced import DisplacedSketch, RestingSketch
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
 

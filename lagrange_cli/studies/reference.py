@@ -12,13 +12,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from lagrange_cli.errors import AccuracyError, Problem, StoppedError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.accuracy.coarse_run import LEAST
 from lagrange_cli.simulate.accuracy.event_agreement import event_agreement, first_zeno_time
 from lagrange_cli.simulate.accuracy.method_selection import CoarseResult

@@ -7,6 +7,7 @@ hyperplane in which the corrector moves (H. B. Keller 1977). Residuals of the la
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -14,7 +15,6 @@ import numpy as np
 from mpmath import mpf
 
 from lagrange_cli.analysis.values import Matrix
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 if TYPE_CHECKING:

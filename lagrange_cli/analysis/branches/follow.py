@@ -8,12 +8,12 @@ little, and the step back arrives where it began; else it is made again at half 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.analysis.branches.curve import CurvePoint, Space
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branch_values import EndKind

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import mpmath
@@ -19,7 +20,6 @@ from mpmath import mpf
 from lagrange_cli.analysis.rest_functions import IN_DIGITS, exact_number
 from lagrange_cli.analysis.sampled_values import IN_DOUBLES
 from lagrange_cli.analysis.values import Matrix, Mpf
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -24,7 +25,6 @@ from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.stability import stability
 from lagrange_cli.analysis.verdicts import Stability
 from lagrange_cli.errors import InputError
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branch_values import MarkKind

@@ -9,6 +9,7 @@ A. A. Mailybaev, Multiparameter Stability Theory with Mechanical Applications, 2
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -21,7 +22,6 @@ from lagrange_cli.analysis.linearize import linear_system
 from lagrange_cli.analysis.stability import first_order
 from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf
 from lagrange_cli.errors import InputError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 if TYPE_CHECKING:

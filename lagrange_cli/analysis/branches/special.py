@@ -9,6 +9,7 @@ algebraic branching equation ψ·F_yy t t = 0 on the null space of J (H. B. Kell
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 import mpmath
@@ -17,7 +18,6 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.branches.curve import DIGITS
 from lagrange_cli.analysis.values import Matrix, Mpf
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -20,7 +20,6 @@ from lagrange_cli.analysis.branches.follow import Way, follow
 from lagrange_cli.analysis.branches.refining import refined
 from lagrange_cli.analysis.branches.special import Crossing, Located, crossing_at, fold_at
 from lagrange_cli.analysis.values import Matrix
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branch_values import EndKind, MarkKind

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -13,7 +14,6 @@ from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.errors import nearest as nearest_name
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.interpretation import interpret
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.scene.language.expression import names_in

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.page import Role, Row, words
 
 

@@ -7,10 +7,9 @@ import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from types import FrameType
 from typing import Any
-
-from lagrange_cli.frozen import dataclass
 
 #: Seconds after which a signal that had no effect is sent again.
 _PAUSE = 0.05

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.analysis.branch_words import (
@@ -19,7 +20,6 @@ from lagrange_cli.emit.analysis.branch_words import (
     within_turn,
 )
 from lagrange_cli.emit.analysis.wording import verdict_word
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.page import Block, Row, words
 
 if TYPE_CHECKING:

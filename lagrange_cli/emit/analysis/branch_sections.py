@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.analysis.branch_words import (
@@ -20,7 +21,6 @@ from lagrange_cli.emit.analysis.branch_words import (
 )
 from lagrange_cli.emit.analysis.wording import verdict_word
 from lagrange_cli.emit.steps.sections import Block, Bullets, Section, Table, Words, section
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branch_values import Branch, Branches, MarkedPoint

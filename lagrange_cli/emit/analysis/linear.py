@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,6 @@ from lagrange_cli.emit.analysis.places import Places
 from lagrange_cli.emit.analysis.wording import damping_line
 from lagrange_cli.emit.constraint_wording import free_letter
 from lagrange_cli.emit.steps.sections import Block, Formula, Law, Section, Words, formulas, section
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.ordering import root_of
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit.steps.sections import Formula
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.ordering import spelled_symbol
 from lagrange_cli.notation.tree import Dependence, DisplayNode
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.analysis.matrices import Matrices
 from lagrange_cli.emit.analysis.wording import turning_values
 from lagrange_cli.emit.steps.sections import Formula
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol

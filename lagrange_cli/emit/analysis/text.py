@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,6 @@ from lagrange_cli.emit.language import ENGLISH, Language, language
 from lagrange_cli.emit.text.conserved import conserved_row, energy
 from lagrange_cli.emit.text.writer import TextWriter
 from lagrange_cli.errors import escape_controls
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.layout import Piece, columns, joined
 from lagrange_cli.notation.one_line import OneLinePrinter, solid

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.analysis.phrases import Part, Phrase
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from math import isfinite
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import C_RESERVED, unique_identifiers
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.literals import decimal_literal, double_literal, out_of_range
 from lagrange_cli.program.graph.operands import Coefficient, magnitude
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.operands import Cell, Constant, Operand, Variable
 from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.program import Program, ProgramKind, dependents

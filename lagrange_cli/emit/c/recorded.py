@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.names import c_string
@@ -10,7 +11,6 @@ from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.recorded_inputs import described_input, polynomial_rows, recorded_inputs
 from lagrange_cli.emit.template_files import c_template, filled
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.names import CNames, Real
 from lagrange_cli.emit.template_files import filled
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.printing import Dialect
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.analysis.energies import energy_loss, energy_sum
@@ -16,7 +17,6 @@ from lagrange_cli.emit.constraint_wording import (
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.energy_wording import loss_line, sum_line
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas, section
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.families.forms import FamilyRow
 
 if TYPE_CHECKING:

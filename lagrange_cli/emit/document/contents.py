@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -20,7 +20,6 @@ from lagrange_cli.emit.forms.contents import FORMS, form_sections
 from lagrange_cli.emit.steps.board import conclusions, working
 from lagrange_cli.emit.steps.sections import Block, Picture, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from lagrange_cli.emit.steps.sections import Formula, Formulas
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.layout import Piece, prefixed, suffixed, width
 from lagrange_cli.notation.typeset import TypesetPrinter
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import TypeAlias
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.typeset import TypesetPrinter
 
 _TOKEN = re.compile(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,6 @@ from lagrange_cli.emit.family_wording import with_families
 from lagrange_cli.emit.omission_wording import omission_told, operations_told
 from lagrange_cli.emit.steps.sections import Formula, Words
 from lagrange_cli.emit.steps.writer import Writer
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.families.families import Families, families_in
 from lagrange_cli.mechanics.families.forms import FamilyRow, Form
 from lagrange_cli.notation.build import display, display_sum

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import sympy as sp
@@ -12,7 +12,6 @@ from lagrange_cli.analysis.small_oscillations import SmallOscillations, small_os
 from lagrange_cli.emit.constraint_wording import free_letter
 from lagrange_cli.emit.forms.writer import FormWriter
 from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.build import display_row
 from lagrange_cli.notation.ordering import symbol_of
 from lagrange_cli.notation.tree import Dependence

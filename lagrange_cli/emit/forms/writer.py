@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import KW_ONLY, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.steps.sections import Formula
 from lagrange_cli.emit.steps.writer import Writer
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.build import display, display_sum
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.notation.vocabulary import Vocabulary, with_symbols

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.latex import LatexPrinter
 from lagrange_cli.notation.symbols import latex_name, multiplier_symbol, split_name
 from lagrange_cli.notation.typeset import WIDEST_PART

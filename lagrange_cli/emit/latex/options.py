@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.contents import Content, derivation_content
@@ -14,7 +15,6 @@ from lagrange_cli.emit.latex.macros import Macros
 from lagrange_cli.emit.latex.typesetter import COLUMN_POINTS, Typesetter
 from lagrange_cli.emit.sketch.tikz import tikz_picture
 from lagrange_cli.emit.width import length
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from lagrange_cli.emit.document.rows import FILLED, FormulaRow, RowSetter
@@ -20,7 +20,6 @@ from lagrange_cli.emit.steps.sections import (
     Title,
     Words,
 )
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.latex import LatexPrinter
 from lagrange_cli.notation.layout import break_lines
 from lagrange_cli.notation.typeset import WIDEST_PART

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 
 #: Functions that NumPy calls otherwise than a program.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import PYTHON_RESERVED, unique_identifiers
@@ -16,7 +17,6 @@ from lagrange_cli.emit.python.heading import (
 from lagrange_cli.emit.python.styles import Style, array_functions
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS, constraint_programs
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.program import Program, optional_outputs

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -27,7 +27,6 @@ from lagrange_cli.emit.sketch.sketch import (
 )
 from lagrange_cli.emit.sketch.view import View, view_of
 from lagrange_cli.emit.sketch.wheels import Wheel, find_wheels
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 import mpmath
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.depiction import MOST_BODIES
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
 from lagrange_cli.mechanics.unknown_functions import require_given, unknown_names

@@ -7,7 +7,7 @@ that hold particles stay where they are.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -21,7 +21,6 @@ from lagrange_cli.emit.sketch.links import findings
 from lagrange_cli.emit.sketch.sketch import StrokeKind
 from lagrange_cli.emit.sketch.view import View, view_of
 from lagrange_cli.emit.sketch.wheels import Wheel, find_wheels
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
-
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

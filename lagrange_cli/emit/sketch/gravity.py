@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.emit.sketch.configurations import Function
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 if TYPE_CHECKING:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
-
-from lagrange_cli.frozen import dataclass
 
 Place: TypeAlias = tuple[float, float]
 """A place in the picture: to the right and up, in centimetres."""

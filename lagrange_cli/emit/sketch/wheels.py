@@ -10,6 +10,7 @@ load on the rope of a drum moves like a wheel, and is none.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -17,7 +18,6 @@ import sympy
 
 from lagrange_cli.emit.sketch.configurations import Function
 from lagrange_cli.emit.sketch.findings import MOST_SOUGHT, SAME
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TypeAlias
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.tree import DisplayNode
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import KW_ONLY, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,6 @@ from lagrange_cli.emit.constraint_wording import free_letter, quantity_labels
 from lagrange_cli.emit.language import ENGLISH, Language
 from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.emit.steps.sections import Formula, Title, Words
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.step_values import rate_symbol
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.omission import Omission

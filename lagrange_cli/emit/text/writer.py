@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import sympy
@@ -16,7 +16,6 @@ from lagrange_cli.emit.family_wording import (
 )
 from lagrange_cli.emit.language import ENGLISH, Language
 from lagrange_cli.errors import escape_controls
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.families.families import Families
 from lagrange_cli.mechanics.families.forms import FamilyRow, Range
 from lagrange_cli.notation.build import display, display_sum

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from lagrange_cli.emit.document.rows import FormulaRow, RowSetter
 from lagrange_cli.emit.steps.sections import (
@@ -18,7 +18,6 @@ from lagrange_cli.emit.steps.sections import (
     Title,
     Words,
 )
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.layout import break_lines
 from lagrange_cli.notation.typst import CONTINUED, TypstPrinter, balanced
 

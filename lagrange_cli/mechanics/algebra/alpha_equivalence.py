@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import Generic, TypeVar
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.argument_order import sympy_order
 from lagrange_cli.mechanics.algebra.plain_products import power
 from lagrange_cli.mechanics.equations import Coordinate

@@ -9,10 +9,9 @@ different products instead of that number times the number of particles.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
-
-from lagrange_cli.frozen import dataclass
 
 
 @dataclass(frozen=True)

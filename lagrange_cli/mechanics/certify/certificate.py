@@ -24,13 +24,13 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, InternalError, Mark, NotRealError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
 from lagrange_cli.mechanics.certify.routes import Observation, Tapes
 from lagrange_cli.mechanics.diagnosis.errors import nesting_error

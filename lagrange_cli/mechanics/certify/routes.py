@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries

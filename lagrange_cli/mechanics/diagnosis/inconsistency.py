@@ -8,13 +8,13 @@ numbers, the triangle inequality (:mod:`.rod_lengths`) or a sum of squares
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.diagnosis.errors import isolated_start_error, no_configuration_error
 from lagrange_cli.mechanics.diagnosis.rod_lengths import overlong_rod_error
 from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, substitute

@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import heapq
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 
 import mpmath
@@ -17,7 +17,6 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.alpha_equivalence import ShapeClasses
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative

@@ -14,6 +14,7 @@ particles are gathered with summed masses before anything is multiplied.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from operator import attrgetter
 from typing import TypeVar
@@ -21,7 +22,6 @@ from typing import TypeVar
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.alpha_equivalence import OrderedShapes, rename_symbols
 from lagrange_cli.mechanics.algebra.collect import (
     Splitter,

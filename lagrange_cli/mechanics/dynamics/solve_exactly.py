@@ -20,13 +20,13 @@ sum of terms that are not negative, and where it solves the equations at a rando
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum, sympy_rational, trig_factors
 from lagrange_cli.mechanics.algebra.factor import common_factor, scaled
 from lagrange_cli.mechanics.algebra.trig_polynomials import TrigPolynomial, refined

@@ -12,12 +12,11 @@ singular point.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.factor import common_factor, factored, holds_powers, scaled
 from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
 from lagrange_cli.mechanics.algebra.printed_length import printed_length

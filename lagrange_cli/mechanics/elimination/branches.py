@@ -6,14 +6,13 @@ A branch that nothing chooses would be a guess; the error proposes a configurati
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, SingularError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets, written
 from lagrange_cli.scene.language.expression import Equation

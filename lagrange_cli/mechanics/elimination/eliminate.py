@@ -10,14 +10,13 @@ on another name still open would hold in one chart only: such an equation stays.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from graphlib import TopologicalSorter
 
 import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.elimination.branches import (

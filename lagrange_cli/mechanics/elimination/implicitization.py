@@ -12,12 +12,11 @@ equations that hold it.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor
 

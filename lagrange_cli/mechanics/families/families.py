@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.families.elements import (
     Element,

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import product
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.families.elements import Index, index_at

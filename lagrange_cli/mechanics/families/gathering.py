@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
 from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups

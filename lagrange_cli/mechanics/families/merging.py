@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.factor import scaled
 from lagrange_cli.mechanics.families.canonical import Shapes
 from lagrange_cli.mechanics.families.elements import Element, Elements, Index, Place

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.families.canonical import Term
 from lagrange_cli.mechanics.families.elements import Elements, Index, Place
 from lagrange_cli.mechanics.families.fitting import (

@@ -9,14 +9,13 @@ by element (:class:`.instances.Instances`).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.families.blocks import block, counted, fixed

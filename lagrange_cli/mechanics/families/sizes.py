@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.families.elements import Elements, Index, Place
 from lagrange_cli.mechanics.families.forms import FamilyRow, Range, Series, mapped
 

@@ -7,7 +7,7 @@ nearest are seen too: a choice that nothing makes is not made in silence.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import mpmath
@@ -15,7 +15,6 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import rank

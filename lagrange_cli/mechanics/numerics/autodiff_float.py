@@ -10,13 +10,13 @@ an error of arithmetic here; the same evaluation in high precision tells the cau
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.autodiff import Tape
 from lagrange_cli.mechanics.numerics.elementary import (
     DomainError,

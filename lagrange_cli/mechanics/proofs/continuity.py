@@ -8,10 +8,10 @@ infinite: x/|x|, atan(1/x). No motion passes through a state at which a quantity
 from __future__ import annotations
 
 from collections.abc import Collection, Hashable
+from dataclasses import dataclass
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.unknown_functions import is_unknown

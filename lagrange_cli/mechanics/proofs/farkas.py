@@ -11,7 +11,7 @@ vertex is found by linear programming in doubles and checked in high precision.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import mpmath
@@ -20,7 +20,6 @@ import sympy as sp
 from mpmath import mpf
 from numpy.typing import NDArray
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE

@@ -8,13 +8,12 @@ generators are kept beside: sin² + cos² = 1, (√u)² = u, √u ≥ 0, exp u >
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 

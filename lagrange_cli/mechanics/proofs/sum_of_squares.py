@@ -10,6 +10,7 @@ balance). They are sought numerically, by an interior-point method, over quadrat
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import mpmath
 import numpy as np
@@ -17,7 +18,6 @@ import sympy as sp
 from mpmath import mpf
 from numpy.typing import NDArray
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 from lagrange_cli.mechanics.proofs.quadratic_forms import (
     FormBudgetError,

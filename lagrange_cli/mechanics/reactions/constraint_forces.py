@@ -13,6 +13,7 @@ which is that of the closures (none if there are none).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from typing import Literal, TypeVar
@@ -22,7 +23,6 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.polynomials import factored_form
 from lagrange_cli.mechanics.algebra.shorten import length_factor, shortened

@@ -14,12 +14,11 @@ forces.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate

@@ -11,14 +11,13 @@ eliminated.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.elimination.implicitization import (
     AngleSymbols,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -10,7 +11,6 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.diagnosis import errors as refusals
 from lagrange_cli.mechanics.diagnosis.inconsistency import contradiction_error

@@ -11,6 +11,7 @@ integrated term by term; its integral takes its constant from the initial state.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,7 +19,6 @@ import sympy as sp
 from mpmath import mpf
 from sympy.integrals.manualintegrate import manualintegrate
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 
 import mpmath
@@ -16,7 +17,6 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.diagnosis.errors import remaining_coordinates

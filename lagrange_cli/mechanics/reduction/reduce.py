@@ -8,7 +8,7 @@ have no closed form in one chart (:mod:`.independence`), looks at what came of t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import mpmath
@@ -16,7 +16,6 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, Mark, SingularError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.factor import tidy
 from lagrange_cli.mechanics.algebra.positive_roots import drawn_from_roots
 from lagrange_cli.mechanics.diagnosis.errors import (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TypeAlias
 
@@ -11,7 +11,6 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.positive_roots import drawn_from_roots
 from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.findings import Account

@@ -7,12 +7,12 @@ others are kept as closures ψ(q, v, t) = A v + b = 0.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.elimination.solve_equation import factor_branches

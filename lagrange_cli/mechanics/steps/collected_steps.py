@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import factored

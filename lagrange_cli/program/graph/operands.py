@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
-
-from lagrange_cli.frozen import dataclass
 
 Coefficient: TypeAlias = int | Fraction
 """An exact number; most are integers, which :class:`int` reckons with many times faster."""

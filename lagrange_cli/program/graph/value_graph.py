@@ -9,6 +9,7 @@ canonical order.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -16,7 +17,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import sympy
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.symbols.convert import (
     EVEN_FUNCTIONS,
     ODD_FUNCTIONS,

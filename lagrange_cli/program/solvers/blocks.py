@@ -18,12 +18,11 @@ with partial pivoting.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import sympy
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.dynamics.solve_exactly import ExactSolution, solve_exactly
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph

@@ -14,10 +14,9 @@ is zero, and where most is, the numbers alone that need not be zero are stored.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives, product, scaled
 from lagrange_cli.program.graph.value_graph import InputNode, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.blocks import (

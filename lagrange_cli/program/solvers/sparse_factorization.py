@@ -13,11 +13,10 @@ dense rectangles (Ng and Peyton, *SIAM J. Sci. Comput.* 14 (1993) 1034).
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from heapq import heapify, heappop, heappush
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.solvers.bandwidth import (
     bandwidth,
     couplings,

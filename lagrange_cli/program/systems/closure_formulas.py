@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.operands import magnitude
 from lagrange_cli.program.graph.value_graph import ONE, ScaledNode, ValueGraph

@@ -12,12 +12,11 @@ about. ``gaps``, their rates and accelerations tell which flags are to change
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.program.solvers.blocks import MassMatrixSystem
 from lagrange_cli.program.systems.constraint_systems import (

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from math import prod
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.operands import Cell, Coefficient
 from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, ValueGraph

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import Cell, Coefficient, Variable
 from lagrange_cli.program.graph.schedule import LONGEST_SUM, in_families, order_of, schedule

@@ -11,9 +11,9 @@ statements are executed in their order, so that no value changes.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.operands import (
     Cell,
     Constant,

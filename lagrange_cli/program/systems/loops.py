@@ -6,10 +6,10 @@ each of its members. Sparse solves for the multipliers stand between loops.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.operands import Operand, variables
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ that is not constant, large powers.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.bounds import ANY_EXTENT, Extent, extent_of
 from lagrange_cli.scene.language.expression import (
     TIME_DERIVATIVES,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.expression import Expression, Name, names_in
 from lagrange_cli.scene.language.problems import Problems
 from lagrange_cli.scene.latex_names import constraints, latex_names

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import Literal
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Particle, Point, Scene

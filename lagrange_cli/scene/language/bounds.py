@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.expression import (
     Add,
     Call,

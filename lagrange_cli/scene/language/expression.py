@@ -8,12 +8,11 @@ terms is no deeper than one of two.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.frozen import dataclass
 
 #: Functions of the language with the number of arguments each takes (None: one or more).
 FUNCTIONS: dict[str, int | None] = {

@@ -9,13 +9,12 @@ before it is made.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from types import MappingProxyType
 from typing import Literal
 
 from lagrange_cli.errors import InputError, Mark
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.expression import (
     RANGE,
     SUM,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
     RANGE,

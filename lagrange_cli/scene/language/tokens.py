@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
 from lagrange_cli.errors import InputError, LimitError, Mark, NotRealError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.expression import Span
 
 #: Largest decimal exponent of a literal, and of any constant part of an expression.

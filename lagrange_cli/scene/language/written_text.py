@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import ClassVar
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.frozen import dataclass
 
 _OPENING, _CLOSING = "([", ")]"
 

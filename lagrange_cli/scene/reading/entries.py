@@ -10,12 +10,11 @@ import re
 from collections.abc import Collection, Iterator
 from collections.abc import Mapping as AbstractMapping
 from contextlib import contextmanager
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.expression import (
     RANGE,
     RESERVED,

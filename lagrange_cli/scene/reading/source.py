@@ -8,13 +8,12 @@ grows, and what aliases would expand to is counted before any of it is read.
 from __future__ import annotations
 
 import re
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import yaml
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.problems import Problems, shown
 
 #: Deepest nesting of YAML.

@@ -6,10 +6,10 @@ import math
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.accuracy.coarse_run import COARSE
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, ErrorEstimate, RunningEstimate
 from lagrange_cli.simulate.accuracy.event_agreement import (

@@ -8,10 +8,10 @@ square root.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs, NearContact
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.accuracy.error_estimate import ErrorEstimate
 from lagrange_cli.simulate.accuracy.event_agreement import UnclearContacts
 from lagrange_cli.simulate.arrays import Array

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.accuracy.coarse_run import (
     COARSE_TOLERANCES,
     CoarseRun,

@@ -12,13 +12,13 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import count
 from typing import IO, Any
 
 from lagrange_cli.cache import digest, fingerprint
 from lagrange_cli.errors import InputError, Problem, StoppedError
 from lagrange_cli.files import write_file
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.checkpoint.serialization import (
     MAGIC,
     DamagedError,

@@ -6,10 +6,9 @@ import copy
 import math
 import time
 from collections.abc import Callable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from lagrange_cli.errors import StoppedError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.stages import announce, is_heard
 
 #: Seconds between two announcements of the time reached.

@@ -9,12 +9,11 @@ import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.errors import InputError, LagrangeError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.cluster.installed import difference, installed
 from lagrange_cli.simulate.cluster.refusals import EXTRA, ClusterError, refusal
 from lagrange_cli.simulate.cluster.workers import (

@@ -9,12 +9,11 @@ import threading
 import zlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, TypeVar
 
 from lagrange_cli.errors import LagrangeError
 from lagrange_cli.files import is_address
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.cluster.installed import difference, installed
 from lagrange_cli.simulate.cluster.refusals import refusal
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler

@@ -15,7 +15,7 @@ import math
 import re
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.cache import Cache
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, error_estimate
 from lagrange_cli.simulate.accuracy.measured import Measured, limiting_component

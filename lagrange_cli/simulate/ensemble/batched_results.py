@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import compress
 
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.cache import open_cache
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.batched import METHOD, BatchedMembers, batched_members

@@ -14,7 +14,7 @@ import secrets
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.files import (
@@ -26,7 +26,6 @@ from lagrange_cli.files import (
     reading_carried,
     temporary_file,
 )
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.cluster.refusals import ClusterError, refusal
 from lagrange_cli.simulate.cluster.tasks import Cluster
 from lagrange_cli.simulate.cluster.workers import exists

@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.model.labels import Labels
 from lagrange_cli.simulate.request import resolve
 from lagrange_cli.version import __version__

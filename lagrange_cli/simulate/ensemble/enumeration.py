@@ -8,14 +8,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.files.rows import DECIMAL_NUMBER, quoted_cell
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 
 #: Members that are enumerated at most.

@@ -10,7 +10,7 @@ other names than the coordinates, or if a parameter has another sign.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.files.rows import DECIMAL_NUMBER
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.model import Model
 

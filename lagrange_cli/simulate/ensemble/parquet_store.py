@@ -5,13 +5,12 @@ from __future__ import annotations
 import importlib.util
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.block_files import TEXTS, written_name
 from lagrange_cli.simulate.ensemble.description import Description

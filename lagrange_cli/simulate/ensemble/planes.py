@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, nearest
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.description import unit_of
 from lagrange_cli.simulate.ensemble.enumeration import GridMembers

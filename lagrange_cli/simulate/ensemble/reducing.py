@@ -8,11 +8,11 @@ accuracy of the samples allows come on top.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 
 #: Samples that a polynomial goes through, and those that it is compared with.

@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from lagrange_cli.files import whole_file
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.arrays import Array
 

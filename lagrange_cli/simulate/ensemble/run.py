@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import closing
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.files.rows import DECIMAL_NUMBER
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities

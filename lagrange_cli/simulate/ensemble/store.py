@@ -12,7 +12,7 @@ import zipfile
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
@@ -20,7 +20,6 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import discard, whole_file
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.block_files import (
     COLUMN,

@@ -14,7 +14,7 @@ import secrets
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, discard, is_address, remove_abandoned_files
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.block_files import COLUMN, TEXTS, arrays_of, written_name
 from lagrange_cli.simulate.ensemble.blocks import MemberBlock

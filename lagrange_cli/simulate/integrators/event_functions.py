@@ -7,9 +7,9 @@ are made in Python, and kernels/events.c where they are made in C.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 
 #: Parts of a step in which signs are looked at (events.h).

@@ -7,10 +7,10 @@ ends of parts of a step, and the least value of a function that dips between equ
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.event_functions import (
     EVENT_PARTS,

@@ -12,11 +12,11 @@ in :mod:`.scipy_explicit`.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
 from lagrange_cli.simulate.integrators.fixed_step import two_sum

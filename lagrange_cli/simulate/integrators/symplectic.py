@@ -9,12 +9,12 @@ as well in reversible systems (chapter XI).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import ClassVar
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Rhs, StepError
 from lagrange_cli.simulate.integrators.fixed_step import FixedStep

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from sympy import Integer
@@ -10,7 +10,6 @@ from sympy import Integer
 from lagrange_cli.emit.c.projection import workspace_size
 from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.errors import InputError, Mark, placed
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.program.constraint_programs import (
     constraint_programs,

@@ -7,13 +7,12 @@ that the same scene is simulated again without deriving it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.defaults import SimulationDefaults
 from lagrange_cli.simulate.model.labels import Labels
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.language.written_text import INEQUALITIES, WrittenText
 from lagrange_cli.simulate.model.written_values import output_names, with_values
 

@@ -9,7 +9,7 @@ differences in 40 digits.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from decimal import Context, Decimal
 from fractions import Fraction
 from operator import mul
@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.errors import InputError, Problem, nearest
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Coordinate, InitialState
 from lagrange_cli.mechanics.proofs.finite_field import NoValueError, solved_linear_system

@@ -12,13 +12,12 @@ stays on the surface (A. F. Filippov, *Differential Equations with Discontinuous
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries

@@ -16,9 +16,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.program.graph.operands import (
     Coefficient,
     Constant,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start_integrator
 from lagrange_cli.simulate.integrators.base import SavedState, UnfitError

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import zlib
+from dataclasses import dataclass
 from typing import IO, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import SavedState
 from lagrange_cli.simulate.samples.rows import LazyRows, RowSequence, window_rows

@@ -7,7 +7,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -16,7 +16,6 @@ import numpy as np
 
 from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.errors import StoppedError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs, Shift
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, WIDER_TYPES, NativeReal

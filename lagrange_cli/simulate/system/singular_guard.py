@@ -6,12 +6,12 @@ See :mod:`lagrange_cli.simulate.native.guarded_rhs` for why, and for the compile
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.model.model import ChartSingularity, Model

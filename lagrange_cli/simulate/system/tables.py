@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer

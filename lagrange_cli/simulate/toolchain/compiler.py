@@ -7,10 +7,10 @@ import os
 import signal
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import escape_controls
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.stages import announce, is_to_end
 
 if TYPE_CHECKING:

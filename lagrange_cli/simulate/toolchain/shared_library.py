@@ -9,11 +9,11 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import Cache, digest
 from lagrange_cli.files import remove_abandoned_folders, temporary_folder
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.toolchain.compiler import (
     COMMON_OPTIONS,
     PROCESSOR_OPTIONS,

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (

@@ -16,12 +16,12 @@ its minimum). The forces that remain push away, more steeply than any proportion
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import islice, product
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.model.model import Model

@@ -11,12 +11,12 @@ Error Analysis for the Physical Sciences*, 3rd ed., chapters 7 and 8).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.studies.fit.measurements import Measurements, require_names, require_times
 

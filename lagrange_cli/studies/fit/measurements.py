@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,6 @@ import numpy as np
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import CsvRows, decoded, quoted_cell
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -9,12 +9,11 @@ no promise that it finds all.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.studies.path.collocation import (
     CLOSE,
     Points,

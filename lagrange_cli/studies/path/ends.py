@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ of the variational equations (:mod:`lagrange_cli.simulate.model.sensitivities`).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.model.model import Model
 
 

@@ -11,11 +11,11 @@ Large*, 1934, chapter III).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.studies.path.panels import DEGREE, interpolated
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 
 #: Intervals of a panel, whose nodes are the extrema of a Chebyshev polynomial; even.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import ending_of, write_file
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.formats import as_csv

@@ -11,11 +11,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from lagrange_cli.frozen import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.arrays import Array

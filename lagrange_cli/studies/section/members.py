@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.ensemble.enumeration import MOST_LISTED, Members, too_many
 from lagrange_cli.simulate.ensemble.members import MemberValues, NumericMembers
 from lagrange_cli.simulate.ensemble.planning import MemberModels, plan_members

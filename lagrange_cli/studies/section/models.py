@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.model.model import Model
 
 if TYPE_CHECKING:

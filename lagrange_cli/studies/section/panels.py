@@ -8,13 +8,13 @@ off (J. P. Boyd, *Solving Transcendental Equations*, 2014, chapters 2 and 3; L. 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 
 #: Degree of the polynomials: about that of the integrators' own.

@@ -5,14 +5,13 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Collection, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import ending_of, write_file
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Labels
 from lagrange_cli.simulate.results.formats import format_of

@@ -6,9 +6,10 @@ not known which where it is as small as its error: there its number of zeros is 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.studies.section.panels import DEGREE, Flags, Series
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.files import CarriedFile, Recording, carried_files, reading_carried
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.dimensions import dimensions
 from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, numeric_values
 from lagrange_cli.simulate.model.model import Model

@@ -11,13 +11,12 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.parameters import parameter_values
 from lagrange_cli.simulate.system.singular_guard import singular_factors

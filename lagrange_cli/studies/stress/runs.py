@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, cast
 
 import numpy as np
 
 from lagrange_cli.errors import AccuracyError, InputError, StoppedError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.scene.dimensions import dimensions
 from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.arrays import Array

@@ -14,13 +14,12 @@ import heapq
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, StoppedError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS

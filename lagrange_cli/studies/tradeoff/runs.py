@@ -6,11 +6,10 @@ import math
 import statistics
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.accuracy.method_selection import CoarseResult

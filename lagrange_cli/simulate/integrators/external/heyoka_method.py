@@ -11,13 +11,13 @@ import copy
 import importlib.util
 import math
 import pickle
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from lagrange_cli.cache import digest
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
     Control,

@@ -8,11 +8,11 @@ both sides that keeps it there, as dry friction holds a body at rest.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.integrators.hybrid.surfaces import (

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from lagrange_cli.frozen import dataclass
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_structures import LANDMARK_ROWS, landmarks_type
 from lagrange_cli.simulate.integrators.native.c_types import (
