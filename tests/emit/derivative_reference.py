@@ -22,10 +22,12 @@ class AccelerationReference:
         expressions += [*e.forcing, *(x for c in self.closures for x in (*c.gradient, c.bias))]
         arguments = [e.t, *(c.q for c in e.coordinates), *(c.v for c in e.coordinates)]
         arguments += [u.symbol for u in e.inputs] + [p.symbol for p in e.parameters]
-        self._evaluate = sp.lambdify(arguments, expressions, modules="mpmath", dummify=True)
+        self._evaluate = sp.lambdify(
+            arguments, expressions, modules="mpmath", dummify=True, cse=True
+        )
 
-    def accelerations(self, t, numbers):
-        """``numbers``: y, then u, then p."""
+    def _system(self, t, numbers):
+        """K and r of K (a, lambda) = r; ``numbers``: y, then u, then p."""
         n, m = self.n, len(self.closures)
         values = [mpmath.mpf(x) for x in self._evaluate(mpmath.mpf(t), *numbers)]
         matrix, right = mpmath.zeros(n + m, n + m), mpmath.zeros(n + m, 1)
@@ -39,21 +41,31 @@ class AccelerationReference:
             right[n + k] = -bias
             for i, g in enumerate(gradient):
                 matrix[i, n + k], matrix[n + k, i] = -g, g
-        return list(mpmath.lu_solve(matrix, right))[:n]
+        return matrix, right
 
     def derivatives(self, t, y, u, p):
         """By y, by u and by p, shapes (n, 2n), (n, u), (n, p)."""
         with mpmath.workdps(DIGITS):
             numbers = [mpmath.mpf(float(x)) for x in (*y, *u, *p)]
-            columns = [self._column(t, numbers, k) for k in range(len(numbers))]
+            matrix, right = self._system(t, numbers)
+            factors = mpmath.mp.LU_decomp(matrix)
+            solved = _solution(factors, right)
+            columns = [self._column(t, numbers, k, factors, solved) for k in range(len(numbers))]
         whole = np.array(columns).T.reshape(self.n, len(numbers))
         return np.split(whole, [len(y), len(y) + len(u)], axis=1)
 
-    def _column(self, t, numbers, k):
+    def _column(self, t, numbers, k, factors, solved):
+        """K da = dr - dK a, with differences of K and r."""
         step = STEP * (abs(numbers[k]) or 1)
         moved = [[*numbers[:k], numbers[k] + s * step, *numbers[k + 1 :]] for s in (1, -1)]
-        up, down = (self.accelerations(t, given) for given in moved)
-        return [float((a - b) / (2 * step)) for a, b in zip(up, down, strict=True)]
+        (up, right), (down, left) = (self._system(t, given) for given in moved)
+        change = _solution(factors, right - left - (up - down) * solved)
+        return [float(x / (2 * step)) for x in change[: self.n]]
+
+
+def _solution(factors, right):
+    triangles, rows = factors
+    return mpmath.mp.U_solve(triangles, mpmath.mp.L_solve(triangles, right, rows))
 
 
 def relative(found, exact):

@@ -9,8 +9,9 @@ load on the rope of a drum moves like a wheel, and is none.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     from lagrange_cli.emit.sketch.configurations import Configurations
 
     Array: TypeAlias = NDArray[np.float64]
+    #: Velocities of a particle, shape (3, k), and rates of an angle in independent motions; the
+    #: angle.
+    _Rates: TypeAlias = tuple[Array, Array, float]
 
 #: Names of constraints that say of a body that it rolls begin with this.
 _ROLLS = "roll"
@@ -134,16 +138,28 @@ class _Motion:
         self._shape = (len(rows), len(q))
         self.inputs = [*q, equations.t, *configurations.values]
         self._slopes = Function([*(e for row in rows for e in row), angle], self.inputs)
+        values = configurations.values.items()
+        self.others = {s: v * (1.17 + 0.05 * k) for k, (s, v) in enumerate(values)}
 
-    def numbers(self, state: int, values: dict[Symbol, float] | None = None) -> list[float]:
-        known = {**self.configurations.values, **(values or {})}
-        return [*self.configurations.q[state], self.configurations.times[state], *known.values()]
+    def numbers(self, state: int) -> list[float]:
+        return self._numbers(state, self.configurations.values)
 
-    def rates(
-        self, state: int, values: dict[Symbol, float] | None = None
-    ) -> tuple[Array, Array, float]:
-        """Velocities, shape (3, k), and rates of the angle in independent motions; the angle."""
-        *slopes, angle = self._slopes(self.numbers(state, values))
+    def _numbers(self, state: int, values: Mapping[Symbol, float]) -> list[float]:
+        known = self.configurations
+        return [*known.q[state], known.times[state], *values.values()]
+
+    @cached_property
+    def rates(self) -> list[_Rates]:
+        """Rates in all configurations."""
+        return [self._rates(self.numbers(k)) for k in range(len(self.configurations.q))]
+
+    @cached_property
+    def other_rates(self) -> _Rates:
+        """Rates at the start with other values of all parameters."""
+        return self._rates(self._numbers(0, self.others))
+
+    def _rates(self, numbers: list[float]) -> _Rates:
+        *slopes, angle = self._slopes(numbers)
         rows = np.array(slopes).reshape(self._shape)
         kept, moving = rows[:-4], rows[-4:]
         allowed = moving
@@ -163,16 +179,15 @@ def _wheel(motion: _Motion, down: Array | None, name: str, size: Symbol) -> Whee
     """Tell whether a particle moves as the centre of a wheel of this radius."""
     configurations = motion.configurations
     value = configurations.values[size]
-    other = {s: v * (1.17 + 0.05 * k) for k, (s, v) in enumerate(configurations.values.items())}
-    cases = [(motion.rates(k), value) for k in range(len(configurations.q))]
-    cases.append((motion.rates(0, other), other[size]))
-    if not all(value > 0 and _rolls(rates, radius) for rates, radius in cases):
+    if value <= 0 or not all(_rolls(rates, value) for rates in motion.rates):
         return None
-    velocities, turning, angle = cases[0][0]
+    if not _rolls(motion.other_rates, motion.others[size]):
+        return None
+    velocities, turning, angle = motion.rates[0]
     fastest = int(np.abs(turning).argmax())
     towards = velocities[:, fastest] / (value * turning[fastest])
     slopes = motion.slope(size)
-    normal = slopes[0] if _is_normal(slopes, [rates[0] for rates, _ in cases]) else None
+    normal = slopes[0] if _is_normal(slopes, [rates[0] for rates in motion.rates]) else None
     if normal is None and down is not None and _says_that_it_rolls(configurations):
         normal = None if slopes.any() else _pressed(towards, down)
     if normal is None:
@@ -182,7 +197,7 @@ def _wheel(motion: _Motion, down: Array | None, name: str, size: Symbol) -> Whee
     return Wheel(motion.particle, name, angle, value, size, normal, towards, ground)
 
 
-def _rolls(rates: tuple[Array, Array, float], radius: float) -> bool:
+def _rolls(rates: _Rates, radius: float) -> bool:
     """Tell whether the speed is the radius times the rate of the angle, whatever moves."""
     velocities, turning, _ = rates
     off = velocities.T @ velocities - radius**2 * np.outer(turning, turning)
@@ -193,7 +208,7 @@ def _is_normal(slopes: Array, velocities: list[Array]) -> bool:
     """Tell whether these are unit vectors across all velocities."""
     return bool(np.abs(np.linalg.norm(slopes, axis=1) - 1).max() <= SAME) and all(
         np.abs(n @ v).max() <= SAME * max(1.0, float(np.abs(v).max()))
-        for n, v in zip(slopes, velocities[: len(slopes)], strict=True)
+        for n, v in zip(slopes, velocities, strict=True)
     )
 
 
@@ -211,8 +226,7 @@ def _pressed(towards: Array, down: Array) -> Array | None:
 
 def _slope(motion: _Motion, radius: float, normal: Array, towards: Array) -> Array | None:
     """A piece of the plane below a wheel that goes straight on; None if it does not."""
-    for k in range(1, len(motion.configurations.q)):
-        velocities, turning, _ = motion.rates(k)
+    for velocities, turning, _ in motion.rates[1:]:
         if np.abs(velocities - radius * np.outer(towards, turning)).max() > SAME * radius:
             return None
     contact = motion.configurations.places[0, motion.particle] - radius * normal
