@@ -50,6 +50,9 @@ _MINUS = -1
 #: the certificate, whose terms may cancel.
 _DIGITS, _AGREE = 50, mpf(10) ** -12
 
+#: The arithmetic of many digits: sums and products take far less time than those of mpmath.
+_DECIMALS = Context(prec=_DIGITS, Emin=MIN_EMIN, Emax=MAX_EMAX)
+
 #: The rank of accelerations and multipliers (see :class:`.value_graph.ValueGraph`).
 _GIVEN = 5
 
@@ -282,17 +285,16 @@ def at_certificate(
             return evaluated(
                 values, wanted, inputs, functions, lambda x: number(x.numerator) / x.denominator
             )
-        except ArithmeticError:
+        except (ArithmeticError, ValueError):
             return [mpmath.nan] * len(wanted)
 
 
-#: The arithmetic of many digits: sums and products take far less time than those of mpmath.
-_DECIMALS = Context(prec=_DIGITS, Emin=MIN_EMIN, Emax=MAX_EMAX)
-
-
 def _decimal(x: Any) -> Decimal:
-    """Round a number to a decimal; an arithmetic error if it is complex."""
-    return Decimal(x if isinstance(x, int) else mpmath.nstr(x, _DIGITS))
+    """Round a number to a decimal; an arithmetic error if it is complex or infinite."""
+    rounded = Decimal(x if isinstance(x, int) else mpmath.nstr(x, _DIGITS))
+    if not rounded.is_finite():
+        raise ArithmeticError
+    return rounded
 
 
 def _of_decimals(function: Callable[..., Any]) -> Callable[..., Decimal]:
@@ -300,22 +302,38 @@ def _of_decimals(function: Callable[..., Any]) -> Callable[..., Decimal]:
     return lambda *numbers: _decimal(function(*(mpf(str(x)) for x in numbers)))
 
 
+def _of_doubles(function: Callable[..., Any]) -> Callable[..., float]:
+    """Let a function of mpmath's doubles raise an arithmetic error for what is complex."""
+
+    def real(*numbers: float) -> float:
+        value = function(*numbers)
+        if isinstance(value, complex):
+            raise ArithmeticError
+        return float(value)
+
+    return real
+
+
 #: Functions that Python has for numbers of any type.
 _OTHERS: dict[str, Callable[..., Any]] = {"abs": abs, "min": min, "max": max}
 
 
-def _functions(arithmetic: Any) -> dict[str, Callable[..., Any]]:
+def _functions(
+    arithmetic: Any, wrapped: Callable[[Callable[..., Any]], Callable[..., Any]]
+) -> dict[str, Callable[..., Any]]:
     """Gather the functions of a program for numbers of one of mpmath's arithmetics."""
     named = {
         name: "power" if name == "pow" else name for name in PROGRAM_FUNCTIONS.keys() - _OTHERS
     }
-    return {name: getattr(arithmetic, own, getattr(mpmath, own)) for name, own in named.items()}
+    of_mpmath = {
+        name: wrapped(getattr(arithmetic, known, getattr(mpmath, known)))
+        for name, known in named.items()
+    }
+    return of_mpmath | _OTHERS
 
 
-_IN_DOUBLES = _functions(mpmath.fp) | _OTHERS
-_IN_DECIMALS = {
-    name: _of_decimals(function) for name, function in _functions(mpmath.mp).items()
-} | _OTHERS
+_IN_DOUBLES = _functions(mpmath.fp, _of_doubles)
+_IN_DECIMALS = _functions(mpmath.mp, _of_decimals)
 
 
 def is_derivable(equations: Equations) -> bool:
