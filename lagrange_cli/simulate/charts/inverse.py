@@ -20,6 +20,9 @@ _NEWTON = 30
 #: Its last step, relative to the size of the coordinates.
 _SMALLEST = 1e-13
 
+#: One that changes no rates, relative to the same.
+_ROUNDING = 4 * float(np.finfo(float).eps)
+
 #: Misfit of a position, beside its size, that no coordinates of the chart account for.
 _MISFIT = 1e-6
 
@@ -120,7 +123,7 @@ class ChartInverse:
             q = q + np.minimum(np.maximum(step, -LONGEST_STEP), LONGEST_STEP)
             if (np.abs(step) <= _SMALLEST * (1 + np.abs(q))).all():
                 break
-        else:
+        if not (np.abs(step) <= _ROUNDING * (1 + np.abs(q))).all():
             tangent = self._tangent(t, q)
         v, jacobian = tangent.least(w - tangent.drift), tangent.jacobian
         size = np.abs(r).max(initial=1e-300)

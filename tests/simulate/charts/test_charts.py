@@ -16,6 +16,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate.charts.continuation import KnownMotion, continue_coordinates
+from lagrange_cli.simulate.charts.inverse import ChartInverse
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
@@ -452,3 +453,35 @@ def test_the_side_of_a_passage_is_not_guessed():
     exact = scene.derive().simulate(accuracy=1e-9)
     kept = len(run.t)
     assert np.abs(run.columns["theta"] - exact.columns["theta"][:kept]).max() < 1e-8
+
+
+def spherical_positions(t, y):
+    theta, phi = y[:2]
+    return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+
+
+def spherical_velocities(t, y):
+    theta, phi, *rates = y
+    columns = [
+        [np.cos(theta) * np.cos(phi), -np.sin(theta) * np.sin(phi)],
+        [np.cos(theta) * np.sin(phi), np.sin(theta) * np.cos(phi)],
+        [-np.sin(theta), 0],
+    ]
+    return np.array(columns) @ rates
+
+
+@pytest.mark.parametrize("theta", [1.0, 1e-2])
+def test_rates_are_those_where_the_coordinates_end(theta):
+    """Newton's last step may be a thousand units in the last place, and changes ∂r/∂q."""
+    inverse = ChartInverse(spherical_positions, spherical_velocities, np.full(3, 1e-15))
+    draw = np.random.default_rng(5)
+    for _ in range(300):
+        q = np.array([theta * draw.uniform(0.5, 2), draw.uniform(-3, 3)])
+        rates = draw.normal(size=2) * [1, 1 / theta]
+        state = np.concatenate([q, rates])
+        guess = q + [theta, 1] * draw.uniform(-1, 1, 2) * 10.0 ** draw.uniform(-9, -1)
+        point = inverse.point(
+            0.0, guess, spherical_positions(0, state), spherical_velocities(0, state)
+        )
+        # Rounding of the positions moves phi by their size over sin(theta).
+        assert np.abs(point.v - rates).max() < 2e-15 / theta * np.abs(rates).max()
