@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.language.families import read_expression
+from lagrange_cli.scene.language.templates import with_zero_indices
 
 NET = """
 sizes: {n: 12}
@@ -27,3 +30,9 @@ def test_springs_of_a_family_are_read_as_their_texts(stiffness):
         read = potential.expression
         assert read.node == read_expression(read.text, read.origin, exact=False).node
     assert "x_p[11,-1] - x_p[12,-1]" in scene.potentials[30].expression.text
+
+
+def test_a_long_name_is_looked_at_once():
+    started = time.process_time()
+    assert with_zero_indices("a" * 20_000 + "*b[12,-3]") == "a" * 20_000 + "*b[00,-0]"
+    assert time.process_time() - started < 0.05

@@ -1,8 +1,8 @@
 """Texts that differ in the indices of elements only, parsed once.
 
 What helpers of a family are written out to are such texts: ``1/2*k*(x[3] - x[4])^2``. If the
-digits of the indices are blotted out, every part stays at its place: the tree of one text is that
-of all others but for the names, which are found in each text at their spans.
+digits of the indices become zeros, every part stays at its place: the tree of one text is that of
+all others but for the names, which are found in each text at their spans.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ from lagrange_cli.scene.language.expression import (
 from lagrange_cli.scene.language.families import IndexValues
 
 #: An element's name as families write it.
-_ELEMENT = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\[-?[0-9]+(?:,-?[0-9]+)*\]")
+_ELEMENT = re.compile(r"(?<![A-Za-z0-9_])[A-Za-z_][A-Za-z0-9_]*\[-?[0-9]+(?:,-?[0-9]+)*\]")
 _DIGIT = re.compile("[0-9]")
 
 
-def blotted(text: str) -> str:
-    """Blot out the digits of indices in the names of elements."""
-    return _ELEMENT.sub(_blotted_name, text)
+def with_zero_indices(text: str) -> str:
+    """Replace every digit of the indices in names of elements by 0."""
+    return _ELEMENT.sub(_with_zeros, text)
 
 
-def _blotted_name(element: re.Match[str]) -> str:
+def _with_zeros(element: re.Match[str]) -> str:
     name, bracket, indices = element[0].partition("[")
     return name + bracket + _DIGIT.sub("0", indices)
 
 
 def is_template(node: Node, text: str, values: IndexValues) -> bool:
     """Say whether nothing in a tree is to be written out but the names of elements."""
-    return all(_is_written(part, text, values) for part in walk(node))
+    return all(_stays(part, text, values) for part in walk(node))
 
 
-def _is_written(node: Node, text: str, values: IndexValues) -> bool:
+def _stays(node: Node, text: str, values: IndexValues) -> bool:
     if isinstance(node, Name) and node.indices:
         return _ELEMENT.fullmatch(text[slice(*node.span)]) is not None
     if isinstance(node, Name):
@@ -51,24 +51,27 @@ def _is_written(node: Node, text: str, values: IndexValues) -> bool:
     return not (isinstance(node, Call) and node.function == SUM)
 
 
-def named(template: Node, text: str) -> Node:
-    """The tree of a text that, blotted, is that of the template."""
+def with_names_of(template: Node, text: str) -> Node:
+    """The tree of a text that has the template's parts at the same places."""
     match template:
         case Number():
             return template
         case Name():
             return Name(text[slice(*template.span)], template.span)
         case Neg():
-            return Neg(named(template.operand, text), template.span)
+            return Neg(with_names_of(template.operand, text), template.span)
         case Add():
-            terms = tuple([(sign, named(term, text)) for sign, term in template.terms])
+            terms = tuple([(sign, with_names_of(term, text)) for sign, term in template.terms])
             return Add(terms, template.span)
         case Mul():
-            factors = tuple([(op, named(factor, text)) for op, factor in template.factors])
+            factors = tuple([(op, with_names_of(factor, text)) for op, factor in template.factors])
             return Mul(factors, template.span)
         case Pow():
-            base, exponent = named(template.base, text), named(template.exponent, text)
+            base, exponent = (
+                with_names_of(template.base, text),
+                with_names_of(template.exponent, text),
+            )
             return Pow(base, exponent, template.span)
         case Call():
-            arguments = tuple([named(argument, text) for argument in template.arguments])
+            arguments = tuple([with_names_of(argument, text) for argument in template.arguments])
             return Call(template.function, arguments, template.span)

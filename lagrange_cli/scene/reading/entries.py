@@ -40,7 +40,7 @@ from lagrange_cli.scene.language.families import (
 )
 from lagrange_cli.scene.language.grammar import parse_equation, parse_expression, parse_key
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
-from lagrange_cli.scene.language.templates import blotted, is_template, named
+from lagrange_cli.scene.language.templates import is_template, with_names_of, with_zero_indices
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import FamilyIndex, Link, Point
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
@@ -240,9 +240,9 @@ class Reading:
 
     def helper_expression(self, text: str, mark: Mark) -> Expression:
         """The expression that a helper at ``mark`` stands for."""
-        key = blotted(text)
+        key = with_zero_indices(text)
         if key in self._templates:
-            return Expression(named(self._templates[key], text), text, mark, exact=False)
+            return Expression(with_names_of(self._templates[key], text), text, mark, exact=False)
         parsed = parse_expression(text, mark, exact=False, limited=False, functions=self.functions)
         if is_template(parsed.node, text, self.indices):
             self._templates[key] = parsed.node
