@@ -124,7 +124,7 @@ def remove_abandoned_files(folder: str) -> None:
 
 def remove_abandoned_folders() -> None:
     """Remove temporary folders whose locks are free, and empty ones of dead processes."""
-    for entry in (entry for folder in _homes() for entry in _entries(folder)):
+    for entry in _entries(_home()):
         named = _FOLDER.fullmatch(entry.name)
         if named is None or int(named[1]) == os.getpid() or not _is_own_folder(entry.path):
             continue
@@ -138,13 +138,14 @@ def remove_abandoned_folders() -> None:
                 os.rmdir(entry.path)
 
 
-def _homes() -> tuple[str, ...]:
-    """Return the folders one of which :mod:`tempfile` chooses for temporary folders.
+def _home() -> str:
+    """Return the folder that :mod:`tempfile` chooses, where temporary folders are made.
 
-    It would be asked, but takes 2 ms to import, and to find out which of them can be written.
+    It would be asked, but takes 2 ms to import, and tries to write into the folder.
     """
-    named = (os.environ.get(name) for name in ("TMPDIR", "TEMP", "TMP"))
-    return tuple(dict.fromkeys(filter(None, (*named, "/tmp", "/var/tmp"))))
+    named = [os.environ.get(name, "") for name in ("TMPDIR", "TEMP", "TMP")]
+    folders = (folder for folder in (*named, "/tmp", "/var/tmp", "/usr/tmp") if folder)
+    return next((f for f in folders if os.path.isdir(f) and os.access(f, os.W_OK)), os.curdir)
 
 
 def _entries(folder: str) -> list[os.DirEntry[str]]:

@@ -33,6 +33,10 @@ with temporary_file(sys.argv[1]) as made, temporary_folder() as folder:
 """
 
 
+#: What a process prints is text, and it ends well.
+TOLD = {"capture_output": True, "text": True, "check": True}
+
+
 @pytest.fixture(autouse=True)
 def place(tmp_path, monkeypatch):
     """A folder of temporary files of its own, also for other processes."""
@@ -195,3 +199,22 @@ def test_a_rename_that_fails_is_a_refusal(out, monkeypatch):
     with pytest.raises(InputError, match=r"cannot write .*cross-device"):
         write_file(out / "a", "1")
     assert os.listdir(out) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="folders have other names there")
+@pytest.mark.parametrize("names", [("TMPDIR", "TEMP"), ("TEMP", "TMP"), ("TMP",)])
+def test_folders_are_sought_where_they_are_made(tmp_path, monkeypatch, names):
+    """An empty folder of a dead process goes where tempfile makes some, and stays elsewhere."""
+    process = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], **TOLD)
+    for name in ("TMPDIR", "TEMP", "TMP"):
+        monkeypatch.delenv(name, raising=False)
+    left = []
+    for name in names:
+        (tmp_path / name).mkdir()
+        monkeypatch.setenv(name, str(tmp_path / name))
+        left.append(tmp_path / name / f"lagrange-{process.stdout.strip()}-{'0' * 32}")
+        left[-1].mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    assert tempfile.gettempdir() == str(tmp_path / names[0])
+    remove_abandoned_folders()
+    assert [folder.exists() for folder in left] == [False, True][: len(names)]
