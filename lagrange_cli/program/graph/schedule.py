@@ -60,7 +60,7 @@ def schedule(
     if factor_sums(values, order):
         order = order_of(values, roots)
         share_products(values, order)
-    share_sums(values, order)  # the same as before what products share was taken out
+    share_sums(values, order)  # sharing products makes no sums: `order` still has them all
     scaled = share_scaled(values, order_of(values, roots), scaled)
     roots = [number for _, number in scaled]
     _split_long_sums(values)

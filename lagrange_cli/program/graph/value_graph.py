@@ -44,7 +44,7 @@ _CALLS: dict[object, str] = {function: name for name, function in SYMPY_FUNCTION
 
 _RECIPROCALS: dict[object, str] = {sympy.cot: "tan", sympy.sec: "cos", sympy.csc: "sin"}
 
-
+#: The node of a term or factor.
 _FIRST: Callable[[tuple[int, Any]], int] = itemgetter(0)
 
 
@@ -56,7 +56,7 @@ class InputNode:
 
     @property
     def parts(self) -> tuple[int, ...]:
-        """None."""
+        """No parts: an input is a leaf."""
         return ()
 
 

@@ -185,7 +185,7 @@ class CoarseRun:
         between = self._between(run, largest[-1])
         if run.filled < 2:
             return self.motion.moved[None, :], self.motion.scales, between
-        problem = self._problem.showing(between)
+        problem = self._problem.with_unsampled(between)
         return largest[1:], moved_scales(problem, largest[-1]), between
 
     def _between(self, run: Run, shown: Array) -> Array:

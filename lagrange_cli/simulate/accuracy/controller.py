@@ -80,7 +80,7 @@ def integrate_to_accuracy(
         try:
             first = _first_tolerance(problem, eps, explicit_method(problem))
             coarse = restored_or_coarse_result(problem, first, watch, keeper)
-            problem = problem.showing(coarse.between)
+            problem = problem.with_unsampled(coarse.between)
             problem = watching(problem) if coarse.sharp else problem
             _refuse_below_floor(problem, eps, coarse.scales[: len(problem.kinds)])
             if keeper is not None:

@@ -78,7 +78,8 @@ class RunningEstimate:
             good = np.flatnonzero(ratios < self._eps)
             if len(good):
                 break
-        self._worst, self._size, self._scales.largest = reached
+        self._worst, self._size, moved = reached
+        self._scales.advance(moved)
         newest = float(ratios[-1] / self._eps), each[-1], scales[-1].copy()
         self._seen += len(states)
         if len(good):

@@ -234,8 +234,8 @@ def _noise(problem: InitialValueProblem, run: Run, coarse_run: CoarseRun) -> Arr
     picked = np.rint(parts * (run.filled - 1)).astype(int)
     most = min(run.mean_step, problem.longest_step)
     # At the start steps are short because motion that begins has no scale yet.
-    few = coarse_run.first_step / _STEADY_STEPS, most / _STEADY_STEPS
-    steady = _STEADY_STEPS * steady_time(problem, *few, run.began)
+    shortest = coarse_run.first_step / _STEADY_STEPS
+    steady = _STEADY_STEPS * steady_time(problem, shortest, most / _STEADY_STEPS, run.began)
     least, times = np.where(picked == 0, steady, 0.0), problem.times[:][picked]
     lengths = np.minimum(np.maximum(coarse_run.steps_at(times), least), most)
     closed = [run.closed_at(t) for t in times.tolist()]

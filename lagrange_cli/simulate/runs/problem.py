@@ -100,7 +100,7 @@ class InitialValueProblem:
             return MemoryBuffer(len(self.times), len(self.y0))
         return self.buffer()
 
-    def showing(self, unsampled: Array) -> InitialValueProblem:
+    def with_unsampled(self, unsampled: Array) -> InitialValueProblem:
         """Return the same with motion that samples do not show, if there is any."""
         return replace(self, unsampled=unsampled) if unsampled.any() else self
 
@@ -171,19 +171,24 @@ class RunningScales:
 
     def __init__(self, problem: InitialValueProblem, start: Array) -> None:
         self._problem, self._start = problem, start[: len(problem.kinds)]
-        self.largest = np.zeros(2 * len(problem.kinds))
+        self._largest = np.zeros(2 * len(problem.kinds))
 
     def add(self, states: Array) -> Array:
         """Add samples (m, 2n); return the scales so far at each, shape (m, 2n)."""
-        scales, self.largest = self.with_further(states, largest_so_far)
+        scales, moved = self.with_further(states, largest_so_far)
+        self.advance(moved)
         return scales
 
     def with_further(self, states: Array, largest: RunningLargest) -> tuple[Array, Array]:
         """Return the scales at the rows of ``largest`` and the motion up to the last, without
         adding the samples."""
         n = len(self._problem.kinds)
-        rows = largest(self.largest, motion(self._start, states))
+        rows = largest(self._largest, motion(self._start, states))
         return scales_from(self._problem, rows[:, :n], rows[:, n:]), rows[-1].copy()
+
+    def advance(self, moved: Array) -> None:
+        """Take the motion up to the last of the samples that :meth:`with_further` was given."""
+        self._largest = moved
 
 
 def motion(start: Array, states: Array) -> Array:
