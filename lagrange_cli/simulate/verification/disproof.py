@@ -118,12 +118,15 @@ def _contradicted(
         accuracy,
         measured.scales,
         drift,
-        lambda: _in_digits(model, seen),
+        lambda: _in_digits(model, seen, float(t[0]), np.asarray(measured.states[0])),
     )
 
 
-def _in_digits(model: Model, seen: MotionFunctions) -> ExactEnergy | None:
-    """Make the energy in ``_DIGITS`` digits, less what impacts took; None if it is not known."""
+def _in_digits(
+    model: Model, seen: MotionFunctions, begun: float, start: Array
+) -> ExactEnergy | None:
+    """Make the energy in ``_DIGITS`` digits, less what impacts took, infinite where there is none;
+    None if that at the start is not known."""
     if model.recordings or model.driven:
         return None
     # Imported where a conviction is looked at again: most runs need none of it.
@@ -135,14 +138,13 @@ def _in_digits(model: Model, seen: MotionFunctions) -> ExactEnergy | None:
         with mp.workdps(_DIGITS):
             beside = np.zeros(len(y)) if moved is None else moved
             state = [mpf(a) + mpf(b) for a, b in zip(y.tolist(), beside.tolist(), strict=True)]
-            value = energy(mpf(t), state, [mpf(p) for p in parameters.tolist()])
+            try:
+                value = energy(mpf(t), state, [mpf(p) for p in parameters.tolist()])
+            except UnfitError:
+                return mp.inf
             return value - mpf(float(seen.lost(np.array([t]))[0]))
 
-    try:
-        exact(0.0, np.ones(2 * len(model.coordinates)), None)
-    except UnfitError:
-        return None
-    return exact
+    return exact if mp.isfinite(exact(begun, start, None)) else None
 
 
 def energy_is_conserved(model: Model) -> bool:

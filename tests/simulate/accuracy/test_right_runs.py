@@ -95,6 +95,27 @@ def test_what_doubles_lose_convicts_nobody(monkeypatch):
     assert system.simulate().status == "ok"
 
 
+#: Where dot(x) is 1, as in units of c, the energy has a pole.
+RELATIVISTIC = """
+parameters: {{m: {m}, c: 1, k: 1}}
+coordinates: [x]
+kinetic: {{particle: "m*c^2*(1 - sqrt(1 - dot(x)^2/c^2))"}}
+potentials: {{spring: k*x^2/2}}
+initial: {{x: 2.0, dot(x): 0}}
+simulate: {{until: 20, accuracy: 1e-9}}
+"""
+
+
+@pytest.mark.parametrize("m", [1e4, 1e6, 1e8])
+def test_a_pole_of_the_energy_elsewhere_convicts_nobody(m):
+    """A slow particle: 1 - sqrt(1 - v^2/c^2) loses its digits, and 60 digits have to be asked."""
+    run = loads(RELATIVISTIC.format(m=m)).derive().simulate()
+    assert run.status == "ok"
+    # Of Newton's motion it differs by (v/c)^2 of the way.
+    newton = 2 - 4 * np.sin(run.t / np.sqrt(m) / 2) ** 2
+    assert np.abs(run.columns["x"] - newton).max() < 10 / m * (2 - newton.min())
+
+
 def test_a_wrong_run_is_still_convicted():
     """Samples of a circle that grows by a ten-thousandth contradict its energy in any digits."""
     t = np.linspace(0, 10, 101)
