@@ -153,7 +153,8 @@ def _factor(value: sp.Expr, digits: int) -> sp.Expr:
 
 
 def evaluated(value: sp.Expr, digits: int) -> mpf:
-    """Evaluate an exact number to ``digits``; 0 if it is smaller than any constant may be.
+    """Evaluate an exact number to ``digits``, which the working precision of mpmath has to hold; 0
+    if it is smaller than any constant may be.
 
     A function of constants can be 10^-(10^17), beside which no number of digits shows a sum.
     """

@@ -76,6 +76,20 @@ def test_gradient_and_its_rate(name: str) -> None:
         assert close(rate, weight[1] * first + weight[0] * second * u1, 38)
 
 
+@pytest.mark.parametrize("name", UNARY)
+def test_a_run_of_values_alone_gives_the_same_gradient(name: str) -> None:
+    symbolic, _, at = UNARY[name]
+    outputs = [symbolic(x) * y, sp.atan2(y, x) + z**2 * x, sp.Max(x, y) + sp.Min(z, y) * x]
+    with mpmath.workdps(50):
+        place = [(mpf(u), ZERO, ZERO) for u in (at, "1.3", "-0.2")]
+        weights = {k: (mpf(w), ZERO, ZERO) for k, w in enumerate(("1.3", "-0.6", "0.9"))}
+        tape = Tape(outputs, [x, y, z])
+        alone, along = (tape.run(place, order=order).gradient(weights) for order in (0, 1))
+        for (found, rate, _), (known, _, _) in zip(alone, along, strict=True):
+            assert close(found, known, 48)
+            assert rate == 0
+
+
 @pytest.mark.parametrize("place", [(1, 2), (-1, 2), (-1, -2), (1, -2), (0, -2), (3, 0)])
 def test_atan2_in_every_quadrant(place: tuple[int, int]) -> None:
     with mpmath.workdps(50):

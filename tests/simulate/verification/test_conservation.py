@@ -46,6 +46,26 @@ def drift_of(energy, t: np.ndarray, states: np.ndarray, kinetic: float) -> Energ
     return drift
 
 
+def test_energies_in_parts_drift_as_all_at_once():
+    draw = np.random.default_rng(2)
+    t, states = np.arange(60.0), draw.normal(size=(60, 4))
+    energy, kinetic, lost = draw.normal(size=(3, 60))
+    whole, parts = EnergyDrift(), EnergyDrift()
+    whole.add(t, states, energy, kinetic, lost)
+    for part in np.split(np.arange(60), [1, 3, 40]):
+        parts.add(t[part], states[part], energy[part], kinetic[part], lost[part])
+    for drift in (whole, parts):
+        kept = energy - lost
+        change = np.abs(kept - kept[0])
+        scale = max(np.abs(kinetic).max(), np.abs(lost).max())
+        assert drift.first == kept[0]
+        assert drift.size == max(np.abs(kept).max(), np.abs(kinetic).max())
+        assert drift.scale == scale
+        assert drift.drift == change.max() / scale
+        times = np.concatenate([suspects[0] for suspects in drift.suspects])
+        assert set(np.argsort(change)[-5:]) <= set(times.astype(int))
+
+
 def circle(error: float) -> tuple[np.ndarray, np.ndarray]:
     t = np.linspace(0, 10, 101)
     radius = 1 + error * t / 10
