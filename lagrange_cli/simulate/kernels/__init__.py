@@ -36,7 +36,7 @@ GROUPS = {
 #: Files of C of the kernels of each library, beside those that all share.
 _KERNELS = {
     "stepping": ("dop853.c", "gauss.c"),
-    "fixed": ("rk4.c", "verlet.c", "rattle.c", "collocation.c"),
+    "fixed": ("rk4.c", "verlet.c", "rattle.c", "collocation.c", "fixed.h"),
     "series": ("series.c",),
     "stiff": ("radau.c", "radau_systems.c", "radau.h", "linear.h"),
 }

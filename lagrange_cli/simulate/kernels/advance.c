@@ -1,8 +1,6 @@
 /* Many steps in one call, with samples filled on the way. */
 #include "events.h"
 
-#include <math.h>
-
 /* A step whose event lies in less than this part of it is made again, to this many times the time
  * until the event, so often at most. */
 #define EARLY 0.5
@@ -52,6 +50,21 @@ void lagrange_table(lagrange_function function, int64_t rows, const double *t, c
                 row[k] = NAN;
             }
         }
+    }
+}
+
+void lagrange_depart(lagrange_run *run, int64_t weights)
+{
+    const int64_t n = DIM(run);
+    double *const hi = lagrange_row(run, HI), *const low = lagrange_row(run, LOW);
+    double *const start = lagrange_row(run, START_HI), *const rest = lagrange_row(run, START_LOW);
+    double *const weight = lagrange_row(run, weights);
+    int64_t i;
+    lagrange_fold(hi, low, n);
+    for (i = 0; i < n; ++i) {
+        start[i] = hi[i];
+        rest[i] = low[i];
+        weight[i] = 1.0/(run->atol[i] + run->rtol[i]*fabs(hi[i]));
     }
 }
 

@@ -2,16 +2,10 @@
  *
  * The equations of a step are iterated until rounding stops each component
  * (Antonana, Makazaga, Murua, Numer. Algorithms 76 (2017) 861). */
-#include "kernel.h"
-
-#include <math.h>
+#include "fixed.h"
 
 enum { MOST = 3, SLOPES = FIRST_OF_METHOD, NEW_SLOPES = SLOPES + MOST, BEFORE = NEW_SLOPES + MOST,
        POINT = BEFORE + MOST, CHANGE, ROWS };
-
-/* Iterations after which a step is given up, and those without progress after which they end:
- * half of the components of a mechanical system change in turn. */
-enum { ITERATIONS = 60, CALM = 2 };
 
 /* Distance of converged iterations, as a part of the change over the step. */
 #define CONVERGED 9.5367431640625e-7
@@ -44,12 +38,6 @@ static const tableau GAUSS6 = {
      4.624327782069138961726422, -11.83064446160988918023902, 8.206316679540750218512599}
 };
 
-static int slope(lagrange_run *run, double t, const double *y, int64_t row)
-{
-    run->evaluations += 1;
-    return run->rhs(t, y, run->u, run->p, run->work, lagrange_row(run, row));
-}
-
 /* Slopes to begin with: the polynomial of the last step continued, if it was as long. */
 static int guess(lagrange_run *run, const tableau *method, double h)
 {
@@ -57,7 +45,7 @@ static int guess(lagrange_run *run, const tableau *method, double h)
     double *const k = lagrange_row(run, SLOPES), *const new = lagrange_row(run, NEW_SLOPES);
     int64_t i, j, l;
     if (!run->mode || run->rate != h) {
-        if (slope(run, run->t, lagrange_row(run, HI), SLOPES)) {
+        if (lagrange_slope(run, run->t, lagrange_row(run, HI), SLOPES)) {
             return 1;
         }
         for (j = 1; j < s; ++j) {
@@ -99,7 +87,7 @@ static int iterate(lagrange_run *run, const tableau *method, double h)
             }
             point[i] = hi[i] + (low[i] + h*sum);
         }
-        if (slope(run, run->t + h*method->nodes[j], point, NEW_SLOPES + j)) {
+        if (lagrange_slope(run, run->t + h*method->nodes[j], point, NEW_SLOPES + j)) {
             return 2;
         }
     }
@@ -165,16 +153,12 @@ static int solve(lagrange_run *run, const tableau *method, double h)
 static int step(lagrange_run *run, const tableau *method, double limit)
 {
     const int64_t n = DIM(run);
-    const double t = run->t;
-    /* A remainder of rounding size joins the step rather than becoming one. */
-    const double t_new = limit - t > run->h*(1.0 + 1e-9) ? t + run->h : limit;
-    const double h = t_new - t; /* what t really moves by, rounding included */
-    double *const hi = lagrange_row(run, HI), *const low = lagrange_row(run, LOW);
-    const double *const k = lagrange_row(run, SLOPES);
-    double *const change = lagrange_row(run, CHANGE), *const point = lagrange_row(run, POINT);
-    double zero = 0.0;
+    const double t_new = fixed_end(run, limit);
+    const double h = t_new - run->t; /* what t really moves by, rounding included */
+    const double *const low = lagrange_row(run, LOW), *const k = lagrange_row(run, SLOPES);
+    double *const change = lagrange_row(run, CHANGE);
     int64_t i, j;
-    const int status = solve(run, method, h);
+    int status = solve(run, method, h);
     run->mode = 0;
     if (status) {
         return status;
@@ -185,23 +169,11 @@ static int step(lagrange_run *run, const tableau *method, double limit)
             sum += method->weights[j]*k[j*n + i];
         }
         change[i] = low[i] + h*sum;
-        zero += 0.0*(hi[i] + change[i]);
     }
-    if (zero != 0.0) {
-        return LAGRANGE_NOT_FINITE;
-    }
-    if (lagrange_project(run, t_new, hi, change, point)) {
-        return LAGRANGE_UNMET;
-    }
-    for (i = 0; i < n; ++i) {
-        low[i] = change[i];
-    }
-    lagrange_fold(hi, low, n);
-    run->mode = !run->project;
+    status = fixed_arrive(run, t_new, change, lagrange_row(run, POINT));
+    run->mode = !status && !run->project;
     run->rate = h;
-    run->t_old = t;
-    run->t = run->t_new = t_new;
-    return LAGRANGE_OK;
+    return status;
 }
 
 static int step_of_order_4(lagrange_run *run, double limit)
@@ -214,33 +186,5 @@ static int step_of_order_6(lagrange_run *run, double limit)
     return step(run, &GAUSS6, limit);
 }
 
-/* Slopes of one piece are not those of the next. */
-static int begin(lagrange_run *run)
-{
-    run->mode = 0;
-    return 0;
-}
-
-int64_t lagrange_gauss4_rows(void)
-{
-    return ROWS;
-}
-
-int64_t lagrange_gauss6_rows(void)
-{
-    return ROWS;
-}
-
-int lagrange_gauss4_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                            int64_t *filled, int64_t most_steps, int64_t most_evaluations)
-{
-    return lagrange_advance(run, begin, step_of_order_4, 0, times, count, states, filled,
-                            most_steps, most_evaluations);
-}
-
-int lagrange_gauss6_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                            int64_t *filled, int64_t most_steps, int64_t most_evaluations)
-{
-    return lagrange_advance(run, begin, step_of_order_6, 0, times, count, states, filled,
-                            most_steps, most_evaluations);
-}
+LAGRANGE_METHOD(gauss4, fixed_forget, step_of_order_4, 0)
+LAGRANGE_METHOD(gauss6, fixed_forget, step_of_order_6, 0)

@@ -6,26 +6,18 @@
  */
 #include "kernel.h"
 
-#include <math.h>
-
 /* Rows of the memory: slopes K(0) to K(15), coefficients of the interpolant,
  * the point of a stage and the weights of the estimates. */
 enum { SLOPES = FIRST_OF_METHOD, SHAPE = SLOPES + 16, POINT = SHAPE + 7, SCALE, ROWS };
 
 #define K(j) k[(j)*n + i]
 
-static int slope(lagrange_run *run, double t, const double *y, int64_t j)
-{
-    run->evaluations += 1;
-    return run->rhs(t, y, run->u, run->p, run->work, lagrange_row(run, SLOPES + j));
-}
-
 /* Slope j at t_old + c h, from the start of the step plus h times a sum of slopes. */
 #define STAGE(j, c, sum)                                                     \
     for (i = 0; i < n; ++i) {                                                \
         point[i] = hi[i] + (low[i] + h*(sum));                               \
     }                                                                        \
-    if (slope(run, t + (c)*h, point, j)) {                                   \
+    if (lagrange_slope(run, t + (c)*h, point, SLOPES + (j))) {               \
         return 1;                                                            \
     }
 
@@ -193,21 +185,16 @@ static int settle(lagrange_run *run, double t)
 {
     double *const point = lagrange_row(run, POINT);
     return lagrange_project(run, t, lagrange_row(run, START_HI), lagrange_row(run, LOW), point) ||
-           slope(run, t, point, 12);
+           lagrange_slope(run, t, point, SLOPES + 12);
 }
 
 static void begin(lagrange_run *run)
 {
     const int64_t n = DIM(run);
-    double *const hi = lagrange_row(run, HI), *const low = lagrange_row(run, LOW);
-    double *const start = lagrange_row(run, START_HI), *const rest = lagrange_row(run, START_LOW);
-    double *const scale = lagrange_row(run, SCALE), *const k = lagrange_row(run, SLOPES);
+    double *const k = lagrange_row(run, SLOPES);
     int64_t i;
-    lagrange_fold(hi, low, n);
+    lagrange_depart(run, SCALE);
     for (i = 0; i < n; ++i) {
-        start[i] = hi[i];
-        rest[i] = low[i];
-        scale[i] = 1.0/(run->atol[i] + run->rtol[i]*fabs(hi[i]));
         K(0) = K(12);
     }
     run->dense = 0;
@@ -227,10 +214,8 @@ static int step(lagrange_run *run, double limit)
         h = t_new - t;
         error = stages(run, t, h) ? NAN : finish(run, h);
         if (error < 1.0 && !settle(run, t_new)) {
-            run->t_old = t;
-            run->t = run->t_new = t_new;
             run->h = h*(error > 0.0 ? fmin(grow, factor(error)) : grow);
-            return LAGRANGE_OK;
+            return lagrange_reach(run, t_new);
         }
         h *= error >= 1.0 ? fmax(0.2, factor(error)) : 0.2;
         grow = 1.0;
@@ -360,25 +345,10 @@ static int interpolate(lagrange_run *run, double t, double *out)
     return 0;
 }
 
-int64_t lagrange_dop853_rows(void)
-{
-    return ROWS;
-}
-
 /* Stand at (t, hi + low); not 0 where the right-hand side does not exist there. */
-int lagrange_dop853_start(lagrange_run *run)
+static int stand(lagrange_run *run)
 {
-    return slope(run, run->t, lagrange_row(run, HI), 12);
+    return lagrange_slope(run, run->t, lagrange_row(run, HI), SLOPES + 12);
 }
 
-int lagrange_dop853_interpolate(lagrange_run *run, const double *t, double *out)
-{
-    return interpolate(run, *t, out);
-}
-
-int lagrange_dop853_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                            int64_t *filled, int64_t most_steps, int64_t most_evaluations)
-{
-    return lagrange_advance(run, lagrange_dop853_start, step, interpolate, times, count, states,
-                            filled, most_steps, most_evaluations);
-}
+LAGRANGE_INTERPOLATING_METHOD(dop853, stand, step, interpolate)

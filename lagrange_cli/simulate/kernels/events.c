@@ -8,7 +8,6 @@
 #endif
 #endif
 
-#include <math.h>
 #include <string.h>
 
 enum { PARTS = LAGRANGE_PARTS, EXTRA = PARTS + 3, MOST = 3*PARTS };

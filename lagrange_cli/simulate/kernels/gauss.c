@@ -9,8 +9,6 @@
 #include "gauss.h"
 #include "kernel.h"
 
-#include <math.h>
-
 enum { S = LAGRANGE_LANES };
 
 /* Rows of the memory; blocks of S rows hold n x S numbers, the stage last. */
@@ -325,21 +323,6 @@ static int finish(lagrange_run *run, double h, const double *y)
     return zero != 0.0;
 }
 
-static void begin(lagrange_run *run)
-{
-    const int64_t n = DIM(run);
-    double *const hi = lagrange_row(run, HI), *const low = lagrange_row(run, LOW);
-    double *const start = lagrange_row(run, START_HI), *const rest = lagrange_row(run, START_LOW);
-    double *const scale = lagrange_row(run, SCALE);
-    int64_t i;
-    lagrange_fold(hi, low, n);
-    for (i = 0; i < n; ++i) {
-        start[i] = hi[i];
-        rest[i] = low[i];
-        scale[i] = 1.0/(run->atol[i] + run->rtol[i]*fabs(hi[i]));
-    }
-}
-
 /* The factor by which a step may change: the interpolant is of order 9. */
 static double factor(double error)
 {
@@ -350,7 +333,7 @@ static int step(lagrange_run *run, double limit)
 {
     const double t = run->t, smallest = 10.0*(nextafter(t, HUGE_VAL) - t);
     double h = fmax(fmin(run->h, run->max_step), smallest);
-    begin(run);
+    lagrange_depart(run, SCALE);
     for (;;) {
         const double *at, *next;
         double error, t_new;
@@ -370,11 +353,9 @@ static int step(lagrange_run *run, double limit)
                                  lagrange_row(run, SPARE))) {
                 return lagrange_stay(run, LAGRANGE_UNMET);
             }
-            run->t_old = t;
-            run->t = run->t_new = t_new;
             run->mode |= STARTED;
             run->h = h*factor(error);
-            return LAGRANGE_OK;
+            return lagrange_reach(run, t_new);
         } else {
             h *= isnan(error) ? 0.5 : fmax(factor(error), 0.2);
             run->rejections += 1;
@@ -406,19 +387,13 @@ static int interpolate(lagrange_run *run, double t, double *out)
     return 0;
 }
 
-int64_t lagrange_gauss_rows(void)
-{
-    return ROWS;
-}
-
 /* Stand at (t, hi + low); not 0 where the right-hand side does not exist there. */
-int lagrange_gauss_start(lagrange_run *run)
+static int stand(lagrange_run *run)
 {
     const int64_t n = DIM(run);
     double *const shape = lagrange_row(run, SHAPE), *const slope = lagrange_row(run, SPARE);
     int64_t i;
-    run->evaluations += 1;
-    if (run->rhs(run->t, lagrange_row(run, HI), run->u, run->p, run->work, slope)) {
+    if (lagrange_slope(run, run->t, lagrange_row(run, HI), SPARE)) {
         return 1;
     }
     for (i = 0; i < n; ++i) {
@@ -429,14 +404,4 @@ int lagrange_gauss_start(lagrange_run *run)
     return 0;
 }
 
-int lagrange_gauss_interpolate(lagrange_run *run, const double *t, double *out)
-{
-    return interpolate(run, *t, out);
-}
-
-int lagrange_gauss_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                           int64_t *filled, int64_t most_steps, int64_t most_evaluations)
-{
-    return lagrange_advance(run, lagrange_gauss_start, step, interpolate, times, count, states,
-                            filled, most_steps, most_evaluations);
-}
+LAGRANGE_INTERPOLATING_METHOD(gauss, stand, step, interpolate)

@@ -7,6 +7,7 @@
 #ifndef LAGRANGE_KERNEL_H
 #define LAGRANGE_KERNEL_H
 
+#include <math.h>
 #include <stdint.h>
 
 /* y' = f(t, y) with inputs u, parameters p and workspace; not 0: it does not exist there. */
@@ -151,6 +152,13 @@ static inline void lagrange_fold(double *hi, double *low, int64_t n)
     }
 }
 
+/* The slope at (t, y) into a row; not 0 where it does not exist. */
+static inline int lagrange_slope(lagrange_run *run, double t, const double *y, int64_t row)
+{
+    run->evaluations += 1;
+    return run->rhs(t, y, run->u, run->p, run->work, lagrange_row(run, row));
+}
+
 /* The step cannot be made: stand where it began. */
 static inline int lagrange_stay(lagrange_run *run, int status)
 {
@@ -163,11 +171,22 @@ static inline int lagrange_stay(lagrange_run *run, int status)
     return status;
 }
 
+/* The last step led from t, where the run stood, to here. */
+static inline int lagrange_reach(lagrange_run *run, double t_new)
+{
+    run->t_old = run->t;
+    run->t = run->t_new = t_new;
+    return LAGRANGE_OK;
+}
+
 /* A method: standing at (t, hi + low), not 0 where there is no slope; one step no further than
  * `limit`; and states within the last step. */
 typedef int (*lagrange_begin)(lagrange_run *run);
 typedef int (*lagrange_step)(lagrange_run *run, double limit);
 typedef int (*lagrange_interpolate)(lagrange_run *run, double t, double *out);
+
+/* Keep where a step begins, and one over what errors may be there in a row of weights. */
+void lagrange_depart(lagrange_run *run, int64_t weights);
 
 /* Move the state hi + low at t onto the constraints, if there are any; not 0 where that fails.
  *
@@ -183,6 +202,32 @@ int lagrange_advance(lagrange_run *run, lagrange_begin start, lagrange_step step
                      lagrange_interpolate interpolate, const double *times, int64_t count,
                      double *states, int64_t *filled, int64_t most_steps,
                      int64_t most_evaluations);
+
+/* What callers know a method by that has ROWS of memory; `start` and `interpolate` may be null. */
+#define LAGRANGE_METHOD(name, start, step, interpolate)                                       \
+    int64_t lagrange_##name##_rows(void)                                                      \
+    {                                                                                         \
+        return ROWS;                                                                          \
+    }                                                                                         \
+    int lagrange_##name##_advance(lagrange_run *run, const double *times, int64_t count,      \
+                                  double *states, int64_t *filled, int64_t most_steps,        \
+                                  int64_t most_evaluations)                                   \
+    {                                                                                         \
+        return lagrange_advance(run, start, step, interpolate, times, count, states, filled,  \
+                                most_steps, most_evaluations);                                \
+    }
+
+/* The same of one that has both. */
+#define LAGRANGE_INTERPOLATING_METHOD(name, start, step, interpolate)                         \
+    LAGRANGE_METHOD(name, start, step, interpolate)                                           \
+    int lagrange_##name##_start(lagrange_run *run)                                            \
+    {                                                                                         \
+        return start(run);                                                                    \
+    }                                                                                         \
+    int lagrange_##name##_interpolate(lagrange_run *run, const double *t, double *out)        \
+    {                                                                                         \
+        return interpolate(run, *t, out);                                                     \
+    }
 
 /* Take note of the last step; the absolute tolerances follow. */
 void lagrange_observe(lagrange_run *run);

@@ -6,8 +6,6 @@
 
 #include "kernel.h"
 
-#include <math.h>
-
 static inline void linear_swap(double *x, double *y, int64_t m)
 {
     int64_t i;

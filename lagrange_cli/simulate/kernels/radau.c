@@ -86,7 +86,7 @@ static int evaluate(lagrange_run *run, double t, double h)
         for (i = 0; i < n; ++i) {
             point[i] = hi[i] + (low[i] + z[i]);
         }
-        if (radau_slope(run, t + node[j]*h, point, F + j)) {
+        if (lagrange_slope(run, t + node[j]*h, point, F + j)) {
             return 1;
         }
     }
@@ -195,7 +195,7 @@ static double embedded(lagrange_run *run, double t, double h, int again)
         for (i = 0; i < n; ++i) {
             point[i] = hi[i] + error[i];
         }
-        if (radau_slope(run, t, point, F)) {
+        if (lagrange_slope(run, t, point, F)) {
             return NAN;
         }
     }
@@ -236,7 +236,7 @@ static int settle(lagrange_run *run, double t)
         point[i] = hi[i] + low[i];
         zero += 0.0*point[i];
     }
-    return zero != 0.0 || lagrange_project(run, t, hi, low, point) || radau_slope(run, t, point, F);
+    return zero != 0.0 || lagrange_project(run, t, hi, low, point) || lagrange_slope(run, t, point, F);
 }
 
 /* The factor by which the next step should change, after Gustafsson. */
@@ -269,9 +269,7 @@ static int accept(lagrange_run *run, double t_new, double h, double error, int i
         by = 1.0;
     }
     run->h = h*by;
-    run->t_old = run->t;
-    run->t = run->t_new = t_new;
-    return LAGRANGE_OK;
+    return lagrange_reach(run, t_new);
 }
 
 static int step(lagrange_run *run, double limit)
@@ -340,14 +338,8 @@ static int interpolate(lagrange_run *run, double t, double *out)
     return failed;
 }
 
-/* Rows beside 4 n for matrices. */
-int64_t lagrange_radau_rows(void)
-{
-    return ROWS;
-}
-
 /* Stand at (t, hi + low); not 0 where the right-hand side does not exist there. */
-int lagrange_radau_start(lagrange_run *run)
+static int stand(lagrange_run *run)
 {
     const double *const hi = lagrange_row(run, HI);
     double *const first = lagrange_row(run, FIRST);
@@ -359,17 +351,7 @@ int lagrange_radau_start(lagrange_run *run)
     }
     run->mode = WORN;
     run->rate = 0.5;
-    return radau_slope(run, run->t, hi, SLOPE);
+    return lagrange_slope(run, run->t, hi, SLOPE);
 }
 
-int lagrange_radau_interpolate(lagrange_run *run, const double *t, double *out)
-{
-    return interpolate(run, *t, out);
-}
-
-int lagrange_radau_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                           int64_t *filled, int64_t most_steps, int64_t most_evaluations)
-{
-    return lagrange_advance(run, lagrange_radau_start, step, interpolate, times, count, states,
-                            filled, most_steps, most_evaluations);
-}
+LAGRANGE_INTERPOLATING_METHOD(radau, stand, step, interpolate)

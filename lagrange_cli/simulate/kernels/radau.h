@@ -4,8 +4,6 @@
 
 #include "kernel.h"
 
-#include <math.h>
-
 /* Rows of the memory; behind them there are 4 n more, for matrices. */
 enum {
     SLOPE = FIRST_OF_METHOD, /* at the start of the step, then at its end */
@@ -36,13 +34,6 @@ enum { STARTED = 1, CURRENT = 2, WORN = 4, FACTORED = 8, SECOND_ORDER = 16 };
 /* Eigenvalues gamma and alpha -+ i beta of the inverse of the stages' matrix. */
 static const double gamma_real = 3.63783425274449573220842;
 static const double alpha = 2.68108287362775213389579, beta = 3.05043019924741056942638;
-
-/* The slope at (t, y) into a row; not 0 where it does not exist. */
-static inline int radau_slope(lagrange_run *run, double t, const double *y, int64_t row)
-{
-    run->evaluations += 1;
-    return run->rhs(t, y, run->u, run->p, run->work, lagrange_row(run, row));
-}
 
 /* Factors of gamma/h - J and (alpha - i beta)/h - J; not 0 where they do not exist. */
 int lagrange_radau_factor(lagrange_run *run, double h);

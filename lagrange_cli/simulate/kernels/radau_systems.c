@@ -43,7 +43,7 @@ static int columns_one_by_one(lagrange_run *run, double at)
     const double *const y = lagrange_row(run, START_HI), *const f = lagrange_row(run, D);
     const double *const moved = lagrange_row(run, ERROR);
     int64_t i, j;
-    if (radau_slope(run, at, y, D)) {
+    if (lagrange_slope(run, at, y, D)) {
         return 1;
     }
     for (i = 0; i < n; ++i) {
@@ -51,10 +51,10 @@ static int columns_one_by_one(lagrange_run *run, double at)
     }
     for (j = 0; j < n; ++j) {
         point[j] = y[j] + moves[j];
-        if (radau_slope(run, at, point, ERROR)) {
+        if (lagrange_slope(run, at, point, ERROR)) {
             moves[j] = -moves[j];
             point[j] = y[j] + moves[j];
-            if (radau_slope(run, at, point, ERROR)) {
+            if (lagrange_slope(run, at, point, ERROR)) {
                 return 1;
             }
         }

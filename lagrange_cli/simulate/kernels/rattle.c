@@ -4,21 +4,9 @@
  * Integration, VII.1.4. Positions are led back along the gradients where the step began, which
  * makes it symmetric in time and symplectic. hi + low as in dop853.c. The state is [q, v];
  * accelerations must not depend on v but for the forces of constraints. */
-#include "kernel.h"
-
-#include <math.h>
+#include "fixed.h"
 
 enum { SLOPE = FIRST_OF_METHOD, CHANGE, POINT, SHIFT, BEFORE, ROWS };
-
-/* Iterations after which a step is given up, and those without progress after which they end. */
-enum { ITERATIONS = 60, CALM = 2 };
-
-/* The slope at (t, y) into row SLOPE. */
-static int slope(lagrange_run *run, double t, const double *y)
-{
-    run->evaluations += 1;
-    return run->rhs(t, y, run->u, run->p, run->work, lagrange_row(run, SLOPE));
-}
 
 /* One change of the positions of CHANGE, and of the velocities that lead there; 0: changes go on
  * to shrink, 1: rounding stops them, 2: there is none. */
@@ -86,80 +74,40 @@ static void kick(lagrange_run *run, double h)
     }
 }
 
-/* The other half at its end, and the end on the constraints into CHANGE. */
+/* The other half at its end, and the end of the step. */
 static int settle(lagrange_run *run, double t, double h)
 {
     const int64_t n = DIM(run), half = n/2;
     const double *const hi = lagrange_row(run, HI), *const low = lagrange_row(run, LOW);
     const double *const a = lagrange_row(run, SLOPE) + half;
     double *const change = lagrange_row(run, CHANGE), *const point = lagrange_row(run, POINT);
-    double zero = 0.0;
     int64_t i;
     for (i = 0; i < n; ++i) {
         change[i] += low[i];
         point[i] = hi[i] + change[i];
     }
-    if (slope(run, t, point)) {
+    if (lagrange_slope(run, t, point, SLOPE)) {
         return LAGRANGE_NOT_FINITE;
     }
     for (i = 0; i < half; ++i) {
         change[half + i] += h/2.0*a[i];
     }
-    for (i = 0; i < n; ++i) {
-        zero += 0.0*(hi[i] + change[i]);
-    }
-    if (zero != 0.0) {
-        return LAGRANGE_NOT_FINITE;
-    }
-    return lagrange_project(run, t, hi, change, point) ? LAGRANGE_UNMET : LAGRANGE_OK;
+    return fixed_arrive(run, t, change, point);
 }
 
 static int step(lagrange_run *run, double limit)
 {
-    const double t = run->t;
-    /* A remainder of rounding size joins the step rather than becoming one. */
-    const double t_new = limit - t > run->h*(1.0 + 1e-9) ? t + run->h : limit;
+    const double t = run->t, t_new = fixed_end(run, limit);
     const double h = t_new - t; /* what t really moves by, rounding included */
-    const double *const change = lagrange_row(run, CHANGE);
-    double *const low = lagrange_row(run, LOW);
-    int64_t i;
     int status;
-    /* mode: whether the slope is that of the state. */
-    if (!run->mode && slope(run, t, lagrange_row(run, HI))) {
+    if (!run->mode && lagrange_slope(run, t, lagrange_row(run, HI), SLOPE)) {
         return LAGRANGE_NOT_FINITE;
     }
-    run->mode = 0;
     kick(run, h);
     status = constrain(run, h);
     status = status ? status : settle(run, t_new, h);
-    if (status) {
-        return status;
-    }
-    for (i = 0; i < DIM(run); ++i) {
-        low[i] = change[i];
-    }
-    lagrange_fold(lagrange_row(run, HI), low, DIM(run));
-    run->mode = 1;
-    run->t_old = t;
-    run->t = run->t_new = t_new;
-    return LAGRANGE_OK;
+    run->mode = !status;
+    return status;
 }
 
-/* The slope of one piece is not that of the next. */
-static int begin(lagrange_run *run)
-{
-    run->mode = 0;
-    return 0;
-}
-
-int64_t lagrange_rattle_rows(void)
-{
-    return ROWS;
-}
-
-int lagrange_rattle_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                            int64_t *filled, int64_t most_steps, int64_t most_evaluations)
-{
-    return lagrange_advance(run, begin, step, 0, times, count, states, filled, most_steps,
-                            most_evaluations);
-}
+LAGRANGE_METHOD(rattle, fixed_forget, step, 0)
