@@ -16,6 +16,7 @@ __all__ = [
     "kernel_files",
     "kernel_headers",
     "kernel_options",
+    "source",
     "wide_files",
 ]
 
@@ -92,19 +93,19 @@ def kernel_files(*groups: str) -> dict[str, str]:
     excluded = [
         name for group in GROUPS if groups and group not in groups for name in _KERNELS[group]
     ]
-    return {name: _text(name) for name in names if name not in (*_HEADERS, *excluded)}
+    return {name: source(name) for name in names if name not in (*_HEADERS, *excluded)}
 
 
 def kernel_headers() -> dict[str, str]:
     """Return name → text of the headers for a right-hand side."""
-    return {name: _text(name) for name in _HEADERS}
+    return {name: source(name) for name in _HEADERS}
 
 
 def batched_files() -> dict[str, str]:
     """Name → text of the files that step many motions at once, with the headers of their
     right-hand sides."""
     names = _names(os.path.join(_FOLDER, "members"))
-    return {**kernel_headers(), **{name: _text(f"members/{name}") for name in names}}
+    return {**kernel_headers(), **{name: source(f"members/{name}") for name in names}}
 
 
 def wide_files(system: str, series: str) -> tuple[dict[str, str], dict[str, str]]:
@@ -136,7 +137,8 @@ def _names(folder: str) -> list[str]:
     return sorted(name for name in os.listdir(folder) if name.endswith((".c", ".h")))
 
 
-def _text(name: str) -> str:
+def source(name: str) -> str:
+    """Return the text of a file."""
     with open(os.path.join(_FOLDER, name), encoding="ascii") as file:
         return file.read()
 
