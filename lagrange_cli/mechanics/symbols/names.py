@@ -16,6 +16,7 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.symbols.convert import Rate, to_sympy
+from lagrange_cli.mechanics.symbols.elements import ConvertedElements
 from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.language.expression import Call, Expression, Name, Node, walk
 from lagrange_cli.scene.model import Particle, Point, Scene
@@ -65,6 +66,7 @@ class Names:
         self._meanings: dict[str, sp.Expr] = {}
         self._lengths: dict[str, int] = {}
         self._open: list[str] = []
+        self._elements = ConvertedElements()
         self._position_entries: dict[str, Expression] = {}
         self.bodies: tuple[Particle | Point, ...] = (*scene.particles, *scene.points)
         named = [
@@ -161,10 +163,20 @@ class Names:
 
     def convert(self, expression: Expression, rate: Rate | None = None) -> sp.Expr:
         """Convert an expression over raw symbols; abbreviations that hold rates need ``rate``."""
-        self._require_length(expression)
-        if rate is None:
-            return self._rewrite(to_sympy(expression, self.lookup, None, self._functions))
-        return self._rewrite(self._converted_with_rate(expression, rate, {}))
+
+        def converted() -> sp.Expr:
+            self._require_length(expression)
+            if rate is None:
+                return to_sympy(expression, self.lookup, None, self._functions)
+            return self._converted_with_rate(expression, rate, {})
+
+        return self._rewrite(self._elements.converted(expression, self._symbol, converted))
+
+    def _symbol(self, name: str) -> sp.Symbol | None:
+        """Look up a name that stands for a symbol itself, not for an expression."""
+        if name in self._definitions and name not in self.cartesian:
+            return None
+        return self.lookup(name)
 
     def _require_length(self, expression: Expression) -> None:
         """Refuse an expression that would grow without bound.

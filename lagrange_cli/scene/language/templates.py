@@ -1,4 +1,4 @@
-"""Texts that differ in the indices of elements only, parsed once.
+"""Texts and trees that differ in the names of elements only, dealt with once.
 
 What helpers of a family are written out to are such texts: ``1/2*k*(x[3] - x[4])^2``. If the
 digits of the indices become zeros, every part stays at its place: the tree of one text is that of
@@ -8,6 +8,7 @@ all others but for the names, which are found in each text at their spans.
 from __future__ import annotations
 
 import re
+from collections.abc import Hashable
 
 from lagrange_cli.scene.language.expression import (
     SUM,
@@ -75,3 +76,37 @@ def with_names_of(template: Node, text: str) -> Node:
         case Call():
             arguments = tuple([with_names_of(argument, text) for argument in template.arguments])
             return Call(template.function, arguments, template.span)
+
+
+def shape_of(node: Node) -> tuple[Hashable, list[str]]:
+    """A key that trees share which differ in names alone, and the names in reading order."""
+    parts: list[Hashable] = []
+    names: list[str] = []
+    stack = [node]
+    while stack:
+        top = stack.pop()
+        match top:
+            case Name():
+                names.append(top.name)
+                parts.append(Name)
+                continue
+            case Number():
+                parts += (top.value.numerator, top.value.denominator)
+                continue
+            case Add():
+                below = [part for _, part in top.terms]
+                parts += (Add, *[sign for sign, _ in top.terms], None)
+            case Mul():
+                below = [part for _, part in top.factors]
+                parts += (Mul, *[operator for operator, _ in top.factors], None)
+            case Pow():
+                below = [top.base, top.exponent]
+                parts.append(Pow)
+            case Neg():
+                below = [top.operand]
+                parts.append(Neg)
+            case Call():
+                below = [*top.arguments]
+                parts += (Call, top.function, len(below))
+        stack += reversed(below)
+    return tuple(parts), names
