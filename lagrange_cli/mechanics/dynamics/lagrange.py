@@ -15,8 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, partial
-from operator import attrgetter
+from functools import cached_property
 from typing import TypeVar
 
 import sympy as sp
@@ -40,6 +39,7 @@ from lagrange_cli.mechanics.algebra.identities import Weights
 from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
 from lagrange_cli.mechanics.contacts.gaps import contacts
 from lagrange_cli.mechanics.dynamics.constraints import closures
+from lagrange_cli.mechanics.dynamics.potential_forces import CoordinateForce, PotentialForces
 from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
@@ -195,8 +195,9 @@ class _Builder:
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
         self._masses: dict[int, Weights] = {}
         self._budget = _TERM_BUDGET
-        self._families = OrderedShapes(self._is_coordinate, self._split_forces)
-        self._slopes = OrderedShapes(self._movement, self._potential_slopes)
+        self._potential_forces = PotentialForces(
+            reduced, lambda s: bool(self._jacobian(s)), self._split_terms
+        )
 
     def build(self) -> Uncertified:
         collected = self._add_inertia()
@@ -300,58 +301,21 @@ class _Builder:
 
     def _add_potential(self, potential: sp.Expr) -> None:
         """−∂V/∂q through the Cartesian names that V is written in."""
-        resolved = self.reduced.resolved
-        if all(resolved.get(s, s) == s for s in symbols_in(potential)):
-            self._add_family_potential(potential)
-            return
-        for s, force in self._potential_forces(potential):
-            if s in resolved and resolved[s] != s:
-                self._add_work(s, force, self.forcing)
+        for found in self._potential_forces.of(potential):
+            if isinstance(found, CoordinateForce):
+                into = self.forcing[self.number[found.symbol]]
+                for parts in found.terms:
+                    into.add_parts(parts)
+            elif found.symbol in self.number:
+                self.forcing[self.number[found.symbol]].add_all(self._terms(found.force))
             else:
-                self.forcing[self.number[s]].add_all(self._terms(force))
+                self._add_work(found.symbol, found.force, self.forcing)
 
-    def _add_family_potential(self, potential: sp.Expr) -> None:
-        """−∂V/∂q of a potential over coordinates, worked out once for those of one shape."""
-        forces, names = self._families.of(potential)
-        rename = cache(partial(rename_symbols, names=names))
-        for s, terms in forces:
-            into = self.forcing[self.number[names.get(s, s)]]
-            for parts in terms:
-                into.add_parts(parts.renamed(rename) if names else parts)
-
-    def _split_forces(self, potential: sp.Expr) -> list[tuple[sp.Symbol, list[TermParts]]]:
-        return [
-            (s, [self.splitter.split(term) for term in self._terms(force)])
-            for s, force in self._potential_forces(potential)
-        ]
+    def _split_terms(self, force: sp.Expr) -> list[TermParts]:
+        return [self.splitter.split(term) for term in self._terms(force)]
 
     def _is_coordinate(self, symbol: sp.Symbol) -> bool | None:
         return True if symbol in self.number else None
-
-    def _movement(self, symbol: sp.Symbol) -> tuple[bool, bool] | None:
-        """Whether a name is a coordinate, and whether it moves; None if it is of neither kind."""
-        if symbol in self.number:
-            return True, True
-        if symbol not in self.reduced.resolved:
-            return None
-        return False, bool(self._jacobian(symbol))
-
-    def _potential_forces(self, potential: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
-        """−∂V/∂s over q for each symbol s that moves."""
-        slopes, names = self._slopes.of(potential)
-        return [
-            (names.get(s, s), self.reduced.resolve(rename_symbols(slope, names)))
-            for s, slope in slopes
-        ]
-
-    def _potential_slopes(self, potential: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
-        """−∂V/∂s over the names that V is written in, for each symbol s that moves."""
-        gradient: dict[sp.Symbol, list[sp.Expr]] = {}
-        for term in sp.Add.make_args(potential):
-            for s in sorted(symbols_in(term), key=attrgetter("name")):
-                if any(self._movement(s) or ()):
-                    gradient.setdefault(s, []).append(-derivative(term, s))
-        return [(s, sp.Add(*parts)) for s, parts in gradient.items()]
 
     def _add_extra(self, extra: sp.Expr) -> None:
         """Euler–Lagrange expression of T_extra − U, term by term."""
@@ -460,11 +424,19 @@ class _Builder:
         return terms
 
     def _potential(self) -> sp.Expr:
-        shapes = OrderedShapes(self._is_coordinate, lambda expr: tidy(expr, self.masses))
+        shapes = OrderedShapes(self._is_coordinate, self._tidied)
         resolved = [self.reduced.resolve(u) for u in self.terms.positional]
-        tidied = [rename_symbols(*shapes.of(expr)) for expr in resolved]
+        tidied = [
+            expr if result is None else rename_symbols(result, names)
+            for expr, (result, names) in zip(resolved, map(shapes.of, resolved), strict=True)
+        ]
         whole = sp.Add(*tidied, *self.terms.velocity_dependent)
         return shortest_energy(whole, self.v, self.splitter, self.constants, self.brackets)
+
+    def _tidied(self, expr: sp.Expr) -> sp.Expr | None:
+        """Tidy an expression; None if it stays as it is."""
+        result = tidy(expr, self.masses)
+        return None if result == expr else result
 
 
 def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, _Entry]]:

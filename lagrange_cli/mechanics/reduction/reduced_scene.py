@@ -12,9 +12,9 @@ from mpmath import mpf
 
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.algebra.positive_roots import drawn_from_roots
+from lagrange_cli.mechanics.algebra.substitution import Substitution
 from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.findings import Account
-from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler
 from lagrange_cli.mechanics.reduction.coordinates import (
@@ -84,9 +84,7 @@ class Reduced:
     def resolve(self, expr: sp.Expr) -> sp.Expr:
         """``expr`` with raw symbols replaced by their r(q, t)."""
         if expr not in self._put_in:
-            places = {s: self.resolved.get(s, s) for s in symbols_in(expr)}
-            present = {s: place for s, place in places.items() if place != s}
-            self._put_in[expr] = self.drawn(expr.xreplace(present) if present else expr)
+            self._put_in[expr] = self.drawn(self._positions.put_into(expr))
         return self._put_in[expr]
 
     def drawn(self, expr: sp.Expr) -> sp.Expr:
@@ -107,6 +105,10 @@ class Reduced:
     @cached_property
     def _positive(self) -> list[sp.Symbol]:
         return [c.q for c in self.coordinates if c.is_positive]
+
+    @cached_property
+    def _positions(self) -> Substitution:
+        return Substitution({s: place for s, place in self.resolved.items() if place != s})
 
     @cached_property
     def _put_in(self) -> dict[sp.Expr, sp.Expr]:

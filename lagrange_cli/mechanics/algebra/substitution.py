@@ -1,0 +1,35 @@
+"""Expressions put in place of symbols, where what recurs is evaluated once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import sympy as sp
+
+
+class Substitution:
+    """Replaces symbols as ``xreplace`` does.
+
+    Parameters
+    ----------
+    places
+        Symbol → the expression in its place.
+    """
+
+    def __init__(self, places: Mapping[sp.Basic, sp.Expr]) -> None:
+        self._places = places
+        #: An operation and the ``id`` of its operands → these, which keeps them, and its value.
+        self._known: dict[tuple[Any, ...], tuple[Sequence[sp.Basic], sp.Expr]] = {}
+
+    def put_into(self, expr: sp.Expr) -> sp.Expr:
+        """Replace the symbols in an expression; parts without any stay as they are."""
+        if not expr.args:
+            return self._places.get(expr, expr)
+        parts = [self.put_into(a) for a in expr.args]
+        if all(new is old for new, old in zip(parts, expr.args, strict=True)):
+            return expr
+        key = expr.func, *map(id, parts)
+        if key not in self._known:
+            self._known[key] = parts, expr.func(*parts)
+        return self._known[key][1]

@@ -1,0 +1,123 @@
+"""Forces of potentials through the names that these are written in, once for each shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from operator import attrgetter
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.alpha_equivalence import OrderedShapes, rename_symbols
+from lagrange_cli.mechanics.algebra.collect import TermParts
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.free_symbols import symbols_in
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+
+
+@dataclass(frozen=True)
+class NameForce:
+    """−∂V/∂s of a potential V.
+
+    Attributes
+    ----------
+    symbol
+        The name s.
+    force
+        The force over coordinates.
+    """
+
+    symbol: sp.Symbol
+    force: sp.Expr
+
+
+@dataclass(frozen=True)
+class CoordinateForce:
+    """−∂V/∂q of a potential V.
+
+    Attributes
+    ----------
+    symbol
+        The coordinate q.
+    terms
+        The terms of the force, multiplied out.
+    """
+
+    symbol: sp.Symbol
+    terms: Sequence[TermParts]
+
+
+class PotentialForces:
+    """Forces of the potentials of a scene.
+
+    Parameters
+    ----------
+    reduced
+        The scene.
+    moves
+        Says whether a coordinate moves a Cartesian name.
+    split
+        Gives the terms of a force.
+    """
+
+    def __init__(
+        self,
+        reduced: Reduced,
+        moves: Callable[[sp.Symbol], bool],
+        split: Callable[[sp.Expr], Sequence[TermParts]],
+    ) -> None:
+        self._reduced = reduced
+        self._coordinates = frozenset(c.q for c in reduced.coordinates)
+        self._moves = moves
+        self._split = split
+        self._shapes = OrderedShapes(self._movement, self._worked_out)
+
+    def of(self, potential: sp.Expr) -> Iterator[NameForce | CoordinateForce]:
+        """Give the forces of a potential along the names that move."""
+        forces, names = self._shapes.of(potential)
+        rename = cache(partial(rename_symbols, names=names))
+        for force in forces:
+            symbol = names.get(force.symbol, force.symbol)
+            if isinstance(force, NameForce):
+                yield NameForce(symbol, self._reduced.resolve(rename(force.force)))
+            elif names:
+                yield CoordinateForce(symbol, [term.renamed(rename) for term in force.terms])
+            else:
+                yield force
+
+    def _movement(self, symbol: sp.Symbol) -> tuple[bool, bool, sp.Expr | None] | None:
+        """Tell names from one another that are not exchanged; None for parameters and time.
+
+        Names are coordinates or not, move or not, and have a number for their value or not.
+        """
+        if symbol in self._coordinates:
+            return True, True, None
+        value = self._reduced.resolved.get(symbol)
+        if value is None:
+            return None
+        return False, self._moves(symbol), value if value.is_number else None
+
+    def _worked_out(self, potential: sp.Expr) -> list[NameForce | CoordinateForce]:
+        """The forces, those along names still over names, for all potentials of one shape."""
+        return [
+            CoordinateForce(s, self._split(self._reduced.resolve(slope)))
+            if s in self._coordinates and all(map(self._is_shared, symbols_in(slope)))
+            else NameForce(s, slope)
+            for s, slope in self._slopes(potential)
+        ]
+
+    def _is_shared(self, symbol: sp.Symbol) -> bool:
+        """Say whether a name stays in its place, or has the same value in all of one shape."""
+        movement = self._movement(symbol)
+        return movement is None or movement[0] or movement[2] is not None
+
+    def _slopes(self, potential: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
+        """−∂V/∂s over the names that V is written in, for each symbol s that moves."""
+        gradient: dict[sp.Symbol, list[sp.Expr]] = {}
+        for term in sp.Add.make_args(potential):
+            for s in sorted(symbols_in(term), key=attrgetter("name")):
+                movement = self._movement(s)
+                if movement is not None and movement[1]:
+                    gradient.setdefault(s, []).append(-derivative(term, s))
+        return [(s, sp.Add(*parts)) for s, parts in gradient.items()]
