@@ -55,7 +55,7 @@ from lagrange_cli.mechanics.structure import (
     structure_facts,
     total_energy,
 )
-from lagrange_cli.mechanics.symbols.convert import decimal_literals, total_derivative
+from lagrange_cli.mechanics.symbols.convert import decimal_literals
 from lagrange_cli.mechanics.symbols.values import (
     DECIMAL_DIGITS,
     decimal,
@@ -270,14 +270,13 @@ def _particles(derivation: Uncertified) -> Iterator[ParticleMotion]:
 def _cartesian_names(derivation: Uncertified) -> Iterator[CartesianName]:
     """Every raw symbol that is not a coordinate, with its rate."""
     reduced = derivation.reduced
-    motion = [(c.q, c.v) for c in reduced.coordinates]
     coordinates = {c.q for c in reduced.coordinates}
     for symbol, position in reduced.resolved.items():
         if symbol in coordinates:
             continue
         velocity = derivation.velocity.get(symbol)
         if velocity is None:
-            velocity = total_derivative(position, reduced.names.t, motion)
+            velocity = reduced.rate(position)
         yield CartesianName(symbol.name, position, velocity)
 
 

@@ -1,4 +1,4 @@
-"""Free symbols of expressions, found once for each part that expressions share."""
+"""Free symbols of expressions, found once for each part, and functions that stand in them."""
 
 from __future__ import annotations
 
@@ -16,3 +16,14 @@ def symbols_in(expr: sp.Basic) -> frozenset[sp.Symbol]:
     if expr.is_Symbol:
         return frozenset((expr,))
     return frozenset[sp.Symbol]().union(*map(symbols_in, expr.args))
+
+
+def holds(expr: sp.Basic, *kinds: type[sp.Basic]) -> bool:
+    """Say whether an operation of some kinds stands in an expression."""
+    stack = [expr]
+    while stack:
+        top = stack.pop()
+        if isinstance(top, kinds):
+            return True
+        stack += top.args
+    return False

@@ -149,9 +149,13 @@ def _unused(scene: Scene) -> tuple[str, ...]:
         scene.simulate.accuracy,
         scene.simulate.samples,
     ]
-    used = {n.name for e in expressions if e is not None for n in names_in(e.node)}
-    used.update(name for _, name in scene.starts)
-    return tuple(p.name for p in scene.parameters if p.name not in used)
+    unused = {p.name for p in scene.parameters} - {name for _, name in scene.starts}
+    for expression in expressions:
+        if not unused:
+            break
+        if expression is not None:
+            unused.difference_update([n.name for n in names_in(expression.node)])
+    return tuple(p.name for p in scene.parameters if p.name in unused)
 
 
 def require_no_rates_of_inputs(derivation: Uncertified) -> None:
@@ -400,7 +404,9 @@ def total_energy(derivation: Uncertified, evidence: Evidence) -> tuple[sp.Expr, 
     velocities = [c.v for c in derivation.reduced.coordinates]
     at_rest = dict.fromkeys(velocities, sp.Integer(0))
     if evidence.energy_is_sum:
-        return derivation.kinetic, derivation.potential.xreplace(at_rest)
+        resting = symbols_in(derivation.potential).isdisjoint(velocities)
+        potential = derivation.potential
+        return derivation.kinetic, potential if resting else potential.xreplace(at_rest)
     kinetic = parts_by_degree(derivation.kinetic, velocities)
     potential = parts_by_degree(derivation.potential, velocities)
     if kinetic is not None and potential is not None and potential[0] == 0:

@@ -12,6 +12,7 @@ import sympy as sp
 
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.free_symbols import holds
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.scene.model import Term
@@ -27,14 +28,16 @@ def jump_warnings(reduced: Reduced) -> Iterator[Problem]:
     for kind, terms in (("potential", scene.potentials), ("kinetic term", scene.kinetic)):
         for term in terms:
             expression = reduced.resolve(reduced.convert(term.expression))
-            if expression.has(sp.sign, sp.Heaviside) or _bends_in_velocities(expression, reduced):
+            if holds(expression, sp.sign, sp.Heaviside) or _bends_in_velocities(
+                expression, reduced
+            ):
                 yield from _warning(kind, term, expression, reduced)
 
 
 def _bends_in_velocities(expression: sp.Expr, reduced: Reduced) -> bool:
-    kinks = expression.atoms(sp.Abs, sp.Min, sp.Max)
-    if not kinks:
+    if not holds(expression, sp.Abs, sp.Min, sp.Max):
         return False
+    kinks = expression.atoms(sp.Abs, sp.Min, sp.Max)
     velocities = {c.v for c in reduced.coordinates}
     return any(not velocities.isdisjoint(kink.free_symbols) for kink in kinks)
 

@@ -223,6 +223,13 @@ class TapeRun:
         """Value of each output."""
         return [to_mpf(self.nodes[i][0]) for i in self.tape.outputs]
 
+    def has_positive(self, count: int) -> bool:
+        """Say whether the first ``count`` outputs are positive; DomainError if one is infinite."""
+        values = [self.nodes[i][0] for i in self.tape.outputs]
+        if not all(x.is_finite() for x in values):
+            raise DomainError
+        return all(x > 0 for x in values[:count])
+
     def magnitude(self) -> int:
         """Give the decimal exponent of the largest value of a node; 0 if all are zero."""
         return max((x[0].adjusted() for x in self.nodes if x[0]), default=0)

@@ -126,10 +126,9 @@ class Sampler:
     def _is_feasible(self, point: SamplePoint) -> bool:
         inputs = [(point[s], mpf(0), mpf(0)) for s in self._symbols]
         try:
-            values = self._tape.run(inputs, order=0).values
+            return self._tape.run(inputs, order=0).has_positive(self._above)
         except (DomainError, ZeroDivisionError, OverflowError):
             return False
-        return all(x > 0 for x in values[: self._above])
 
     def near(self, point: SamplePoint, width: mpf) -> SamplePoint:
         """Move the coordinates of a point at random by ``width`` times their spread."""
@@ -152,7 +151,7 @@ class Sampler:
 
     def _uniform(self, low: float, high: float) -> mpf:
         # 53 random bits and more, so that points are not special in any digit.
-        return low + (high - low) * mpf(self._random.getrandbits(120)) / mpf(2) ** 120
+        return low + (high - low) * mpmath.ldexp(mpf(self._random.getrandbits(120)), -120)
 
     def candidate(self, width: mpf, varied: bool = False) -> SamplePoint:
         """Draw a random point that need not be feasible."""

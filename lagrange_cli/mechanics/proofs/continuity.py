@@ -55,13 +55,29 @@ _SMOOTH = _Nature()
 
 def is_continuous(expression: sp.Expr, moving: Collection[sp.Symbol]) -> bool:
     """Say whether an expression is proven continuous in ``moving`` wherever it is finite."""
-    return _Natures(frozenset(moving)).nature(expression) is not None
+    return _is_polynomial(expression) or _Natures(frozenset(moving)).nature(expression) is not None
 
 
 def is_analytic(expression: sp.Expr, moving: Collection[sp.Symbol]) -> bool:
     """Say whether an expression is proven to be one analytic function on all of its domain."""
+    if _is_polynomial(expression):
+        return True
     nature = _Natures(frozenset(moving)).nature(expression)
     return nature is not None and not nature.bent
+
+
+def _is_polynomial(expression: sp.Expr) -> bool:
+    """Say whether nothing but sums, products and whole powers stands in an expression."""
+    stack = [expression]
+    while stack:
+        top = stack.pop()
+        if top.is_Add or top.is_Mul:
+            stack += top.args
+        elif top.is_Pow and top.exp.is_Integer and top.exp.is_positive:
+            stack.append(top.base)
+        elif not (top.is_Symbol or top.is_Rational):
+            return False
+    return True
 
 
 class _Natures:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from fractions import Fraction
 from functools import lru_cache
 
@@ -14,6 +15,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.symbols.convert import to_sympy
 from lagrange_cli.scene.language.bounds import require_bounded
 from lagrange_cli.scene.language.expression import Expression, names_in
+from lagrange_cli.scene.language.templates import shape_of
 from lagrange_cli.scene.language.tokens import MAX_EXPONENT, ExpressionError
 from lagrange_cli.scene.model import Scene
 
@@ -49,7 +51,10 @@ class ParameterValues:
         self._written = {p.name: p for p in scene.parameters}
         self.exact: dict[str, sp.Expr] = {}
         self._open: list[str] = []
-        self._known: dict[Expression, sp.Expr | None] = {}
+        #: ``id`` of an expression → the expression, which keeps it, and its value.
+        self._known: dict[int, tuple[Expression, sp.Expr | None]] = {}
+        #: Shapes that are bounded, with their names that have values.
+        self._bounded: set[Hashable] = set()
         for name in self._written:
             self._resolve(name)
         for expression in scene.expressions():
@@ -89,9 +94,9 @@ class ParameterValues:
 
     def number(self, expression: Expression) -> sp.Expr | None:
         """Evaluate an expression in parameters exactly; None if one of them has no value."""
-        if expression not in self._known:
-            self._known[expression] = self._number(expression)
-        return self._known[expression]
+        if id(expression) not in self._known:
+            self._known[id(expression)] = expression, self._number(expression)
+        return self._known[id(expression)][1]
 
     def _number(self, expression: Expression) -> sp.Expr | None:
         missing: list[str] = []
@@ -123,11 +128,17 @@ class ParameterValues:
 
     def _require_bounded(self, expression: Expression) -> None:
         """Refuse an expression that grows too large once parameters have their values."""
-        known = {n.name for n in names_in(expression.node)} & self.exact.keys()
+        shape, names = shape_of(expression.node)
+        known = [name if name in self.exact else None for name in names]
+        key = shape, *known
+        if key in self._bounded:
+            return
+        values = {n: _rational_or_float(self.exact[n]) for n in known if n is not None}
         try:
-            require_bounded(expression.node, {n: _rational_or_float(self.exact[n]) for n in known})
+            require_bounded(expression.node, values)
         except ExpressionError as error:
             raise error.located(expression.mark(error.span)) from None
+        self._bounded.add(key)
 
     def float(self, expression: Expression) -> float | None:
         """Round an expression's value to a double; None if a parameter has no value."""

@@ -8,7 +8,7 @@ that is not constant, large powers.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass
 
 from lagrange_cli.scene.language.bounds import ANY_EXTENT, Extent, extent_of
@@ -22,6 +22,7 @@ from lagrange_cli.scene.language.expression import (
     names_in,
     walk,
 )
+from lagrange_cli.scene.language.templates import shape_of
 
 #: Functions without a derivative everywhere.
 NONSMOOTH = ("abs", "sign", "min", "max")
@@ -117,6 +118,26 @@ def traits_of(node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTr
 
 
 _POSITION = ExpressionTraits()
+
+
+class TraitsByShape:
+    """Traits of trees, worked out once for those that differ in names of the same traits alone."""
+
+    def __init__(self) -> None:
+        #: A shape and the ``id`` of its names' traits → these, which keeps them, and its own.
+        self._known: dict[Hashable, tuple[list[ExpressionTraits], ExpressionTraits]] = {}
+        #: One object for all traits that are equal.
+        self._distinct: dict[ExpressionTraits, ExpressionTraits] = {}
+
+    def of(self, node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTraits:
+        """The traits of a tree, as :func:`traits_of`."""
+        shape, present = shape_of(node)
+        traits = [names.get(name, _POSITION) for name in present]
+        key = shape, *map(id, traits)
+        if key not in self._known:
+            whole = traits_of(node, names)
+            self._known[key] = traits, self._distinct.setdefault(whole, whole)
+        return self._known[key][1]
 
 
 class _Extents(Mapping[str, Extent]):

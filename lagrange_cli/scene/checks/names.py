@@ -9,9 +9,9 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.scene.checks.dependencies import (
     NONSMOOTH,
     ExpressionTraits,
+    TraitsByShape,
     dependency_order,
     rate_node,
-    traits_of,
 )
 from lagrange_cli.scene.checks.table import NameTable, check_clashes, name_table
 from lagrange_cli.scene.checks.uses import Restrictions, Use, uses
@@ -291,20 +291,24 @@ def _check_places(
     inputs = {term.name: ExpressionTraits(first_input=term.name) for term in scene.inputs}
     symbolic: dict[str, ExpressionTraits] = {"pi": _CONSTANT, **parameters, **inputs}
     numeric: dict[str, ExpressionTraits] = dict(symbolic)
+    traits = TraitsByShape()
     for name in order:
         names = numeric if name in parameters else symbolic
         with problems.collect_at(meanings[name]):
-            names[name] = traits_of(meanings[name].node, names)
+            names[name] = traits.of(meanings[name].node, names)
     for use in all_uses:
         names = numeric if use.place.names == "parameters" else symbolic
         with problems.collect_at(use.expression, use.what):
-            _check_place(use, names, scene, problems)
+            _check_place(use, traits.of(use.expression.node, names), names, scene, problems)
 
 
 def _check_place(
-    use: Use, names: dict[str, ExpressionTraits], scene: Scene, problems: Problems
+    use: Use,
+    traits: ExpressionTraits,
+    names: dict[str, ExpressionTraits],
+    scene: Scene,
+    problems: Problems,
 ) -> None:
-    traits = traits_of(use.expression.node, names)
     if traits.rate > use.place.rate:
         _report_rate(use, names, problems)
     if traits.rough and use.place.smooth:

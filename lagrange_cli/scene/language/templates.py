@@ -79,34 +79,36 @@ def with_names_of(template: Node, text: str) -> Node:
 
 
 def shape_of(node: Node) -> tuple[Hashable, list[str]]:
-    """A key that trees share which differ in names alone, and the names in reading order."""
+    """A key that trees share which differ in names alone, and the names in reading order.
+
+    ``pi``, which is a number, belongs to the key.
+    """
     parts: list[Hashable] = []
     names: list[str] = []
     stack = [node]
     while stack:
         top = stack.pop()
-        match top:
-            case Name():
-                names.append(top.name)
+        if isinstance(top, Name):
+            if top.name == "pi":
+                parts.append(top.name)
+            else:
                 parts.append(Name)
-                continue
-            case Number():
-                parts += (top.value.numerator, top.value.denominator)
-                continue
-            case Add():
-                below = [part for _, part in top.terms]
-                parts += (Add, *[sign for sign, _ in top.terms], None)
-            case Mul():
-                below = [part for _, part in top.factors]
-                parts += (Mul, *[operator for operator, _ in top.factors], None)
-            case Pow():
-                below = [top.base, top.exponent]
-                parts.append(Pow)
-            case Neg():
-                below = [top.operand]
-                parts.append(Neg)
-            case Call():
-                below = [*top.arguments]
-                parts += (Call, top.function, len(below))
-        stack += reversed(below)
+                names.append(top.name)
+        elif isinstance(top, Number):
+            parts += (top.value.numerator, top.value.denominator)
+        elif isinstance(top, Add):
+            parts += (Add, *[sign for sign, _ in top.terms], None)
+            stack += [term for _, term in top.terms[::-1]]
+        elif isinstance(top, Mul):
+            parts += (Mul, *[operator for operator, _ in top.factors], None)
+            stack += [factor for _, factor in top.factors[::-1]]
+        elif isinstance(top, Pow):
+            parts.append(Pow)
+            stack += (top.exponent, top.base)
+        elif isinstance(top, Neg):
+            parts.append(Neg)
+            stack.append(top.operand)
+        else:
+            parts += (Call, top.function, len(top.arguments))
+            stack += top.arguments[::-1]
     return tuple(parts), names
