@@ -20,5 +20,7 @@ __all__ = [
     "shared_products",
     "shorten",
     "shortest",
+    "substitution",
+    "templates",
     "trig_polynomials",
 ]

@@ -8,9 +8,8 @@ order of the coordinates.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import Generic, TypeVar
 
 import sympy as sp
@@ -18,7 +17,6 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.argument_order import sympy_order
 from lagrange_cli.mechanics.algebra.plain_products import power
 from lagrange_cli.mechanics.equations import Coordinate
-from lagrange_cli.mechanics.free_symbols import symbols_in
 
 _Result = TypeVar("_Result")
 
@@ -76,53 +74,6 @@ class ShapeClasses(Generic[_Result]):
             for old, new in zip(self._symbols[a], self._symbols[b], strict=True)
         }
         return ShapeInstance(result, names, numbers)
-
-
-class OrderedShapes(Generic[_Result]):
-    """Results for expressions, computed once for all that differ in symbols of one order.
-
-    Symbols are matched in the order of their names, by which SymPy sorts sums and products: a
-    result for one expression has all its parts in the order in which they stand for another.
-
-    Parameters
-    ----------
-    kind
-        Gives symbols the same value that may be exchanged for one another; None for those that are
-        what they are.
-    """
-
-    def __init__(
-        self,
-        kind: Callable[[sp.Symbol], Hashable | None],
-        work_out: Callable[[sp.Expr], _Result],
-    ) -> None:
-        self._kind = kind
-        self._work_out = work_out
-        self._known: dict[Hashable, tuple[list[sp.Symbol], _Result]] = {}
-
-    def of(self, expr: sp.Expr) -> tuple[_Result, Mapping[sp.Symbol, sp.Symbol]]:
-        """Give the result for the first of a shape, and its symbols → those of this one."""
-        symbols = sorted(symbols_in(expr), key=attrgetter("name"))
-        places: dict[sp.Basic, Hashable] = {
-            s: (k, s if (kind := self._kind(s)) is None else kind, s.is_positive)
-            for k, s in enumerate(symbols)
-        }
-        key = tuple(_walk(expr, places))
-        if key not in self._known:
-            self._known[key] = symbols, self._work_out(expr)
-        first, result = self._known[key]
-        names = {old: new for old, new in zip(first, symbols, strict=True) if old != new}
-        return result, names
-
-
-def _walk(expr: sp.Basic, places: Mapping[sp.Basic, Hashable]) -> Iterator[Hashable]:
-    """Yield the operations of an expression in their order, and the places of its symbols."""
-    if not expr.args:
-        yield places.get(expr, expr)
-        return
-    yield expr.func, len(expr.args)
-    for argument in expr.args:
-        yield from _walk(argument, places)
 
 
 def shape(expr: sp.Basic, places: Mapping[sp.Symbol, Hashable]) -> Hashable:

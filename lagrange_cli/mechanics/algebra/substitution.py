@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import sympy as sp
@@ -22,6 +22,10 @@ class Substitution:
         #: An operation and the ``id`` of its operands → these, which keeps them, and its value.
         self._known: dict[tuple[Any, ...], tuple[Sequence[sp.Basic], sp.Expr]] = {}
 
+    def place(self, symbol: sp.Symbol) -> sp.Expr | None:
+        """Give the expression in place of a symbol; None if it stays."""
+        return self._places.get(symbol)
+
     def put_into(self, expr: sp.Expr) -> sp.Expr:
         """Replace the symbols in an expression; parts without any stay as they are."""
         if not expr.args:
@@ -29,7 +33,11 @@ class Substitution:
         parts = [self.put_into(a) for a in expr.args]
         if all(new is old for new, old in zip(parts, expr.args, strict=True)):
             return expr
-        key = expr.func, *map(id, parts)
+        return self.evaluated(expr.func, parts)
+
+    def evaluated(self, kind: Callable[..., sp.Expr], parts: Sequence[sp.Expr]) -> sp.Expr:
+        """Evaluate an operation, once for operands that are the same objects."""
+        key = kind, *map(id, parts)
         if key not in self._known:
-            self._known[key] = parts, expr.func(*parts)
+            self._known[key] = parts, kind(*parts)
         return self._known[key][1]

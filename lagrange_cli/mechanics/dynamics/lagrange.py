@@ -21,7 +21,6 @@ from typing import TypeVar
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.algebra.alpha_equivalence import OrderedShapes, rename_symbols
 from lagrange_cli.mechanics.algebra.collect import (
     Splitter,
     TermParts,
@@ -37,11 +36,11 @@ from lagrange_cli.mechanics.algebra.factor import factored, tidy
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
 from lagrange_cli.mechanics.algebra.identities import Weights
 from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
+from lagrange_cli.mechanics.algebra.templates import Element, Shape, Template
 from lagrange_cli.mechanics.contacts.gaps import contacts
 from lagrange_cli.mechanics.dynamics.constraints import closures
 from lagrange_cli.mechanics.dynamics.potential_forces import CoordinateForce, PotentialForces
 from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
-from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.mechanics.symbols.written_sums import written_sums
@@ -132,7 +131,7 @@ class RawTerms:
 
     Attributes
     ----------
-    positional
+    elements
         Potentials without velocities, over raw symbols.
     velocity_dependent
         All other potentials, over q, v, t.
@@ -140,9 +139,14 @@ class RawTerms:
         Terms of the section ``kinetic``, over q, v, t.
     """
 
-    positional: tuple[sp.Expr, ...]
+    elements: tuple[Element, ...]
     velocity_dependent: tuple[sp.Expr, ...]
     kinetic: tuple[sp.Expr, ...]
+
+    @cached_property
+    def positional(self) -> tuple[sp.Expr, ...]:
+        """The same as expressions."""
+        return tuple(element.expr for element in self.elements)
 
 
 def raw_terms(reduced: Reduced) -> RawTerms:
@@ -151,11 +155,11 @@ def raw_terms(reduced: Reduced) -> RawTerms:
     v = {c.v for c in reduced.coordinates}
     positional, dependent = [], []
     for potential in scene.potentials:
-        expr = reduced.convert(potential.expression)
-        if symbols_in(expr) & v:
-            dependent.append(reduced.resolve(expr))
+        element = reduced.element(potential.expression)
+        if v.isdisjoint(element.symbols):
+            positional.append(element)
         else:
-            positional.append(expr)
+            dependent.append(reduced.resolve(element.expr))
     kinetic = [reduced.resolve(reduced.convert(k.expression)) for k in scene.kinetic]
     return RawTerms(tuple(positional), tuple(dependent), tuple(kinetic))
 
@@ -195,6 +199,8 @@ class _Builder:
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
         self._masses: dict[int, Weights] = {}
         self._budget = _TERM_BUDGET
+        #: Tidied potentials by their shapes; None for those that stay as they are.
+        self._tidy: dict[Shape, Template | None] = {}
         self._potential_forces = PotentialForces(
             reduced, lambda s: bool(self._jacobian(s)), self._split_terms
         )
@@ -204,7 +210,7 @@ class _Builder:
         if not collected:
             # What is left factored there is so everywhere: nothing is read off it any more.
             self._budget = 1
-        for potential in self.terms.positional:
+        for potential in self.terms.elements:
             self._add_potential(potential)
         extra = sp.Add(*self.terms.kinetic, *(-u for u in self.terms.velocity_dependent))
         self._add_extra(extra)
@@ -299,7 +305,7 @@ class _Builder:
             self.jacobians[symbol] = self.kinematics.jacobian(symbol)
         return self.jacobians[symbol]
 
-    def _add_potential(self, potential: sp.Expr) -> None:
+    def _add_potential(self, potential: Element) -> None:
         """−∂V/∂q through the Cartesian names that V is written in."""
         for found in self._potential_forces.of(potential):
             if isinstance(found, CoordinateForce):
@@ -313,9 +319,6 @@ class _Builder:
 
     def _split_terms(self, force: sp.Expr) -> list[TermParts]:
         return [self.splitter.split(term) for term in self._terms(force)]
-
-    def _is_coordinate(self, symbol: sp.Symbol) -> bool | None:
-        return True if symbol in self.number else None
 
     def _add_extra(self, extra: sp.Expr) -> None:
         """Euler–Lagrange expression of T_extra − U, term by term."""
@@ -424,19 +427,19 @@ class _Builder:
         return terms
 
     def _potential(self) -> sp.Expr:
-        shapes = OrderedShapes(self._is_coordinate, self._tidied)
-        resolved = [self.reduced.resolve(u) for u in self.terms.positional]
-        tidied = [
-            expr if result is None else rename_symbols(result, names)
-            for expr, (result, names) in zip(resolved, map(shapes.of, resolved), strict=True)
-        ]
+        tidied = map(self._tidied, self.terms.elements)
         whole = sp.Add(*tidied, *self.terms.velocity_dependent)
         return shortest_energy(whole, self.v, self.splitter, self.constants, self.brackets)
 
-    def _tidied(self, expr: sp.Expr) -> sp.Expr | None:
-        """Tidy an expression; None if it stays as it is."""
-        result = tidy(expr, self.masses)
-        return None if result == expr else result
+    def _tidied(self, potential: Element) -> sp.Expr:
+        """A potential over coordinates, with a common factor in front; once for each shape."""
+        element = self.reduced.resolved_element(potential)
+        shape = element.shape
+        if shape not in self._tidy:
+            expr = tidy(shape.expr, self.masses)
+            self._tidy[shape] = None if expr == shape.expr else Template(expr, shape.symbols)
+        template = self._tidy[shape]
+        return element.expr if template is None else template.over(element.symbols)
 
 
 def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, _Entry]]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from operator import attrgetter
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.alpha_equivalence import OrderedShapes, rename_symbols
+from lagrange_cli.mechanics.algebra.alpha_equivalence import rename_symbols
 from lagrange_cli.mechanics.algebra.collect import TermParts
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.templates import Element
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
@@ -71,11 +72,19 @@ class PotentialForces:
         self._coordinates = frozenset(c.q for c in reduced.coordinates)
         self._moves = moves
         self._split = split
-        self._shapes = OrderedShapes(self._movement, self._worked_out)
+        #: A shape and the kinds of its symbols → these symbols, and the forces.
+        self._known: dict[
+            Hashable, tuple[Sequence[sp.Symbol], list[NameForce | CoordinateForce]]
+        ] = {}
 
-    def of(self, potential: sp.Expr) -> Iterator[NameForce | CoordinateForce]:
+    def of(self, potential: Element) -> Iterator[NameForce | CoordinateForce]:
         """Give the forces of a potential along the names that move."""
-        forces, names = self._shapes.of(potential)
+        key = potential.shape, *[self._movement(s) or s for s in potential.symbols]
+        if key not in self._known:
+            self._known[key] = potential.symbols, self._worked_out(potential.expr)
+        first, forces = self._known[key]
+        pairs = zip(first, potential.symbols, strict=True)
+        names = {old: new for old, new in pairs if old is not new}
         rename = cache(partial(rename_symbols, names=names))
         for force in forces:
             symbol = names.get(force.symbol, force.symbol)

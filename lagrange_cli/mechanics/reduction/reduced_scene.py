@@ -13,6 +13,7 @@ from mpmath import mpf
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.algebra.positive_roots import drawn_from_roots
 from lagrange_cli.mechanics.algebra.substitution import Substitution
+from lagrange_cli.mechanics.algebra.templates import Element
 from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.findings import Account
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
@@ -26,6 +27,7 @@ from lagrange_cli.mechanics.reduction.coordinates import (
     scales,
 )
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
+from lagrange_cli.mechanics.reduction.resolved_elements import ResolvedElements
 from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues
@@ -93,12 +95,22 @@ class Reduced:
 
     def convert(self, expression: Expression) -> sp.Expr:
         """Convert an expression of the scene over raw symbols, q, v and t."""
+        return self.element(expression).expr
+
+    def element(self, expression: Expression) -> Element:
+        """Convert an expression, and say of which shape it is."""
         known = self._converted.get(id(expression))
         if known is None:
             # With the expression, lest another one comes to lie at its place.
-            known = expression, self.names.convert(expression, self.rate)
+            known = expression, self.names.element(expression, self.rate)
             self._converted[id(expression)] = known
         return known[1]
+
+    def resolved_element(self, element: Element) -> Element:
+        """An element with raw symbols replaced by their r(q, t)."""
+        resolved = self._resolved_elements.of(element)
+        self._put_in[element.expr] = resolved.expr
+        return resolved
 
     # What several steps ask for is worked out once.
 
@@ -115,7 +127,12 @@ class Reduced:
         return {}
 
     @cached_property
-    def _converted(self) -> dict[int, tuple[Expression, sp.Expr]]:
+    def _resolved_elements(self) -> ResolvedElements:
+        coordinates = frozenset(c.q for c in self.coordinates)
+        return ResolvedElements(self._positions, coordinates, self.resolve)
+
+    @cached_property
+    def _converted(self) -> dict[int, tuple[Expression, Element]]:
         return {}
 
     @property

@@ -15,6 +15,7 @@ from copy import copy
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.algebra.templates import Element, Shapes
 from lagrange_cli.mechanics.symbols.convert import Rate, to_sympy
 from lagrange_cli.mechanics.symbols.elements import ConvertedElements
 from lagrange_cli.scene.checks.table import name_table
@@ -67,6 +68,7 @@ class Names:
         self._lengths: dict[str, int] = {}
         self._open: list[str] = []
         self._elements = ConvertedElements()
+        self._shapes = Shapes()
         self._position_entries: dict[str, Expression] = {}
         self.bodies: tuple[Particle | Point, ...] = (*scene.particles, *scene.points)
         named = [
@@ -89,7 +91,7 @@ class Names:
         self.body_symbols = (*self.particle_symbols, *self.point_symbols)
         self.dependent = tuple(self._dependent(scene))
         self._aliases = dict(self._alias_pairs())
-        self._rewrite: Callable[[sp.Expr], sp.Expr] = lambda expr: expr
+        self._rewrite: Callable[[sp.Expr], sp.Expr] | None = None
         self._gone: frozenset[str] = frozenset()
         self.given = dict(self._given())
 
@@ -163,6 +165,17 @@ class Names:
 
     def convert(self, expression: Expression, rate: Rate | None = None) -> sp.Expr:
         """Convert an expression over raw symbols; abbreviations that hold rates need ``rate``."""
+        return self._converted_element(expression, rate)[0]
+
+    def element(self, expression: Expression, rate: Rate | None = None) -> Element:
+        """Convert an expression as :meth:`convert` does, and say of which shape it is."""
+        expr, element = self._converted_element(expression, rate)
+        return element or self._shapes.of(expr)
+
+    def _converted_element(
+        self, expression: Expression, rate: Rate | None
+    ) -> tuple[sp.Expr, Element | None]:
+        """Convert an expression, and say of which shape it is if its names alone tell that."""
 
         def converted() -> sp.Expr:
             self._require_length(expression)
@@ -170,7 +183,8 @@ class Names:
                 return to_sympy(expression, self.lookup, None, self._functions)
             return self._converted_with_rate(expression, rate, {})
 
-        return self._rewrite(self._elements.converted(expression, self._symbol, converted))
+        expr, element = self._elements.converted(expression, self._symbol, converted)
+        return (expr, element) if self._rewrite is None else (self._rewrite(expr), None)
 
     def _symbol(self, name: str) -> sp.Symbol | None:
         """Look up a name that stands for a symbol itself, not for an expression."""

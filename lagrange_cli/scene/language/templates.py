@@ -78,7 +78,7 @@ def with_names_of(template: Node, text: str) -> Node:
             return Call(template.function, arguments, template.span)
 
 
-def shape_of(node: Node) -> tuple[Hashable, list[str]]:
+def shape_of(node: Node) -> tuple[tuple[Hashable, ...], list[str]]:
     """A key that trees share which differ in names alone, and the names in reading order.
 
     ``pi``, which is a number, belongs to the key.

@@ -1,6 +1,6 @@
 """Keys for SymPy's order, plain products, and results that expressions of one shape share.
 
-SymPy itself is the other route: its comparison, its products and its derivatives.
+SymPy itself is the other route: its comparison, its products and what it puts in for symbols.
 """
 
 import random
@@ -8,10 +8,10 @@ import random
 import pytest
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.alpha_equivalence import OrderedShapes, rename_symbols
 from lagrange_cli.mechanics.algebra.argument_order import sympy_order
-from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.plain_products import power, product
+from lagrange_cli.mechanics.algebra.substitution import Substitution
+from lagrange_cli.mechanics.algebra.templates import Shapes, Template
 from lagrange_cli.mechanics.symbols.plain_signs import is_plainly_real
 
 A, B, X, Y, Z = sp.symbols("a b x y z", real=True)
@@ -71,36 +71,67 @@ def test_what_is_plainly_real_is_real(pool):
     assert not is_plainly_real(sp.sqrt(X - Y))
 
 
-def slopes(expr: sp.Expr) -> list[sp.Expr]:
-    return [derivative(expr, s) for s in sorted(expr.free_symbols - {A}, key=str)]
+def raw(expr: sp.Basic) -> object:
+    """An expression with the order of all its arguments, which equality knows too."""
+    return (expr.func, *map(raw, expr.args)) if expr.args else expr
 
 
 def spring(*ends: sp.Symbol) -> sp.Expr:
     return A * (sp.sqrt((ends[0] - ends[1]) ** 2 + (ends[2] - ends[3]) ** 2) - P) ** 2 / 2
 
 
-def test_a_shape_is_worked_out_once_and_carried_over():
-    counted = []
+def named(names: str) -> list[sp.Symbol]:
+    return [sp.Symbol(n, real=True) for n in names]
 
-    def work_out(expr: sp.Expr) -> list[sp.Expr]:
-        counted.append(expr)
-        return slopes(expr)
 
-    shapes = OrderedShapes(lambda s: None if s in (A, P) else "place", work_out)
+def test_templates_write_what_sympy_makes_of_other_symbols(pool):
+    """Letters of the pool, and the same with letters between them and behind."""
+    old = [A, B, P, X, Y, Z]
+    new = [*named("ac"), sp.Symbol("q", positive=True), *named("uvw")]
+    count = 0
+    for expr in pool:
+        if sp.Symbol("x") in expr.free_symbols:
+            continue
+        template = Template(expr, old)
+        written = template.over(new)
+        assert raw(written) == raw(expr.xreplace(dict(zip(old, new, strict=True)))), expr
+        assert raw(template.over(old)) == raw(expr)
+        count += bool(written.args)
+    assert count > 100
+
+
+def test_templates_leave_products_as_they_are_written():
+    double = sp.Mul(2, X - Y, evaluate=False)
+    assert raw(Template(double, [X, Y]).over(named("uv"))) == raw(
+        sp.Mul(2, sp.Symbol("u", real=True) - sp.Symbol("v", real=True), evaluate=False)
+    )
+
+
+def test_expressions_of_one_shape_are_told():
+    shapes = Shapes()
     names = [sp.Symbol(f"u{k:02}", real=True) for k in range(12)]
-    for k in range(9):
-        expr = spring(*names[k : k + 4])
-        result, exchanged = shapes.of(expr)
-        found = {rename_symbols(e, exchanged) for e in result}
-        assert found == {derivative(expr, s) for s in [*names[k : k + 4], P]}
-    assert len(counted) == 1
+    elements = [shapes.of(spring(*names[k : k + 4])) for k in range(9)]
+    assert len({element.shape for element in elements}) == 1
+    for expr, shape, symbols in elements:
+        assert raw(shape.template.over(symbols)) == raw(expr)
 
 
 def test_another_order_or_kind_of_names_is_another_shape():
-    u, v, w = (sp.Symbol(n, real=True) for n in "uvw")
-    counted = []
-    shapes = OrderedShapes(lambda s: s.name in "uvw" or None, counted.append)
-    for expr in (u - v, v - w, v - u, A * u, B * u, A * v, sp.Symbol("u", positive=True) - v):
-        shapes.of(expr)
-    # v − w is like u − v; A·v like A·u; the others differ in a sign, a parameter or an assumption.
-    assert counted == [u - v, v - u, A * u, B * u, sp.Symbol("u", positive=True) - v]
+    u, v, w = named("uvw")
+    positive = sp.Symbol("u", positive=True)
+    shapes = Shapes()
+    first, alike, *others = (shapes.of(e) for e in (u - v, v - w, v - u, A * u, positive - v))
+    assert first.shape is alike.shape
+    assert len({element.shape for element in (first, *others)}) == 4
+
+
+def test_substitution_is_that_of_sympy(pool):
+    places = {X: Y - 2 * A, Y: sp.S.Zero, P: sp.Symbol("r", positive=True) ** 2}
+    substitution = Substitution(places)
+    for expr in pool:
+        expected = expr.xreplace(places)
+        if not expected.has(sp.nan, sp.zoo):
+            assert raw(substitution.put_into(expr)) == raw(expected), expr
+    difference = A * X - A * X * P
+    assert substitution.put_into(difference) is substitution.put_into(A * X - A * X * P)
+    assert substitution.put_into(A * B) == A * B
