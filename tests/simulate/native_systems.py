@@ -6,7 +6,7 @@ import numpy as np
 
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.integrators.event_functions import NativeEvents
+from lagrange_cli.simulate.integrators.event_functions import NativeEvents, TerminalEvents
 from lagrange_cli.simulate.integrators.native.c_types import LANES, RHS
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
@@ -35,10 +35,10 @@ SYSTEMS = {
 #: Bodies of event functions g(t, y) → out.
 EVENTS = {
     "bottom": "out[0] = y[0];",
-    "bottom_and_speed": "out[0] = y[0]; out[1] = y[1] - 1e-3; out[2] = t - 2.5;",
     "level": "out[0] = y[0] - p[0];",
-    "wave": "out[0] = cos(p[0]*t);",
-    "three_times": "out[0] = t - p[0]; out[1] = t - 1.0; out[2] = t - 0.5;",
+    "limit": "out[0] = p[0] - y[0];",
+    "wave": "out[0] = cos(p[0]*t - p[1]);",
+    "three_times": "out[0] = p[0] - t; out[1] = 1.0 - t; out[2] = 0.5 + p[0] - t;",
 }
 
 #: System → numbers of a state, where they are not two.
@@ -102,7 +102,8 @@ def interpreted(rhs):
     return lambda t, y: rhs(t, y)
 
 
-def native_events(name, *parameters, directions=(0,), terminal=(False,)):
+def native_events(name, *parameters, signs=(1.0,), noise=0.0, reach=()):
+    """Event functions of :data:`EVENTS`, positive at first but for those that rise from zero."""
     (library,) = compiled(CSource({"systems.c": text_of_systems()}))
-    given = np.array(parameters or (0.0,))
-    return NativeEvents(RHS((name, library)), directions, terminal, given, np.zeros(1))
+    events = NativeEvents(RHS((name, library)), np.array(parameters or (0.0,)), np.zeros(1))
+    return TerminalEvents(None, signs, (noise,) * len(signs), events, reach)

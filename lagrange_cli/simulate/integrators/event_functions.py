@@ -47,29 +47,13 @@ class NativeEvents:
     function
         ``int g(t, y, u, p, work, out)`` of the :func:`.native.c_types.function_type` of the run's
         numbers, which writes one value for each event.
-    directions
-        For each event: 1 if only a rising zero counts, −1 a falling one, 0 both.
-    terminal
-        For each event: the run ends there.
     parameters, work
         As of a :class:`.native.function.NativeRhs`.
-    signs
-        Signs at first, 0 for that of the first value; by default all are 0. A function that rises
-        from zero has :data:`RISES` and counts from where it exceeds its noise.
-    noise
-        Error of each function at first; by default 0.
-    reach
-        Least values below it are told too; by default none are.
     """
 
     function: Any
-    directions: tuple[int, ...]
-    terminal: tuple[bool, ...]
     parameters: Array
     work: Array
-    signs: tuple[float, ...] = ()
-    noise: tuple[float, ...] = ()
-    reach: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-/* Zeros of event functions within a step, on the interpolant. */
+/* The first zero that an event function falls through within a step, on the interpolant. */
 #include "events.h"
 
 /* Few calls a step: made to be compiled fast. */
@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-enum { PARTS = LAGRANGE_PARTS, EXTRA = PARTS + 3, MOST = 3*PARTS };
+enum { PARTS = LAGRANGE_PARTS, EXTRA = PARTS + 3, MOST = PARTS + 1 };
 
 /* An event function along the last step. */
 typedef struct {
@@ -83,28 +83,28 @@ static double zero_between(const along *g, double a, double ga, double b, double
     return a + (b - a)/2.0;
 }
 
-/* A point between a and b where g, of this sign at both, has the other one or is closest to zero,
- * and its value there times the sign.
+/* A point between a and b where g, positive at both, is negative or closest to zero, and its value
+ * there.
  *
  * Golden section towards the extremum, whose value is then known to rounding. */
-static double extremum(const along *g, double sign, double a, double b, double *least)
+static double lowest(const along *g, double a, double b, double *least)
 {
     const double golden = 0.3819660112501051, width = b - a;
     double x = a + golden*(b - a), y = b - golden*(b - a);
-    double gx = sign*value(g, x), gy = sign*value(g, y);
+    double gx = value(g, x), gy = value(g, y);
     while (!(gx < 0.0) && !(gy < 0.0) && b - a > 1e-9*width && y - x > ulp(b)) {
         if (gx < gy) {
             b = y;
             y = x;
             gy = gx;
             x = a + golden*(b - a);
-            gx = sign*value(g, x);
+            gx = value(g, x);
         } else {
             a = x;
             x = y;
             gx = gy;
             y = b - golden*(b - a);
-            gy = sign*value(g, y);
+            gy = value(g, y);
         }
     }
     *least = gx < 0.0 || gx < gy ? gx : gy;
@@ -112,13 +112,13 @@ static double extremum(const along *g, double sign, double a, double b, double *
 }
 
 /* Keep what happens at t, in order of time within this step. */
-static void keep(const along *g, double t, int64_t index, int64_t first)
+static void keep(const along *g, double t, int64_t index)
 {
     lagrange_run *run = g->run;
     lagrange_events *e = run->events;
     const int64_t n = DIM(run);
     int64_t k;
-    for (k = e->located; k > first && e->times[k - 1] > t; --k) {
+    for (k = e->located; k > e->first && e->times[k - 1] > t; --k) {
         e->times[k] = e->times[k - 1];
         e->indices[k] = e->indices[k - 1];
         memcpy(e->states + k*n, e->states + (k - 1)*n, (size_t)n*sizeof(double));
@@ -129,44 +129,23 @@ static void keep(const along *g, double t, int64_t index, int64_t first)
     e->located += 1;
 }
 
-/* Record the crossing between a and b. */
-static void record(const along *g, double a, double ga, double b, double gb, int64_t first)
+/* Keep the zero between a and b. */
+static void keep_zero(const along *g, double a, double ga, double b, double gb)
 {
-    const int64_t direction = g->run->events->direction[g->index];
-    if (!((double)direction*gb < 0.0)) {
-        keep(g, zero_between(g, a, ga, b, gb), g->index, first);
-    }
+    keep(g, zero_between(g, a, ga, b, gb), g->index);
 }
 
-/* True if |g| is least in the middle of three equal signs. */
-static int dips(double left, double middle, double right)
+/* True if the value at one end of the part from v[-1] to v[0], all around it being positive, is
+ * less than beside it: there may be two zeros in the part. */
+static int may_dip(const double *v)
 {
-    return sign_of(left) == sign_of(middle) && sign_of(middle) == sign_of(right) &&
-           fabs(middle) < fabs(left) && fabs(middle) < fabs(right);
+    return v[0] > 0.0 && v[-1] > 0.0 &&
+           ((v[-1] < v[-2] && v[-1] < v[0]) || (v[0] < v[-1] && v[0] < v[1]));
 }
 
-/* Two crossings in the part from k - 1 to k, with the same sign at its ends, if they are there;
- * or that g is positive and almost zero. */
-static void crossings_inside(const along *g, const double *t, const double *v, int k,
-                             int64_t first)
-{
-    const double sign = sign_of(v[k]);
-    if (dips(v[k - 2], v[k - 1], v[k]) || dips(v[k - 1], v[k], v[k + 1])) {
-        const lagrange_events *e = g->run->events;
-        double least;
-        const double inside = extremum(g, sign, t[k - 1], t[k], &least);
-        if (least < 0.0) {
-            record(g, t[k - 1], v[k - 1], inside, -sign, first);
-            record(g, inside, -sign, t[k], v[k], first);
-        } else if (sign > 0.0 && least < e->reach[g->index]) {
-            keep(g, inside, e->count + g->index, first);
-        }
-    }
-}
-
-/* Locate the zero before t[2] of a function that is zero at t[1] and rises from there: values in
+/* Keep the zero before t[2] of a function that is zero at t[1] and rises from there: values in
  * between tell it from rounding. */
-static void falls_back(const along *g, const double *t, const double *v, int64_t first)
+static void falls_back(const along *g, const double *t, const double *v)
 {
     double a = t[1], b = t[2], inside = 0.0;
     while (!(inside > 0.0) && b - t[1] > 2.0*ulp(b)) {
@@ -174,53 +153,56 @@ static void falls_back(const along *g, const double *t, const double *v, int64_t
         inside = value(g, a);
         b = inside > 0.0 ? b : a;
     }
-    record(g, inside > 0.0 ? a : t[1], inside > 0.0 ? inside : 0.0, b,
-           b == t[2] ? v[2] : value(g, b), first);
+    keep_zero(g, inside > 0.0 ? a : t[1], inside > 0.0 ? inside : 0.0, b,
+              b == t[2] ? v[2] : value(g, b));
 }
 
-/* The crossings of one event function; t and its values v run from one part before the step
- * (where the interpolant is continued) to one after it. */
-static void crossings(const along *g, const double *t, const double *v, int64_t first)
+/* Keep where one event function falls through zero, and where it comes close to that before; t
+ * and its values v run from one part before the step (where the interpolant is continued) to one
+ * after it. */
+static void follow(const along *g, const double *t, const double *v)
 {
-    double *sign = g->run->events->sign + g->index;
-    const double noise = g->run->events->noise[g->index];
+    const lagrange_events *e = g->run->events;
+    const double noise = e->noise[g->index];
+    double *const sign = e->sign + g->index;
     int k = 1, last = 1;
     for (; *sign == LAGRANGE_RISES && k <= PARTS; ++k) {
         if (v[k + 1] > noise) {
             *sign = 1.0;
         } else if (v[k + 1] < -noise) {
-            falls_back(g, t + k - 1, v + k - 1, first);
-            *sign = -1.0;
+            falls_back(g, t + k - 1, v + k - 1);
+            return;
         }
         last = k + 1;
     }
-    if (*sign == LAGRANGE_RISES) {
-        return;
-    }
-    for (; k <= PARTS + 1; ++k) {
-        const double now = sign_of(v[k]);
-        if (now == 0.0 || isnan(v[k])) {
-            continue;
+    for (; *sign != LAGRANGE_RISES && k <= PARTS + 1; ++k) {
+        if (v[k] < 0.0) {
+            keep_zero(g, t[last], fmax(v[last], 0.0), t[k], v[k]);
+            return;
         }
-        if (*sign != 0.0 && now != *sign) {
-            const double before = sign_of(v[last]) == *sign ? v[last] : 0.0;
-            record(g, t[last], before, t[k], v[k], first);
-        } else if (*sign != 0.0 && k > 1) {
-            crossings_inside(g, t, v, k, first);
+        if (k > 1 && may_dip(v + k)) {
+            double least;
+            const double inside = lowest(g, t[k - 1], t[k], &least);
+            if (least < 0.0) {
+                keep_zero(g, t[k - 1], v[k - 1], inside, -1.0);
+                return;
+            }
+            if (least < e->reach[g->index]) {
+                keep(g, inside, e->count + g->index);
+            }
         }
-        *sign = now;
-        last = k;
+        last = v[k] > 0.0 ? k : last;
     }
 }
 
-/* Forget what lies after the first terminal event, and stand there. */
-static int cut(lagrange_run *run, int64_t first)
+/* Forget what lies after the first zero, and stand there. */
+static int cut(lagrange_run *run)
 {
     lagrange_events *e = run->events;
     const int64_t n = DIM(run);
     int64_t k, i;
-    for (k = first; k < e->located; ++k) {
-        if (e->indices[k] < e->count && e->terminal[e->indices[k]]) {
+    for (k = e->first; k < e->located; ++k) {
+        if (e->indices[k] < e->count) {
             for (i = 0; i < n; ++i) {
                 lagrange_row(run, HI)[i] = e->states[k*n + i];
                 lagrange_row(run, LOW)[i] = 0.0;
@@ -249,12 +231,11 @@ int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate)
 {
     lagrange_events *e = run->events;
     const double part = (run->t_new - run->t_old)/PARTS;
-    const int64_t first = e->located;
     double t[PARTS + 3], v[PARTS + 3];
     along g;
     int k;
     memcpy(e->before, e->sign, (size_t)e->count*sizeof(double));
-    e->first = first;
+    e->first = e->located;
     for (k = 0; k < PARTS + 3; ++k) {
         t[k] = k == PARTS + 1 ? run->t_new : run->t_old + part*(k - 1);
         evaluate(run, interpolate, t[k], e->values + k*e->count);
@@ -265,7 +246,7 @@ int lagrange_locate(lagrange_run *run, lagrange_interpolate interpolate)
         for (k = 0; k < PARTS + 3; ++k) {
             v[k] = e->values[k*e->count + g.index];
         }
-        crossings(&g, t, v, first);
+        follow(&g, t, v);
     }
-    return cut(run, first);
+    return cut(run);
 }

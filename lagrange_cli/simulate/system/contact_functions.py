@@ -54,13 +54,7 @@ class ContactFunctions(Protocol):
     def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
         """Return another function, at one state."""
 
-    def events(
-        self,
-        parameters: Array,
-        signs: tuple[float, ...],
-        noise: tuple[float, ...],
-        reach: tuple[float, ...],
-    ) -> NativeEvents | None:
+    def events(self, parameters: Array) -> NativeEvents | None:
         """Return event functions for compiled integrators, None if none are compiled."""
 
     def reset(
@@ -114,18 +108,9 @@ class NativeContacts:
         width = 2 * len(self._model.coordinates)
         return native_state_function(self._function(name, parameters), width, columns)
 
-    def events(
-        self,
-        parameters: Array,
-        signs: tuple[float, ...],
-        noise: tuple[float, ...],
-        reach: tuple[float, ...],
-    ) -> NativeEvents | None:
-        count = len(signs)
+    def events(self, parameters: Array) -> NativeEvents | None:
         function = RHS(("system_events", self._system))
-        work = np.empty_like(self._work)
-        directions, terminal = (-1,) * count, (True,) * count
-        return NativeEvents(function, directions, terminal, parameters, work, signs, noise, reach)
+        return NativeEvents(function, parameters, np.empty_like(self._work))
 
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
@@ -168,13 +153,7 @@ class InterpretedContacts:
     def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
         return interpreted_state_function(self._bound(name, parameters))
 
-    def events(
-        self,
-        parameters: Array,
-        signs: tuple[float, ...],
-        noise: tuple[float, ...],
-        reach: tuple[float, ...],
-    ) -> NativeEvents | None:
+    def events(self, parameters: Array) -> NativeEvents | None:
         return None
 
     def reset(

@@ -79,7 +79,7 @@ class ContactRhs(HybridRhs):
     ) -> TerminalEvents:
         parameters = self._with(closed)
         values = self._parts.row("events", len(closed), parameters)
-        native = self._parts.events(parameters, signs, noise, reach)
+        native = self._parts.events(parameters)
         return TerminalEvents(values, signs, noise, native, reach)
 
     def gaps(self, t: float, y: Array) -> Gaps:

@@ -35,8 +35,8 @@ class SurfaceCode(Protocol):
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         """Return another function, at many states; it reads ``parameters`` anew at each call."""
 
-    def native(self, name: str) -> tuple[Any, Array] | None:
-        """Return a compiled function with its workspace, None if none is compiled."""
+    def events(self, name: str, parameters: Array) -> NativeEvents | None:
+        """Return event functions for compiled integrators, None if none are compiled."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class ModelSurfaces(Surfaces):
         parameters = self._weighed(self._side_parameters, sides)
         table = self._code.table("surfaces", len(sides), parameters)
         if beside is None:
-            native = self._events("surfaces", parameters, signs, noise)
+            native = self._code.events("surfaces", parameters)
             return TerminalEvents(lambda t, y: _row(table, t, y), signs, noise, native)
         others = beside.values
         reach = (*beside.reach, *(0.0 for _ in signs)) if beside.reach else ()
@@ -146,24 +146,9 @@ class ModelSurfaces(Surfaces):
             lambda t, y: np.concatenate([others(t, y), _row(table, t, y)]),
             signs,
             noise,
-            self._events("events_and_surfaces", parameters, signs, noise, reach),
+            self._code.events("events_and_surfaces", parameters),
             reach,
         )
-
-    def _events(
-        self,
-        name: str,
-        parameters: Array,
-        signs: tuple[float, ...],
-        noise: tuple[float, ...],
-        reach: tuple[float, ...] = (),
-    ) -> NativeEvents | None:
-        native = self._code.native(name)
-        if native is None:
-            return None
-        function, work = native
-        directions, terminal = (-1,) * len(signs), (True,) * len(signs)
-        return NativeEvents(function, directions, terminal, parameters, work, signs, noise, reach)
 
 
 class NativeCode:
@@ -182,9 +167,9 @@ class NativeCode:
         function = self._libraries.function(name, self._pattern, parameters)
         return partial(function.table, columns=columns)
 
-    def native(self, name: str) -> tuple[Any, Array] | None:
+    def events(self, name: str, parameters: Array) -> NativeEvents | None:
         function = RHS((f"system_{name}", self._libraries.system))
-        return function, np.empty(self._libraries.model.code.work)
+        return NativeEvents(function, parameters, np.empty(self._libraries.model.code.work))
 
 
 class InterpretedCode:
@@ -214,7 +199,7 @@ class InterpretedCode:
 
         return table
 
-    def native(self, name: str) -> None:
+    def events(self, name: str, parameters: Array) -> None:
         return None
 
 

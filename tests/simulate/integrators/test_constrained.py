@@ -264,14 +264,12 @@ def test_events_are_on_the_constraints(name):
     method, y0 = INTEGRATORS[name], pendulum_at(np.zeros(1))[0]
     rhs, how = constrained("pendulum", L, G), control(4, 1e-7)
     run = start_integrator(method, rhs, 0.0, y0, 9.0, how)
-    run.watch(native_events("level", 0.5, directions=(-1,), terminal=(True,)))
+    run.stop_at(native_events("limit", 0.5))
     run.advance(np.array([9.0]), np.empty((1, 4)), most_steps=999, most_evaluations=1e6)
-    assert run.ended
-    (event,) = run.events
-    assert pendulum_drift(event.state[None, :]) < 1e-15
-    assert event.state[0] == pytest.approx(0.5, abs=1e-14)
-    assert event.state == pytest.approx(pendulum_at(np.array([event.time]))[0], abs=1e-5)
-    assert (run.y == event.state).all()
+    assert run.end_event == 0
+    assert pendulum_drift(run.y[None, :]) < 1e-15
+    assert run.y[0] == pytest.approx(0.5, abs=1e-14)
+    assert run.y == pytest.approx(pendulum_at(np.array([run.t]))[0], abs=1e-5)
 
 
 def test_a_method_that_cannot_project_is_not_started():

@@ -11,12 +11,12 @@ from enum import IntEnum
 from functools import cache
 from typing import Any
 
-from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators.event_functions import EVENT_PARTS
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, LONG, POINTER, NativeReal
+from lagrange_cli.simulate.kernels import source
 
 #: Events of one function in a step at most (MOST of events.c).
-MOST_EVENTS = 3 * EVENT_PARTS
+MOST_EVENTS = EVENT_PARTS + 1
 
 #: Rows of values of landmarks: those of one state, and those of the TIMES of a step (landmarks.c).
 LANDMARK_ROWS = 8
@@ -36,7 +36,7 @@ class KernelStatus(IntEnum):
 @cache
 def _structure(file: str, name: str, real: NativeReal, lanes: int) -> Any:
     """Make the twin of a structure that a file of the kernels declares."""
-    body = kernels.source(file).partition(f"}} {name};")[0].rpartition("typedef struct")[2]
+    body = source(file).partition(f"}} {name};")[0].rpartition("typedef struct")[2]
     text = "".join(part.rpartition("*/")[2] for part in body.partition("{")[2].split("/*"))
     fields: list[tuple[str, Any]] = []
     for declaration in text.split(";")[:-1]:

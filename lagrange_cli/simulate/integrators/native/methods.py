@@ -25,11 +25,7 @@ from lagrange_cli.simulate.integrators.base import (
     SavedState,
     StepError,
 )
-from lagrange_cli.simulate.integrators.event_functions import (
-    NativeEvents,
-    TerminalEvents,
-    ZeroCrossing,
-)
+from lagrange_cli.simulate.integrators.event_functions import TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.native.c_structures import KernelStatus, run_type
 from lagrange_cli.simulate.integrators.native.c_types import (
@@ -85,7 +81,6 @@ class _Compiled:
         self._stretches: tuple[Array, Array] | None = None
         self._stretches_at = 0, 0, 0
         self._fresh = b""
-        self.ended = False
         self.end_event: int | None = None
         n = len(y0)
         rows = self._rows(n)
@@ -153,14 +148,6 @@ class _Compiled:
         if self._events is not None:
             self._events.take()
 
-    def watch(self, events: NativeEvents) -> None:
-        """Look for zeros of event functions from here on; a terminal one ends the run."""
-        if not self.interpolates:
-            raise ValueError(f"steps of {self.kernel} have no interpolant to find events on")
-        self._events = EventBuffer(events, self._memory.shape[1], self._native.real, self._run.u)
-        self._events.read_inputs(self._run.u)
-        self._run.events = self._events.address
-
     def observe(self, motion: ObservedMotion) -> None:
         assert self._native.real is DOUBLE
         self._seen = ObservedBuffer(motion)
@@ -173,8 +160,11 @@ class _Compiled:
         self._stretches_at = place_of(since), place_of(rows), len(since)
 
     def stop_at(self, events: TerminalEvents) -> None:
-        assert events.native is not None
-        self.watch(events.native)
+        if not self.interpolates:
+            raise ValueError(f"steps of {self.kernel} have no interpolant to find events on")
+        self._events = EventBuffer(events, self._memory.shape[1], self._native.real)
+        self._events.read_inputs(self._run.u)
+        self._run.events = self._events.address
         self._fresh = bytes(self._run)
 
     def state(self) -> SavedState:
@@ -208,11 +198,6 @@ class _Compiled:
     def dips(self) -> list[ZeroCrossing]:
         return [] if self._events is None else self._events.dips
 
-    @property
-    def events(self) -> list[ZeroCrossing]:
-        """The events found so far, in order."""
-        return [] if self._events is None else self._events.crossings
-
     def step(self, limit: float) -> None:
         times = np.array([np.inf if self.interpolates else limit])
         done = self.advance(times, self._scratch, most_steps=1, most_evaluations=np.inf)
@@ -245,13 +230,12 @@ class _Compiled:
         )
         if out is not states:
             states[: filled.value] = real.doubles(out[: filled.value])
-        self.ended = status == KernelStatus.ENDED
         if self._seen is not None:
             self._seen.take()
         self._read()
         self._control.loosen(self.t)
-        if self.ended:
-            self.end_event = self.events[-1].index
+        if self._events is not None and self._events.end is not None:
+            self.end_event = self._events.end
         return Advance(filled.value, _FAILURES.get(status))
 
 
@@ -295,7 +279,7 @@ class _Interpolating(_Compiled):
         self._begin_inputs(self._native, t0)
         self._events.again(event_start)
         self._events.read_inputs(run.u)
-        self.ended, self.end_event = False, None
+        self.end_event = None
         self._nowhere = bool(self._begin(ctypes.byref(run)))
         self._read()
         return True
