@@ -27,6 +27,7 @@ from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.base import SavedState
 from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
 from lagrange_cli.simulate.runs.run import Failure, Run
 from lagrange_cli.simulate.samples.rows import window_rows
@@ -156,7 +157,7 @@ class Attempt:
     @property
     def wider(self) -> bool:
         """True if the arithmetic is wider than that of doubles."""
-        return self._problem.epsilon < float(np.finfo(float).eps)
+        return self._problem.real is not DOUBLE
 
     def go(self, watch: Callable[[float], None]) -> None:
         """Advance the runs side by side until the end, a failure, or a hopeless error."""

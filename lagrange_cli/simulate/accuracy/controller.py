@@ -41,6 +41,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
 from lagrange_cli.simulate.samples.rows import RowSequence, first_rows, windows
 from lagrange_cli.simulate.sharpness.peaks import watching
@@ -138,7 +139,7 @@ def _attempt(
     """Make attempts at smaller and smaller tolerances, and append them to ``attempts``."""
     begun: list[Attempt] = []
     least = _smallest_tolerance(problem, coarse)
-    for tolerance in _tolerances(least, first, problem.epsilon, begun):
+    for tolerance in _tolerances(least, first, begun, wider=problem.real is not DOUBLE):
         watch.progress.next_pass()
         before = attempts[-1] if attempts else None
         last = tolerance == least and not problem.widens
@@ -196,7 +197,7 @@ def _attempt_wider(
 def _smallest_tolerance(problem: InitialValueProblem, coarse: CoarseResult) -> float:
     """Return the smallest useful tolerance, relative to scales."""
     n = len(problem.kinds)
-    finer = problem.epsilon / float(np.finfo(float).eps)
+    finer = problem.epsilon / DOUBLE.epsilon
     # Steps finer than the noise of the right-hand side are of no use.
     steps = finer * ulps(problem.y0[:n]) / coarse.scales[:n] / 8
     noise = float(max([NOISE_PART * coarse.relative_noise, *steps.tolist()]))
@@ -205,7 +206,7 @@ def _smallest_tolerance(problem: InitialValueProblem, coarse: CoarseResult) -> f
 
 
 def _tolerances(
-    smallest: float, first: float, epsilon: float, attempts: list[Attempt]
+    smallest: float, first: float, attempts: list[Attempt], *, wider: bool
 ) -> Iterator[float]:
     """Yield the tolerance schedule, until the last attempt settles the matter."""
     tolerance = first if first > _TUNING.near_smallest * smallest else smallest
@@ -213,7 +214,7 @@ def _tolerances(
     while not attempts[-1].settled and len(attempts) < _TUNING.most_attempts:
         if tolerance == smallest and not attempts[-1].loose_at_first:
             return
-        if epsilon < float(np.finfo(float).eps) and not _worthwhile(attempts):
+        if wider and not _worthwhile(attempts):
             return
         tolerance = max(smallest, tolerance / attempts[-1].reduction)
         yield tolerance

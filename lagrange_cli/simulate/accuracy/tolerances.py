@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
-from numpy.typing import NDArray
 
 from lagrange_cli.simulate.accuracy.coarse_run import LEAST
 from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
 from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART
-from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import Control, Integrator
 from lagrange_cli.simulate.integrators.base import Loosening
+from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 
 #: Part of the tolerance that does not shrink with |y|; set by hand.
@@ -34,8 +31,25 @@ class ToleranceSchedule:
     """Tolerances of attempt ``number`` at a problem, relative to the scales of a coarse run."""
 
     def __init__(self, problem: InitialValueProblem, coarse: CoarseResult, number: int) -> None:
-        self._problem, self._coarse = problem, coarse
+        self._problem, self._coarse, n = problem, coarse, len(problem.kinds)
         self._smallest = _SMALLEST_SCALE[min(number, len(_SMALLEST_SCALE) - 1)]
+        #: Components that sweep over their own size.
+        self._sweeping = np.abs(problem.y0) <= coarse.scales
+        self._sweeping[:n] &= ~problem.angles
+        # Part of the tolerance that does not shrink with |y|, less if y comes near 0.
+        part = np.maximum(_ABSOLUTE_PART * coarse.closest, _LEAST_PART)
+        stretch = _STRETCH if problem.real is DOUBLE else _STRETCH_WIDER
+        stretch = max(stretch, len(problem.times) // _MOST_STRETCHES)
+        #: The times at which stretches of samples begin, shape (k,).
+        self._since = problem.times[::stretch]
+        # Samples that are reached where stretches begin, and all of them, shape (k + 1,).
+        end = len(self._since) * stretch + 2
+        reached = np.minimum(np.arange(1, end, stretch), len(problem.times))
+        so_far = np.maximum(coarse.scales_so_far(problem, reached), self._smallest * coarse.scales)
+        #: Scales of absolute tolerances where stretches begin, and at the end, (k + 1, 2n).
+        self._scales = np.where(self._sweeping, part * so_far, coarse.scales)
+        #: The least absolute tolerances there, shape (k + 1, 2n).
+        self._noise = NOISE_PART * coarse.noise_so_far(reached) + LEAST
 
     def control(
         self, method: type[Integrator], tolerance: float, first_step: float, longest: float
@@ -44,10 +58,9 @@ class ToleranceSchedule:
         # A component that sweeps over its own size is taken relatively, so that
         # motion of many sizes (a comet's) is resolved at each; an angle, or a
         # position far from the origin, relative to how far it moves.
-        relative = np.where(self._sweeping, tolerance, 0.0)
         rows = np.maximum(tolerance * self._scales, self._noise)
         return Control(
-            relative,
+            np.where(self._sweeping, tolerance, 0.0),
             rows[-1 if method.implicit else 0].copy(),
             first_step,
             longest,
@@ -55,50 +68,8 @@ class ToleranceSchedule:
             loosening=None if method.implicit else Loosening(self._since, rows[:-1]),
         )
 
-    @cached_property
-    def _since(self) -> Array:
-        """The times at which stretches of samples begin, shape (k,)."""
-        return self._problem.times[:: self._stretch]
-
-    @property
-    def _stretch(self) -> int:
-        wider = self._problem.epsilon < np.finfo(float).eps
-        samples = len(self._problem.times) // _MOST_STRETCHES
-        return max(_STRETCH_WIDER if wider else _STRETCH, samples)
-
-    @cached_property
-    def _reached(self) -> NDArray[np.int_]:
-        """Samples that are reached where stretches begin, and all of them, shape (k + 1,)."""
-        end = len(self._since) * self._stretch + 2
-        return np.minimum(np.arange(1, end, self._stretch), len(self._problem.times))
-
-    @cached_property
-    def _scales(self) -> Array:
-        """Scales of absolute tolerances where stretches begin, and at the end, (k + 1, 2n)."""
-        whole = self._coarse.scales
-        so_far = self._coarse.scales_so_far(self._problem, self._reached)
-        so_far = np.maximum(so_far, self._smallest * whole)
-        return np.asarray(np.where(self._sweeping, self._part * so_far, whole))
-
-    @cached_property
-    def _noise(self) -> Array:
-        """The least absolute tolerances there, shape (k + 1, 2n)."""
-        return np.asarray(NOISE_PART * self._coarse.noise_so_far(self._reached) + LEAST)
-
     @property
     def loose_at_first(self) -> bool:
         """True if the absolute tolerance at first follows a least scale, not the motion so far."""
         first = self._coarse.scales_so_far(self._problem, np.array([1]))
         return bool((first < self._smallest * self._coarse.scales).any())
-
-    @cached_property
-    def _sweeping(self) -> NDArray[np.bool_]:
-        n = len(self._problem.kinds)
-        sweeping = np.abs(self._problem.y0) <= self._coarse.scales
-        sweeping[:n] &= ~self._problem.angles
-        return np.asarray(sweeping)
-
-    @cached_property
-    def _part(self) -> Array:
-        """Part of the tolerance that does not shrink with |y|, less if y comes near 0, (2n,)."""
-        return np.maximum(_ABSOLUTE_PART * self._coarse.closest, _LEAST_PART)

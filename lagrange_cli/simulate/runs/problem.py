@@ -236,11 +236,10 @@ def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> A
     of_kind = largest.copy() if unsampled is None else np.maximum(largest, unsampled[:n])
     for alike in groups(problem.kinds):
         of_kind[:, alike] = of_kind[:, alike].max(axis=1, keepdims=True)
-    scale = np.maximum(largest, _SMALL_BESIDE_OTHERS * of_kind)
-    scales[:, :n] = np.where(of_kind == 0, 1.0, scale)
+    scales[:, :n] = np.maximum(largest, _SMALL_BESIDE_OTHERS * of_kind) + (of_kind == 0)
     if unsampled is not None:
         speed = np.maximum(speed, _SMALL_BESIDE_OTHERS * unsampled[n:])
-    scales[:, n:] = np.maximum(speed, scales[:, :n] / problem.span)
+    np.maximum(speed, scales[:, :n] / problem.span, out=scales[:, n:])
     return scales
 
 

@@ -146,7 +146,7 @@ class Libraries:
 
     def holding(self, kernel: str) -> ctypes.CDLL | None:
         """Return the library of a kernel, None if it cannot be compiled or is for doubles."""
-        if kernel in kernels.GROUPS["stepping"] | kernels.GROUPS["series"]:
+        if kernel in kernels.GROUPS["stepping"] or kernel in kernels.GROUPS["series"]:
             return self.stepper
         if self._real is not DOUBLE:
             return None

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.samples.rows import RowSequence, windows
+from lagrange_cli.simulate.samples.rows import WINDOW, RowSequence, windows
 
 #: Samples at which the change of residuals with the state is measured.
 _SAMPLES = 8
@@ -60,10 +60,12 @@ def _residual_scales(
     """Σ |∂c/∂y_i|·scale_i of each residual c, the largest at a few samples."""
     picked = np.unique(np.linspace(0, len(states) - 1, _SAMPLES).round().astype(int)).tolist()
     times, at = np.array([t[k] for k in picked]), np.array([states[k] for k in picked])
-    total = np.zeros_like(constraints(times, at))
-    for i, scale in enumerate(scales):
-        above, below = at.copy(), at.copy()
-        above[:, i] += _MOVE * scale
-        below[:, i] -= _MOVE * scale
-        total += np.abs(constraints(times, above) - constraints(times, below)) / (2 * _MOVE)
-    return np.asarray(total.max(axis=0))
+    total, block = 0.0, max(1, WINDOW // (2 * at.size))
+    for first in range(0, len(scales), block):
+        rows = min(block, len(scales) - first)
+        moves = _MOVE * scales * np.eye(rows, len(scales), first)[:, None]
+        moved = np.concatenate([at + moves, at - moves])
+        every = constraints(np.tile(times, len(moved)), moved.reshape(-1, len(scales)))
+        above, below = every.reshape(2, rows, len(at), -1)
+        total = total + (np.abs(above - below) / (2 * _MOVE)).sum(axis=0)
+    return np.asarray(np.max(total, axis=0))

@@ -233,7 +233,6 @@ class _Compiled:
         if self._seen is not None:
             self._seen.take()
         self._read()
-        self._control.loosen(self.t)
         if self._events is not None and self._events.end is not None:
             self.end_event = self._events.end
         return Advance(filled.value, _FAILURES.get(status))
