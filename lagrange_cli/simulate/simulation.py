@@ -346,7 +346,8 @@ def _trajectory(
     times, states, functions = problem.times, measured.states, seen.functions
     promised = request.accuracy is not None
     last_time = float(times[len(states) - 1])
-    part = sampled(model, seen, *shown_samples(times, states))
+    energy = drift.energy if drift is not None and isinstance(states, np.ndarray) else None
+    part = sampled(model, seen, *shown_samples(times, states), energy)
     return Trajectory(
         name=model.name,
         status=status(problem, measured),

@@ -7,6 +7,7 @@ import time
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from lagrange_cli.simulate.integrators.base import SavedState
 from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
 from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
+from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
 from lagrange_cli.simulate.runs.run import Failure, Run
 from lagrange_cli.simulate.samples.rows import window_rows
@@ -287,8 +289,15 @@ class Attempt:
         return self._estimated[1]
 
     def _estimate(self) -> ErrorEstimate:
-        events, running = self.events, RunningEstimate(self._problem, self._eps, self.run.rows[0])
+        events, start = self.events, self.run.rows[0]
+        running = RunningEstimate(self._problem, self._eps, start)
+        rhs, weights = self._problem.rhs, np.array(self._weights[1:])
+        compare = rhs.compare if isinstance(rhs, NativeRhs) else None
         for first, last in self._windows():
+            if compare is not None:
+                rows = [run.rows[first:last] for run in self._runs]
+                if running.add_by_last(last - first, partial(compare, rows, weights, start)):
+                    continue
             times, errors = self._problem.times[first:last], self._errors(first, last, events)
             beside = np.zeros(len(times))
             if events is not None:

@@ -15,7 +15,6 @@ from lagrange_cli.simulate.integrators.observed_motion import BRIEF, ObservedMot
 from lagrange_cli.simulate.runs.problem import (
     InitialValueProblem,
     groups,
-    largest_so_far,
     motion,
     moved_scales,
     unsampled_motion,
@@ -180,8 +179,7 @@ class CoarseRun:
         scales of the whole, and the motion of components that samples do not show, shapes (m, 2n),
         (2n,) and (2n,)."""
         n = len(self._problem.kinds)
-        moved = motion(self._problem.y0[:n], run.states)
-        largest = largest_so_far(np.zeros(2 * n), moved)
+        largest = np.maximum.accumulate(motion(self._problem.y0[:n], run.states), axis=0)
         between = self._between(run, largest[-1])
         if run.filled < 2:
             return self.motion.moved[None, :], self.motion.scales, between

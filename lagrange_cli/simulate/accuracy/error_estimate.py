@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +10,8 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.runs.problem import (
     InitialValueProblem,
-    RunningLargest,
-    RunningScales,
-    largest_in_all,
-    largest_so_far,
+    motion,
+    scales_from,
     ulps,
 )
 
@@ -53,10 +52,10 @@ class RunningEstimate:
     """Looks at the samples of a run in parts, in order; ``start`` is the first of them."""
 
     def __init__(self, problem: InitialValueProblem, eps: float, start: Array) -> None:
-        n = len(problem.kinds)
-        self._eps, self._n, self._seen = eps, n, 0
-        self._scales = RunningScales(problem, start)
-        self._worst, self._size = np.zeros(2 * n), np.zeros(n)
+        self._problem, self._eps, self._n, self._seen = problem, eps, len(problem.kinds), 0
+        self._start = start[: self._n]
+        #: Largest errors, motions and speeds, and sizes of coordinates so far.
+        self._largest = np.zeros(5 * self._n)
         self._estimate: ErrorEstimate | None = None
 
     def add(self, states: Array, errors: Array, beside: Array) -> None:
@@ -69,39 +68,45 @@ class RunningEstimate:
         beside
             What is estimated besides, over its scale, shape (m,).
         """
-        # Where the last sample holds the accuracy, none before it matters.
-        for largest in (largest_in_all, largest_so_far):
-            each, scales, reached = self._relative(states, errors, largest)
-            ratios = np.maximum(each.max(axis=1), beside[-len(each) :])
-            if not self._seen and len(each) == len(states):
-                ratios[0] = 0.0  # the start is given
-            good = np.flatnonzero(ratios < self._eps)
-            if len(good):
-                break
-        self._worst, self._size, moved = reached
-        self._scales.advance(moved)
+        sizes = np.abs(states[:, : self._n])
+        rows = np.concatenate([errors, motion(self._start, states), sizes], axis=1)
+        np.maximum.accumulate(rows, axis=0, out=rows)
+        self._take(np.maximum(rows, self._largest), len(states), beside)
+
+    def add_by_last(self, samples: int, compare: Callable[[Array], None]) -> bool:
+        """Take so many further samples if the last one holds the accuracy: none before it matters.
+
+        ``compare`` brings the largest errors, motions and speeds, and sizes of coordinates up to
+        date, shape (5n,). False where the last sample does not hold; then nothing is taken.
+        """
+        largest = self._largest.copy()
+        compare(largest)
+        return self._take(largest[None], samples, np.zeros(1))
+
+    def _take(self, rows: Array, samples: int, beside: Array) -> bool:
+        """Take samples by what is largest up to each, or up to the last if that one holds."""
+        n, largest = self._n, rows[-1].copy()
+        errors = rows[:, : 2 * n]
+        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(rows[:, 4 * n :]))
+        scales = scales_from(self._problem, rows[:, 2 * n : 3 * n], rows[:, 3 * n : 4 * n])
+        each = errors / scales
+        ratios = np.maximum(each.max(axis=1), beside)
+        if not self._seen and len(rows) == samples:
+            ratios[0] = 0.0  # the start is given
+        good = np.flatnonzero(ratios < self._eps)
+        if len(rows) < samples and not len(good):
+            return False
+        self._largest, before = largest, self._seen + samples - len(rows)
+        self._seen += samples
         newest = float(ratios[-1] / self._eps), each[-1], scales[-1].copy()
-        self._seen += len(states)
         if len(good):
             at = int(good[-1])
-            kept = self._seen - len(each) + at + 1, float(ratios[at]), scales[at]
+            kept = before + at + 1, float(ratios[at]), scales[at]
         else:
-            before = self.estimate
-            kept = before.samples, before.estimate, before.scales
+            earlier = self.estimate
+            kept = earlier.samples, earlier.estimate, earlier.scales
         self._estimate = ErrorEstimate(*kept, *newest)
-
-    def _relative(
-        self, states: Array, errors: Array, largest: RunningLargest
-    ) -> tuple[Array, Array, tuple[Array, Array, Array]]:
-        """Return errors over scales, and scales, at the rows of ``largest``, shapes (m, 2n), and
-        the largest errors, coordinates and motion up to the last."""
-        n = self._n
-        errors = largest(self._worst, errors)
-        sizes = largest(self._size, np.abs(states[:, :n]))
-        worst = errors[-1].copy()
-        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(sizes))
-        scales, moved = self._scales.with_further(states, largest)
-        return errors / scales, scales, (worst, sizes[-1], moved)
+        return True
 
     @property
     def estimate(self) -> ErrorEstimate:

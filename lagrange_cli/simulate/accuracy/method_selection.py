@@ -33,8 +33,8 @@ from lagrange_cli.simulate.sharpness.peaks import watching
 #: A step beside the time in which accelerations stay about what they are.
 _STEADY_STEPS = 0.1
 
-#: States at which rounding of the right-hand side is looked at.
-_NOISE_SAMPLES = 16
+#: States at which rounding of the right-hand side is looked at, as parts of the samples.
+_NOISE_PARTS = np.arange(16) / 15
 
 #: Numbers of the samples of the coarse run, where those that are asked for are not in memory.
 _MOST = 2**20
@@ -228,14 +228,13 @@ def _noise(problem: InitialValueProblem, run: Run, coarse_run: CoarseRun) -> Arr
     far, shape (samples, 2n)."""
     if run.steps == 0:
         return np.zeros((1, len(problem.y0)))
-    parts = np.arange(_NOISE_SAMPLES) / (_NOISE_SAMPLES - 1)
-    picked = np.rint(parts * (run.filled - 1)).astype(int)
+    picked = np.rint(_NOISE_PARTS * (run.filled - 1)).astype(int)
     most = min(run.mean_step, problem.longest_step)
     # At the start steps are short because motion that begins has no scale yet.
     shortest = coarse_run.first_step / _STEADY_STEPS
     steady = _STEADY_STEPS * steady_time(problem, shortest, most / _STEADY_STEPS, run.began)
-    least, times = np.where(picked == 0, steady, 0.0), problem.times[:][picked]
-    lengths = np.minimum(np.maximum(coarse_run.steps_at(times), least), most)
+    times = problem.times[:][picked]
+    lengths = np.minimum(np.maximum(coarse_run.steps_at(times), (picked == 0) * steady), most)
     closed = [run.closed_at(t) for t in times.tolist()]
     each = noise_of_steps(problem, times, run.states[picked], lengths, closed)
     return np.asarray(np.maximum.accumulate(each, axis=0))

@@ -20,7 +20,7 @@ NOISE_PART = 1 / 16
 
 #: Patterns in which the last places of a state are moved: numbers that are close to each other,
 #: and whose difference matters, may move alike in one of them.
-_PATTERNS = (1, 2, 3)
+_PATTERNS = (0, 1, 2, 3)
 
 
 def noise_of_steps(
@@ -49,18 +49,18 @@ def noise_of_steps(
     """
     if problem.perturbed is None:
         return np.zeros(states.shape)
-    moved = np.concatenate([states[None], each_off_by_one_ulp(states, _PATTERNS)])
+    moved = each_off_by_one_ulp(states, _PATTERNS)
     change = np.empty(states.shape)
     for alike, (rhs, *perturbed) in _smooth_parts(problem, times, states, closed):
         at, there = times[alike], states[alike]
         every = moved[:, alike].reshape(-1, states.shape[1])
-        every_time = np.concatenate([at] * len(moved))
-        here, *beside = _slopes(rhs, every_time, every).reshape(-1, *there.shape)
-        beside += [_slopes(side, at, there) for side in perturbed]
-        change[alike] = np.abs(np.array(beside) - here).max(axis=0)
+        slopes = _slopes(rhs, np.concatenate([at] * len(moved)), every)
+        slopes = np.concatenate([slopes, *(_slopes(side, at, there) for side in perturbed)])
+        slopes = slopes.reshape(-1, *there.shape)
+        change[alike] = np.abs(slopes[1:] - slopes[0]).max(axis=0)
     h = lengths[:, None]
     noise = h * change
-    noise = np.where(np.isfinite(noise), noise, 0.0)
+    noise[~np.isfinite(noise)] = 0.0
     n = states.shape[1] // 2
     noise[:, :n] += h * noise[:, n:]
     return noise

@@ -307,7 +307,7 @@ class BatchedMembers:
                 return runs
             perturbed_members = [
                 (
-                    each_off_by_one_ulp(starts[runs.numbers], [pattern])[0],
+                    each_off_by_one_ulp(starts[runs.numbers], (pattern,))[0],
                     self._perturbed(parameters[runs.numbers], pattern, motions.real),
                 )
                 for pattern in patterns
@@ -366,7 +366,7 @@ class BatchedMembers:
     def _perturbed(self, parameters: Array, pattern: int, real: NativeReal) -> Any:
         """Return parameters off by their rounding error, then the factors of a pattern."""
         factors = rounding_factors(self.model.code.factors, pattern, real)
-        off = each_off_by_one_ulp(parameters, [pattern])[0]
+        off = each_off_by_one_ulp(parameters, (pattern,))[0]
         return np.hstack([off, np.broadcast_to(factors, (len(off), len(factors)))])
 
     @property

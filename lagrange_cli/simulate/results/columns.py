@@ -31,20 +31,24 @@ class Sampled:
     forces: Mapping[str, Array]
 
 
-def sampled(model: Model, seen: MotionFunctions, t: Array, states: Array) -> Sampled:
+def sampled(
+    model: Model, seen: MotionFunctions, t: Array, states: Array, energy: Array | None = None
+) -> Sampled:
     """Evaluate the columns of some samples of a motion.
 
     Parameters
     ----------
     t, states
         Shapes (m,), ascending, and (m, 2n).
+    energy
+        Energies there, shape (m,), if they are known.
     """
     functions = seen.functions
     names = (*model.multipliers, *model.contacts)
     return Sampled(
         t=t,
         columns=state_columns(model, functions, t, states),
-        energy=functions.energy(t, states)[:, 0],
+        energy=functions.energy(t, states)[:, 0] if energy is None else energy,
         multipliers=dict(zip(names, functions.multipliers(t, states).T, strict=True)),
         forces=constraint_force_columns(model, functions, t, states),
     )
@@ -54,10 +58,9 @@ def state_columns(
     model: Model, functions: RightHandSide, t: Array, states: Array
 ) -> dict[str, Array]:
     """Coordinates, their ``dot``, Cartesian names, their ``dot``, outputs; each name once."""
-    columns = {name: states[:, i].copy() for i, name in enumerate(model.state_names)}
+    columns = dict(zip(model.state_names, states.T.copy(), strict=True))
     for table, form in ((functions.positions, "{}"), (functions.velocities, "dot({})")):
-        values = table(t, states)
-        for i, name in enumerate(model.cartesian):
-            columns.setdefault(form.format(name), values[:, i].copy())
+        for name, column in zip(model.cartesian, table(t, states).T.copy(), strict=True):
+            columns.setdefault(form.format(name), column)
     named = functions.outputs(t, states)[:, : len(model.outputs)]
     return columns | dict(zip(model.outputs, named.T.copy(), strict=True))

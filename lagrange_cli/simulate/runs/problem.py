@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, cached_property
-from typing import TypeAlias
 
 import numpy as np
 
@@ -175,20 +174,10 @@ class RunningScales:
 
     def add(self, states: Array) -> Array:
         """Add samples (m, 2n); return the scales so far at each, shape (m, 2n)."""
-        scales, moved = self.with_further(states, largest_so_far)
-        self.advance(moved)
-        return scales
-
-    def with_further(self, states: Array, largest: RunningLargest) -> tuple[Array, Array]:
-        """Return the scales at the rows of ``largest`` and the motion up to the last, without
-        adding the samples."""
-        n = len(self._problem.kinds)
-        rows = largest(self._largest, motion(self._start, states))
-        return scales_from(self._problem, rows[:, :n], rows[:, n:]), rows[-1].copy()
-
-    def advance(self, moved: Array) -> None:
-        """Take the motion up to the last of the samples that :meth:`with_further` was given."""
-        self._largest = moved
+        rows = np.maximum.accumulate(motion(self._start, states), axis=0)
+        rows = np.maximum(rows, self._largest)
+        self._largest, n = rows[-1].copy(), len(self._start)
+        return scales_from(self._problem, rows[:, :n], rows[:, n:])
 
 
 def motion(start: Array, states: Array) -> Array:
@@ -196,21 +185,6 @@ def motion(start: Array, states: Array) -> Array:
     moved = states.copy()
     moved[:, : len(start)] -= start
     return np.abs(moved, out=moved)
-
-
-#: Largest values of columns before some rows (k,), the rows (m, k) → those with them.
-RunningLargest: TypeAlias = Callable[[Array, Array], Array]
-
-
-def largest_so_far(before: Array, values: Array) -> Array:
-    """Return the largest of each column up to each row, those ``before`` included, shape (m, k)."""
-    return np.asarray(np.maximum(np.maximum.accumulate(values, axis=0), before))
-
-
-def largest_in_all(before: Array, values: Array) -> Array:
-    """Return the last row of :func:`largest_so_far` alone, shape (1, k)."""
-    # NumPy is quick along memory.
-    return np.asarray(np.maximum(values.T.copy().max(axis=1), before))[None]
 
 
 def moved_scales(problem: InitialValueProblem, moved: Array) -> Array:

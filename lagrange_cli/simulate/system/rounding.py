@@ -27,13 +27,14 @@ def rounding_factors(number: int, pattern: int, real: NativeReal = DOUBLE) -> An
 def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:
     """Move each value by one unit in the last place, up or down by ``pattern``; 0 stays."""
     array = np.asarray(values, dtype=float)
-    signs = _signs(array.size, pattern).reshape(array.shape)
-    return np.where(array == 0, 0.0, array + signs * np.spacing(np.abs(array)))
+    return each_off_by_one_ulp(array.reshape(1, -1), (pattern,)).reshape(array.shape)
 
 
 @lru_cache(maxsize=16)
-def _signs(number: int, pattern: int) -> Array:
-    return np.array(Random(pattern).choices((-1.0, 1.0), k=number))
+def _signs(number: int, patterns: tuple[int, ...]) -> Array:
+    """Choose signs for so many numbers in each pattern, 0 in pattern 0, (patterns, 1, number)."""
+    signs = [Random(pattern).choices((-1.0, 1.0), k=number) for pattern in patterns]
+    return np.asarray(np.sign(patterns)[:, None, None] * np.array(signs)[:, None])
 
 
 def in_arithmetic(
@@ -54,7 +55,8 @@ def in_arithmetic(
     return real.exact(values)
 
 
-def each_off_by_one_ulp(rows: Array, patterns: Sequence[int]) -> Array:
-    """Move each row as :func:`off_by_one_ulp` moves it alone, shapes (m, n) → (patterns, m, n)."""
-    signs = np.array([_signs(rows.shape[1], pattern) for pattern in patterns])
-    return np.where(rows == 0, 0.0, rows + signs[:, None] * np.spacing(np.abs(rows)))
+def each_off_by_one_ulp(rows: Array, patterns: tuple[int, ...]) -> Array:
+    """Move each row as :func:`off_by_one_ulp` moves it alone, in pattern 0 not at all, shapes
+    (m, n) → (patterns, m, n)."""
+    moves = _signs(rows.shape[1], patterns) * np.spacing(np.abs(rows))
+    return np.where(rows == 0, 0.0, rows + moves)

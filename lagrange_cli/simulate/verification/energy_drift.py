@@ -68,7 +68,8 @@ def first_contradiction(
         if not (change > 0).any():
             return False
         every = np.concatenate([states[:1], part])
-        around = np.array([start, *[moves] * len(part)])
+        around = np.full_like(every, moves)
+        around[0] = start
         allowed = _allowed(_around(energy, np.concatenate([t[:1], times]), every, around))
         convicted = np.flatnonzero((change > 0) & (change > _MARGIN * (allowed[0] + allowed[1:])))
         begun = t[0], states[0]
@@ -183,11 +184,14 @@ class EnergyDrift:
     ----------
     first
         Energy at the start.
+    energy
+        Energies at the samples of the last part.
     suspects
         Of each part the samples of largest change: times (k,), states (k, 2n), changes (k,).
     """
 
     first: float
+    energy: Array
 
     def __init__(self) -> None:
         self.suspects: list[tuple[Array, Array, Array]] = []
@@ -195,7 +199,7 @@ class EnergyDrift:
 
     def add(self, times: Array, states: Array, energy: Array, kinetic: Array, lost: Array) -> None:
         """Take samples with their energy, its kinetic part, and what impacts took until then."""
-        kept = energy - lost
+        self.energy, kept = energy, energy - lost
         if not self.suspects:
             self.first = kept[0]
         change = np.abs(kept - self.first)

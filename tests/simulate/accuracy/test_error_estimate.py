@@ -9,6 +9,7 @@ import pytest
 
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, RunningEstimate
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, ulps
+from tests.simulate.native_systems import native
 
 
 def a_problem(draw, samples):
@@ -65,3 +66,41 @@ def test_parts_of_a_run_give_what_all_samples_give(seed):
         found = estimate.estimate
         got = found.samples, found.estimate, found.excess
         np.testing.assert_array_equal(got, wanted)
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("unknown", [False, True])
+def test_machine_code_compares_runs_as_arrays_do(unknown):
+    draw, compare = np.random.default_rng(7), native("pendulum").compare
+    runs = draw.normal(size=(3, 25, 6))
+    if unknown:
+        runs[1, 9, 2] = np.nan
+    weights, start, before = np.array([2.0, 3.0]), runs[0, 0], draw.random(15)
+    largest = before.copy()
+    compare(list(runs), weights, start, largest)
+    run, one, two = runs
+    moved = np.abs(run - np.concatenate([start[:3], np.zeros(3)]))
+    errors = weights[0] * np.abs(one - run) + weights[1] * np.abs(two - run)
+    rows = np.concatenate([errors, moved, np.abs(run[:, :3])], axis=1)
+    np.testing.assert_array_equal(largest, np.maximum(rows.max(axis=0), before))
+    assert np.isnan(largest).sum() == unknown
+
+
+@pytest.mark.parametrize("samples", [1, 12])
+def test_samples_are_taken_by_the_last_one_only_if_that_holds(samples):
+    draw = np.random.default_rng(samples)
+    problem = a_problem(draw, samples)
+    states, n = draw.normal(size=(samples, len(problem.y0))), len(problem.kinds)
+    for error, holds in ((1e-9, True), (1e-3, samples == 1)):
+        errors = np.full(states.shape, error)
+        moved = np.abs(states - np.concatenate([states[0, :n], np.zeros(n)]))
+        rows = np.concatenate([errors, moved, np.abs(states[:, :n])], axis=1)
+        by_last, whole = (RunningEstimate(problem, 1e-6, states[0]) for _ in range(2))
+        taken = by_last.add_by_last(
+            samples, lambda largest, rows=rows: np.copyto(largest, rows.max(axis=0))
+        )
+        assert taken == holds
+        if holds:
+            whole.add(states, errors, np.zeros(samples))
+            assert by_last.estimate.samples == whole.estimate.samples == samples
+            assert by_last.estimate.excess == whole.estimate.excess

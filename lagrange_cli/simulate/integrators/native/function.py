@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,9 @@ from lagrange_cli.simulate.integrators.piecewise import InputPieces
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
+
+#: void lagrange_compare(samples, n, run, one, two, weights, start, largest)
+_COMPARE = ctypes.CFUNCTYPE(None, LONG, LONG, *[POINTER] * 6)
 
 #: void lagrange_table(function, rows, t, y, width, u, p, work, out, columns)
 _TABLE = ctypes.CFUNCTYPE(None, POINTER, LONG, POINTER, POINTER, LONG, *[POINTER] * 4, LONG)
@@ -153,6 +156,22 @@ class NativeRhs:
         library = None if self.kernels is None else self.kernels("dop853")
         assert library is not None
         return _TABLE(("lagrange_table", library))
+
+    @cached_property
+    def compare(self) -> Callable[[Sequence[Array], Array, Array, Array], None] | None:
+        """Bring what is largest of some samples up to date (kernels/compare.c): of those of a run
+        and two others, (m, 2n), for weights of these, (2,), a start, (2n,), and values before,
+        (5n,), of doubles; None where that is not compiled."""
+        library = self.kernels("dop853") if self.kernels and self.real is DOUBLE else None
+        if library is None:
+            return None
+        call = _COMPARE(("lagrange_compare", library))
+
+        def compare(runs: Sequence[Array], weights: Array, start: Array, largest: Array) -> None:
+            arrays = [np.ascontiguousarray(array) for array in (*runs, weights, start)]
+            call(len(runs[0]), len(start) // 2, *map(place_of, arrays), place_of(largest))
+
+        return compare
 
     def _alike(self, t: Array) -> list[tuple[int, int | None]]:
         """Return how many times have the same inputs, range by range, and the address of these."""
