@@ -5,8 +5,6 @@
  */
 #include "kernel.h"
 
-#include <math.h>
-
 /* The order, the best one for tolerances from 1e-17 to 1e-33 within a tenth; and rows of the
  * memory: coefficient k of number i is at c[k*series_rows + i]. */
 enum { ORDER = 28, SLOPE = FIRST_OF_METHOD, POINT, COEFFICIENTS, ROWS = COEFFICIENTS };
@@ -89,15 +87,14 @@ static int finish(lagrange_run *run, double h)
     const int64_t n = DIM(run);
     const double *const hi = lagrange_row(run, HI), *const rest = lagrange_row(run, START_LOW);
     double *const low = lagrange_row(run, LOW), *const point = lagrange_row(run, POINT);
-    double *const end = lagrange_row(run, SLOPE);
+    const double *const end = lagrange_row(run, SLOPE);
     const double rounding = ROUNDING*(nextafter(1.0, 2.0) - 1.0);
     int64_t i;
     for (i = 0; i < n; ++i) {
         low[i] = rest[i] + change(run, i, h);
         point[i] = hi[i] + low[i];
     }
-    run->evaluations += 1;
-    if (run->rhs(run->t + h, point, run->u, run->p, run->work, end)) {
+    if (lagrange_slope(run, run->t + h, point, SLOPE)) {
         return 1;
     }
     for (i = 0; i < n; ++i) {
@@ -124,10 +121,8 @@ static int step(lagrange_run *run, double limit)
         t_new = fmin(t + h, limit);
         h = t_new - t;
         if (!finish(run, h)) {
-            run->t_old = t;
-            run->t = run->t_new = t_new;
             run->h = h;
-            return LAGRANGE_OK;
+            return lagrange_reach(run, t_new);
         }
         h *= 0.5;
         run->rejections += 1;
@@ -145,33 +140,10 @@ static int interpolate(lagrange_run *run, double t, double *out)
     return 0;
 }
 
-/* Rows beside those of the coefficients. */
-int64_t lagrange_series_rows(void)
-{
-    return ROWS;
-}
-
-int64_t lagrange_series_order(void)
-{
-    return ORDER;
-}
-
 /* Stand at (t, hi + low); not 0 where the right-hand side does not exist there. */
-int lagrange_series_start(lagrange_run *run)
+static int stand(lagrange_run *run)
 {
-    run->evaluations += 1;
-    return run->rhs(run->t, lagrange_row(run, HI), run->u, run->p, run->work,
-                    lagrange_row(run, SLOPE));
+    return lagrange_slope(run, run->t, lagrange_row(run, HI), SLOPE);
 }
 
-int lagrange_series_interpolate(lagrange_run *run, const double *t, double *out)
-{
-    return interpolate(run, *t, out);
-}
-
-int lagrange_series_advance(lagrange_run *run, const double *times, int64_t count, double *states,
-                            int64_t *filled, int64_t most_steps, int64_t most_evaluations)
-{
-    return lagrange_advance(run, lagrange_series_start, step, interpolate, times, count, states,
-                            filled, most_steps, most_evaluations);
-}
+LAGRANGE_INTERPOLATING_METHOD(series, stand, step, interpolate)

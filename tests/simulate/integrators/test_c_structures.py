@@ -32,6 +32,7 @@ from lagrange_cli.simulate.integrators.native.c_types import (
     WIDER_TYPES,
     NativeReal,
 )
+from lagrange_cli.simulate.integrators.native.methods import CompiledTaylor
 from lagrange_cli.simulate.sharpness import unwatched as unseen
 from lagrange_cli.simulate.toolchain.compiler import find_compiler
 
@@ -45,6 +46,7 @@ CONSTANTS: Mapping[str, Mapping[str, float]] = {
     "events.c": {"MOST": MOST_EVENTS, "LAGRANGE_PARTS": EVENT_PARTS, "LAGRANGE_RISES": RISES},
     "landmarks.c": {"TIMES + 1": LANDMARK_ROWS, "RESOLVED": unseen.RESOLVED_EXPONENT},
     "advance.c": {"EARLY": surface_motion.EARLY, "BEHIND": surface_motion.BEHIND},
+    "series.c": {"ORDER": CompiledTaylor.order},
     "kernel.h": {f"LAGRANGE_{status.name}": status.value for status in KernelStatus},
 }
 

@@ -18,35 +18,23 @@
 
 typedef double lagrange_lane;
 
-LAGRANGE_INLINE lagrange_lane lagrange_each_sin(lagrange_lane x)
-{
-    return sin(x);
-}
+#define LAGRANGE_EACH(name, function)                                        \
+    LAGRANGE_INLINE lagrange_lane name(lagrange_lane x)                      \
+    {                                                                        \
+        return function(x);                                                  \
+    }
 
-LAGRANGE_INLINE lagrange_lane lagrange_each_cos(lagrange_lane x)
-{
-    return cos(x);
-}
-
-LAGRANGE_INLINE lagrange_lane lagrange_each_sqrt(lagrange_lane x)
-{
-    return sqrt(x);
-}
-
-LAGRANGE_INLINE lagrange_lane lagrange_each_exp(lagrange_lane x)
-{
-    return exp(x);
-}
+LAGRANGE_EACH(lagrange_each_sin, sin)
+LAGRANGE_EACH(lagrange_each_cos, cos)
+LAGRANGE_EACH(lagrange_each_sqrt, sqrt)
+LAGRANGE_EACH(lagrange_each_exp, exp)
+LAGRANGE_EACH(lagrange_size, fabs)
+LAGRANGE_EACH(lagrange_logarithm, log2)
 
 /* 0 where x > y, not a number elsewhere. */
 LAGRANGE_INLINE lagrange_lane lagrange_require_above(lagrange_lane x, lagrange_lane y)
 {
     return x > y ? 0.0 : NAN;
-}
-
-LAGRANGE_INLINE lagrange_lane lagrange_size(lagrange_lane x)
-{
-    return fabs(x);
 }
 
 LAGRANGE_INLINE lagrange_lane lagrange_larger(lagrange_lane x, lagrange_lane y)
@@ -63,11 +51,6 @@ LAGRANGE_INLINE lagrange_lane lagrange_smaller(lagrange_lane x, lagrange_lane y)
 LAGRANGE_INLINE lagrange_lane lagrange_unless_zero(lagrange_lane x, lagrange_lane y)
 {
     return x != 0.0 ? x : y;
-}
-
-LAGRANGE_INLINE lagrange_lane lagrange_logarithm(lagrange_lane x)
-{
-    return log2(x);
 }
 
 LAGRANGE_INLINE lagrange_lane lagrange_power_of_two(lagrange_lane x)
