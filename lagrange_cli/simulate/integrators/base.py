@@ -402,6 +402,12 @@ class Integrator(ABC):
             states[filled : filled + len(inside)] = samples
         return reached
 
+    def _arrived(self, t: float, y: Array) -> Array:
+        """Move the end of a step, if it is finite, onto the constraints."""
+        if not np.isfinite(y).all():
+            raise StepError("the state is no longer finite")
+        return self._projected(t, y)
+
     def _projected(self, t: float, y: Array) -> Array:
         """Move a state onto the constraints; without any it is returned itself."""
         if self._projection is None:

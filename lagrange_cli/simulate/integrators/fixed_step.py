@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs
 
 
 def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
@@ -37,9 +37,7 @@ class FixedStep(Integrator):
         # A remainder of rounding size joins the step rather than becoming one.
         t_new = t + self._h if limit - t > self._h * (1 + 1e-9) else limit
         y, low = two_sum(self.y, self._low + self._change(t, t_new - t))
-        if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
-        projected = self._projected(t_new, y)
+        projected = self._arrived(t_new, y)
         if projected is not y:
             self._moved()
         self.t, self.y, self._low = t_new, projected, low

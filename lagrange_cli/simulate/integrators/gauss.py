@@ -200,9 +200,7 @@ class Gauss16(Integrator):
             slopes = np.hstack([velocities, slopes[:, self._first :]])
         low = start_low + h * (self._tableau.weights @ slopes)
         y = start + low
-        if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
-        projected = self._projected(t_new, y)
+        projected = self._arrived(t_new, y)
         if projected is not y:
             low = low + (projected - y)
         self._shape = self._tableau.expansion @ slopes

@@ -58,8 +58,8 @@ class _ScipyPair(ScipyIntegrator):
         solver.step()
         if solver.status == "failed":
             raise StepError("the step size underflowed")
-        t, y = self._reached(self._base)
-        projected = self._projected(t, y)
+        t, y = float(solver.t), self._base + solver.y
+        projected = self._arrived(t, y)
         if projected is not y:
             # The slope is that of the next step's start.
             solver.y = solver.y + (projected - y)

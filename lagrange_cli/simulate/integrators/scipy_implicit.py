@@ -80,8 +80,8 @@ class _ScipyImplicit(ScipyIntegrator):
         crawls = solver.t < limit and solver.t - self.t < _SMALLEST_STEP * np.spacing(abs(self.t))
         if solver.status == "failed" or crawls:
             raise StepError("the step size underflowed")
-        t, y = self._reached(self._origin)
-        projected = self._projected(t, y)
+        t, y = float(solver.t), self._origin + solver.y
+        projected = self._arrived(t, y)
         if projected is not y:
             self._move(projected - y)
         self.t, self.y = t, projected

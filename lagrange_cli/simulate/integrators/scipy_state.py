@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Integrator, SavedState, StepError
+from lagrange_cli.simulate.integrators.base import Integrator, SavedState
 
 #: Types of values, as against functions and other objects.
 _PLAIN = (bool, int, float, str, np.generic, np.ndarray, type(None))
@@ -17,19 +16,6 @@ class ScipyIntegrator(Integrator):
     """A solver of SciPy over the difference to an origin, stepped one step at a time."""
 
     _solver: Any
-
-    def _reached(self, origin: Array) -> tuple[float, Array]:
-        """Return the time and the state at which the solver stands.
-
-        Raises
-        ------
-        StepError
-            The state is not finite.
-        """
-        t, y = float(self._solver.t), origin + self._solver.y
-        if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
-        return t, y
 
     def state(self) -> SavedState:
         return {**super().state(), "solver": _solver_state(self._solver)}

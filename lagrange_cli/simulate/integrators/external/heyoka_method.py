@@ -93,10 +93,8 @@ class Taylor(Integrator):
         t_new = limit if h == limit - t else t + h
         if not t_new - t >= 10 * math.ulp(t):
             raise StepError("the step size underflowed")
-        y = _value(terms, t_new - t)
-        if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
-        self.y, self._terms, self._start = self._projected(t_new, y), terms, t
+        self.y = self._arrived(t_new, _value(terms, t_new - t))
+        self._terms, self._start = terms, t
         self.t, self._longest = t_new, control.max_step
 
     def interpolate(self, times: Array) -> Array:

@@ -92,10 +92,8 @@ class Sundials(Integrator):
 
     def _arrive(self, solution: Any) -> None:
         """Stand at the end of a step."""
-        t, y = float(solution.t), self._state(solution.y)
-        if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
-        self.y, self.t = self._projected(t, y), t
+        t = float(solution.t)
+        self.y, self.t = self._arrived(t, self._state(solution.y)), t
 
     def _state(self, z: Array) -> Array:
         return self._origin + self._scale * z
