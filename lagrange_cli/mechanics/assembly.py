@@ -9,6 +9,7 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.algebra.plain_sums import plain_sum
 from lagrange_cli.mechanics.certify.certificate import Evidence, explained
 from lagrange_cli.mechanics.certify.printed import (
     certify_energy,
@@ -94,7 +95,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     announce("finding the initial state")
     chart = replaced_chart(derivation)
     initial = starting_state(derivation, chart)
-    whole_energy = sp.Add(*energy)
+    whole_energy = plain_sum(energy)
     certify_energy(evidence, whole_energy)
     forcing = derivation.forcing_sums
     return Equations(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 
 import sympy as sp
@@ -27,3 +28,17 @@ def holds(expr: sp.Basic, *kinds: type[sp.Basic]) -> bool:
             return True
         stack += top.args
     return False
+
+
+def symbols_of_all(expressions: Iterable[sp.Basic]) -> frozenset[sp.Symbol]:
+    """Return the free symbols of all of some expressions, in one walk over their distinct parts."""
+    present, seen, parts = set[sp.Symbol](), set[int](), list(expressions)
+    while parts:
+        part = parts.pop()
+        if part.is_Symbol:
+            present.add(part)
+        for below in part.args:
+            if id(below) not in seen:
+                seen.add(id(below))
+                parts.append(below)
+    return frozenset(present)

@@ -22,12 +22,13 @@ from lagrange_cli.mechanics.algebra.energies import (
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.algebra.plain_sums import plain_sum
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Closure, Coordinate, ShortLagrangian
 from lagrange_cli.mechanics.findings import Conserved, Facts
-from lagrange_cli.mechanics.free_symbols import symbols_in
+from lagrange_cli.mechanics.free_symbols import symbols_in, symbols_of_all
 from lagrange_cli.mechanics.numerics.rank import (
     DoubleRow,
     Matrix,
@@ -57,12 +58,10 @@ def structure_facts(derivation: Uncertified) -> Facts:
     """Structure facts; a fact that is not proven is False."""
     reduced = derivation.reduced
     mass = derivation.upper_triangle
-    forcing = frozenset[sp.Symbol]().union(
-        *(symbols_in(term) for row in derivation.forcing for term in row)
-    )
+    forcing = symbols_of_all(term for row in derivation.forcing for term in row)
     moving = {c.q for c in reduced.coordinates} | {c.v for c in reduced.coordinates}
     moving.add(reduced.names.t)
-    inertia = frozenset[sp.Symbol]().union(*map(symbols_in, mass.values()))
+    inertia = symbols_of_all(mass.values())
     constant = inertia.isdisjoint(moving)
     diagonal = all(e == 0 for (j, k), e in mass.items() if j != k)
     symbols = inertia | forcing
@@ -79,7 +78,7 @@ def structure_facts(derivation: Uncertified) -> Facts:
         diagonal_mass_matrix=diagonal,
         separable=apart and not derivation.pushing,
         autonomous=symbols.isdisjoint([reduced.names.t, *reduced.names.inputs.values()]),
-        rheonomic=any(reduced.names.t in e.free_symbols for e in positions),
+        rheonomic=any(reduced.names.t in symbols_in(e) for e in positions),
         planar=_planar(derivation),
         positive_definite_mass_matrix=_positive_definite(derivation),
         unused_parameters=_unused(reduced.scene),
@@ -93,7 +92,7 @@ def _planar(derivation: Uncertified) -> bool:
     bodies = reduced.names.particle_symbols
     moving = {c.q for c in reduced.coordinates} | {reduced.names.t}
     return bool(bodies) and any(
-        not any(reduced.resolved[body[axis]].free_symbols & moving for body in bodies)
+        not any(symbols_in(reduced.resolved[body[axis]]) & moving for body in bodies)
         for axis in range(3)
     )
 
@@ -324,11 +323,11 @@ def conserved_quantities(
         for c in cyclic
     ]
     inputs = derivation.reduced.names.inputs.values()
-    if evidence.energy_conserved and symbols_in(derivation.lagrangian).isdisjoint(inputs):
+    if evidence.energy_conserved and symbols_of_all([derivation.lagrangian]).isdisjoint(inputs):
         kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
         parts = () if kind == "energy" else energy
         even = kind == "jacobi" and _is_even(derivation)
-        whole, reason = sp.Add(*energy), _reason(derivation)
+        whole, reason = plain_sum(energy), _reason(derivation)
         candidates.append(Conserved(kind, kind, whole, reason, parts=parts, is_energy=even))
     moving = {s for c in derivation.reduced.coordinates for s in (c.q, c.v)}
     moving.add(derivation.reduced.names.t)

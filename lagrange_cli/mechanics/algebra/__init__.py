@@ -14,6 +14,7 @@ __all__ = [
     "group_by_velocity",
     "identities",
     "plain_products",
+    "plain_sums",
     "polynomials",
     "positive_roots",
     "printed_length",

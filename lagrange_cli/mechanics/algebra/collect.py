@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import sympy as sp
 
@@ -28,6 +28,10 @@ from lagrange_cli.mechanics.algebra.identities import (
 
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)
+_MINUS_ONE = sp.Integer(-1)
+
+#: Functions of angles that are kept: of 256 coordinates' differences sines and cosines.
+_KEPT = 2**17
 
 #: Largest denominator that is cleared as content of a sum: 9.81 = 981/100 stays.
 _LARGEST_DENOMINATOR = 4
@@ -41,6 +45,10 @@ _TRIGONOMETRIC = {
 _ONE_ARGUMENT = sp.FiniteSet(1)
 
 
+#: Pairs of a base and its exponent.
+Powers: TypeAlias = frozenset[tuple[sp.Expr, sp.Expr]]
+
+
 class TermParts(NamedTuple):
     """A term taken apart: ``number · mass · Π base^exponent · trigonometric monomial``.
 
@@ -51,19 +59,19 @@ class TermParts(NamedTuple):
     mass
         Its mass, 1 if it has none.
     powers
-        Base → exponent of all other factors.
+        Base and exponent of all other factors.
     trig
         Trigonometric factor → power.
     """
 
     number: Rational
     mass: sp.Expr
-    powers: dict[sp.Expr, sp.Expr]
+    powers: Powers
     trig: dict[TrigFactor, int]
 
     def renamed(self, rename: Callable[[sp.Expr], sp.Expr]) -> TermParts:
         """Exchange symbols, none of them a mass, in a way that keeps their order."""
-        powers = {rename(base): rename(exponent) for base, exponent in self.powers.items()}
+        powers = frozenset((rename(base), rename(exponent)) for base, exponent in self.powers)
         trig = {(name, rename(argument)): power for (name, argument), power in self.trig.items()}
         return TermParts(self.number, self.mass, powers, trig)
 
@@ -80,6 +88,9 @@ class Splitter:
     def __init__(self, masses: frozenset[sp.Expr] = frozenset()) -> None:
         self.masses = masses
         self._known: dict[sp.Expr, TermParts] = {}
+        #: Powers of two factors and a mass → number and powers of their product.
+        self._products: dict[tuple[Powers, Powers, sp.Expr], tuple[Rational, Powers]] = {}
+        self._factors: dict[Powers, list[sp.Expr]] = {}
         #: Sums of masses that are treated as one, and what they are made of.
         self._sums: dict[sp.Expr, Weights] = {}
         #: Order of first appearance: the canonical order within a monomial.
@@ -112,32 +123,32 @@ class Splitter:
                     trig[key] = trig.get(key, 0) + sign * int(power)
             else:
                 powers[base] = powers.get(base, _ZERO) + power
-        return TermParts(number, mass, powers, {k: p for k, p in trig.items() if p})
+        return TermParts(
+            number, mass, frozenset(powers.items()), {k: p for k, p in trig.items() if p}
+        )
 
     def product(self, a: sp.Expr, b: sp.Expr) -> TermParts:
         """Take ``a·b`` apart without forming the product."""
         first, second = self.split(a), self.split(b)
-        number, mass = first.number * second.number, first.mass
-        powers = dict(first.powers)
+        mass, further = first.mass, second.mass
         if mass is _ONE:
-            mass = second.mass
-        elif second.mass is not _ONE:
-            powers[second.mass] = powers.get(second.mass, _ZERO) + 1
-        for base, power in second.powers.items():
-            total = powers.get(base, _ZERO) + power
-            if base.func is sp.sign and total.is_Integer:
-                total %= 2
-            if base.is_Rational and total.is_Integer:
-                number *= python_rational(base**total)
-                total = _ZERO
-            if total == 0:
-                powers.pop(base, None)
-            else:
-                powers[base] = total
+            mass, further = further, _ONE
+        key = first.powers, second.powers, further
+        if key not in self._products:
+            self._products[key] = _product_of_powers(*key)
+        number, powers = self._products[key]
         trig = dict(first.trig)
-        for key, exponent in second.trig.items():
-            trig[key] = trig.get(key, 0) + exponent
-        return TermParts(number, mass, powers, {k: p for k, p in trig.items() if p})
+        for factor, exponent in second.trig.items():
+            trig[factor] = trig.get(factor, 0) + exponent
+        if 0 in trig.values():
+            trig = {k: p for k, p in trig.items() if p}
+        return TermParts(first.number * second.number * number, mass, powers, trig)
+
+    def factors(self, powers: Powers) -> list[sp.Expr]:
+        """List powers as expressions."""
+        if powers not in self._factors:
+            self._factors[powers] = [_power(base, exponent) for base, exponent in powers]
+        return self._factors[powers]
 
     def as_one(self, weights: Weights) -> Weights:
         """Write the sum of several masses as a single weight."""
@@ -159,9 +170,8 @@ class Splitter:
         if len(trig) < 2:
             return tuple(trig.items())
         rank = self.rank
-        for key in trig:
-            rank.setdefault(key, len(rank))
-        return tuple(sorted(trig.items(), key=lambda item: rank[item[0]]))
+        ordered = sorted([(rank.setdefault(item[0], len(rank)), item) for item in trig.items()])
+        return tuple([item for _, item in ordered])
 
 
 class TermSum:
@@ -175,7 +185,7 @@ class TermSum:
 
     def __init__(self, splitter: Splitter | None = None) -> None:
         self._splitter = splitter or Splitter()
-        self._groups: dict[frozenset[tuple[sp.Expr, sp.Expr]], dict[TrigMonomial, Weights]] = {}
+        self._groups: dict[Powers, dict[TrigMonomial, Weights]] = {}
 
     def add(self, term: sp.Expr, weights: Weights | None = None) -> None:
         """Add ``term``, which must not be a sum, times Σ number·mass of ``weights`` (default 1)."""
@@ -195,32 +205,52 @@ class TermSum:
 
     def _add(self, split: TermParts, weights: Weights | None) -> None:
         trig = self._splitter.canonical(split.trig)
-        group = self._groups.setdefault(frozenset(split.powers.items()), {})
+        group = self._groups.setdefault(split.powers, {})
         into = group.setdefault(trig, {})
         if not weights:
             into[split.mass] = into.get(split.mass, 0) + split.number
             return
         if split.mass is not _ONE:
-            weights = self._splitter.taken_apart(weights)
+            apart = self._splitter.taken_apart(weights)
+            weights = {split.mass if m is _ONE else split.mass * m: c for m, c in apart.items()}
         for mass, count in weights.items():
-            key = split.mass if mass is _ONE else split.mass * mass
-            into[key] = into.get(key, 0) + split.number * count
+            into[mass] = into.get(mass, 0) + split.number * count
 
     def collected(self) -> list[sp.Expr]:
         """List the terms after collection; masses that share a monomial appear as one sum."""
         return list(self._collect())
 
     def _collect(self) -> Iterator[sp.Expr]:
-        for exponents, group in self._groups.items():
+        for powers, group in self._groups.items():
             if len({mass for weights in group.values() for mass in weights}) > 1:
                 for trig, weights in group.items():
                     group[trig] = self._splitter.taken_apart(weights)
             shorten_trigonometric(group, self._splitter.canonical)
-            powers = [_power(base, exponent) for base, exponent in exponents]
+            factors = self._splitter.factors(powers)
             for trig, weights in group.items():
                 number, mass = _weight_sum(weights)
                 if number != 0:
-                    yield monomial(sympy_rational(number), [mass, *powers, *trig_factors(trig)])
+                    yield monomial(sympy_rational(number), [mass, *factors, *trig_factors(trig)])
+
+
+def _product_of_powers(first: Powers, second: Powers, mass: sp.Expr) -> tuple[Rational, Powers]:
+    """Multiply powers, and a mass that is 1 for none; powers of rational numbers are taken out."""
+    number: Rational = 1
+    powers = dict(first)
+    if mass is not _ONE:
+        powers[mass] = powers.get(mass, _ZERO) + 1
+    for base, power in second:
+        total = powers.get(base, _ZERO) + power
+        if base.func is sp.sign and total.is_Integer:
+            total %= 2
+        if base.is_Rational and total.is_Integer:
+            number *= python_rational(base**total)
+            total = _ZERO
+        if total == 0:
+            powers.pop(base, None)
+        else:
+            powers[base] = total
+    return number, frozenset(powers.items())
 
 
 def collected_terms(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
@@ -236,11 +266,17 @@ def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
     Different plain factors are only sorted, which is much faster than SymPy's product.
     """
     present = [f for f in factors if f is not _ONE]
-    bases = {f.base if f.is_Pow else f for f in present}
-    plain = len(bases) == len(present) > 1 and all(
-        f.is_Symbol or f.is_Function or f.is_Add for f in bases
-    )
-    if not plain or not all(f.exp.is_Integer for f in present if f.is_Pow):
+    bases = set()
+    for factor in present:
+        base = factor
+        if factor.is_Pow:
+            base, exponent = factor.args
+            if not exponent.is_Integer:
+                return sp.Mul(number, *factors)
+        if not (base.is_Symbol or base.is_Function or base.is_Add):
+            return sp.Mul(number, *factors)
+        bases.add(base)
+    if not len(bases) == len(present) > 1:
         return sp.Mul(number, *factors)
     present.sort(key=sympy_order)
     return sp.Mul._from_args(present if number is _ONE else [number, *present], True)
@@ -248,6 +284,8 @@ def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
 
 def trig_factors(trig: TrigMonomial) -> list[sp.Expr]:
     """List the factors of a monomial; sin/cos of one argument becomes tan."""
+    if all(power > 0 for _, power in trig):
+        return [_power(_function(*factor), power) for factor, power in trig]
     powers = dict(trig)
     factors = []
     for (name, argument), power in trig:
@@ -264,13 +302,11 @@ def _power(base: sp.Expr, exponent: int | sp.Expr) -> sp.Expr:
     return base if exponent == 1 else base**exponent
 
 
-@lru_cache(maxsize=65536)
+@lru_cache(maxsize=_KEPT)
 def _function(name: str, argument: sp.Expr) -> sp.Expr:
     """Build sin or cos; for a sum of plain symbols SymPy has nothing to evaluate."""
     function = sp.sin if name == "sin" else sp.cos
-    plain = argument.is_Symbol or (
-        argument.is_Add and all(a.is_Symbol or (-a).is_Symbol for a in argument.args)
-    )
+    plain = argument.is_Symbol or (argument.is_Add and all(map(_is_signed_symbol, argument.args)))
     if not plain:
         return function(argument)
     # SymPy's own constructor spends most of its time on the number of arguments.
@@ -279,9 +315,16 @@ def _function(name: str, argument: sp.Expr) -> sp.Expr:
     return value
 
 
+def _is_signed_symbol(expr: sp.Expr) -> bool:
+    """Tell whether an expression is a symbol or its negative."""
+    if expr.is_Mul and len(expr.args) == 2 and expr.args[0] is _MINUS_ONE:
+        expr = expr.args[1]
+    return bool(expr.is_Symbol)
+
+
 def _weight_sum(weights: Weights) -> tuple[Rational, sp.Expr]:
     """Write Σ number·mass as (content, sum), so that −2 m1 − 2 m2 = −2 (m1 + m2)."""
-    present = {m: c for m, c in weights.items() if c != 0}
+    present = {m: c for m, c in weights.items() if c}
     if len(present) < 2:
         for mass, count in present.items():
             return count, mass
@@ -307,6 +350,7 @@ def python_rational(number: sp.Rational) -> Rational:
     return p if q == 1 else Fraction(p, q)
 
 
+@lru_cache
 def sympy_rational(number: Rational) -> sp.Rational:
     """Convert a Python rational to a SymPy number."""
     return sp.Rational(number.numerator, number.denominator)

@@ -92,8 +92,10 @@ def holds_powers(product: sp.Expr, powers: Mapping[sp.Expr, sp.Expr]) -> bool:
 
 def factored(terms: list[sp.Expr]) -> sp.Expr:
     """Write the sum of terms as a product: common monomial times a shorter form of the rest."""
-    if len(terms) < 2:
-        return sp.Add(*terms)
+    if len(terms) == 1:
+        return terms[0]
+    if not terms:
+        return sp.S.Zero
     number, common = common_factor(terms).as_coeff_Mul(rational=True)
     if all(t.could_extract_minus_sign() for t in terms):
         number = -number

@@ -14,6 +14,9 @@ from typing import TypeAlias
 
 import sympy as sp
 
+#: Sums and differences of angles that are kept.
+_KEPT = 2**17
+
 #: ``("sin" or "cos", argument)``
 TrigFactor: TypeAlias = tuple[str, sp.Expr]
 #: factor → power, in order of first appearance of the factors.
@@ -71,14 +74,15 @@ def _addition_theorem(
 ) -> list[TrigMonomial] | None:
     """Apply cos a cos b ± sin a sin b = cos(a ∓ b) or sin a cos b ± cos a sin b = sin(a ± b)."""
     (f, a), (g, b) = first, second
-    if a == b:
+    if f != g and a == b:
         return None
-    base = _changed(dict(trig), {first: -1, second: -1})
+    base = {key: left for key, power in trig if (left := power - (key in (first, second)))}
     partner = canonical(_changed(base, {(_partner(f), a): 1, (_partner(g), b): 1}))
     if partner not in group:
         return None
     for sign in (1, -1):
-        if not _paired(group[trig], group[partner], sign):
+        common = _paired(group[trig], group[partner], sign)
+        if not common:
             continue
         if f == g:
             # (cos cos) + sign (sin sin) = cos(a − sign b)
@@ -90,16 +94,16 @@ def _addition_theorem(
         else:
             # (cos a sin b) + sign (sin a cos b) = sin(b + sign a)
             name, (argument, negative), scale = "sin", _angle(b, a, sign), 1
-        if argument == 0:
+        if argument is sp.S.Zero:
             continue
         if negative and name == "sin":
             scale = -scale
         target = canonical(_changed(base, {(name, argument): 1}))
-        return _merge(group, trig, partner, target, sign, scale)
+        return _replace(group, trig, partner, target, common, scale)
     return None
 
 
-@lru_cache(maxsize=65536)
+@lru_cache(maxsize=_KEPT)
 def _angle(a: sp.Expr, b: sp.Expr, sign: int) -> tuple[sp.Expr, bool]:
     """Give a ± b without a leading minus, and true if its sign was changed for that."""
     if sign < 0 and a.is_Symbol and b.is_Symbol:
@@ -118,6 +122,8 @@ def _partner(name: str) -> str:
 
 
 def _changed(powers: dict[TrigFactor, int], change: dict[TrigFactor, int]) -> dict[TrigFactor, int]:
+    if not powers:
+        return change
     result = dict(powers)
     for key, power in change.items():
         result[key] = result.get(key, 0) + power
@@ -135,19 +141,31 @@ def _merge(
     second: TrigMonomial,
     target: TrigMonomial,
     sign: int,
-    scale: int = 1,
 ) -> list[TrigMonomial] | None:
-    """Replace c·first + sign·c·second by scale·c·target.
+    """Replace c·first + sign·c·second by c·target.
 
     Masses whose weights do not pair up stay where they are. None if no mass pairs up.
     """
     if first not in group or second not in group:
         return None
-    ours, theirs = group[first], group[second]
-    common = _paired(ours, theirs, sign)
-    if not common:
-        return None
-    for source, weights in ((first, ours), (second, theirs)):
+    common = _paired(group[first], group[second], sign)
+    return _replace(group, first, second, target, common) if common else None
+
+
+def _replace(
+    group: dict[TrigMonomial, Weights],
+    first: TrigMonomial,
+    second: TrigMonomial,
+    target: TrigMonomial,
+    common: Weights,
+    scale: int = 1,
+) -> list[TrigMonomial]:
+    """Replace first and second by scale·target for masses with their weights in first.
+
+    Returns the monomials to look at again.
+    """
+    for source in (first, second):
+        weights = group[source]
         for m in common:
             del weights[m]
         if not weights:

@@ -17,7 +17,7 @@ from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Closure
 from lagrange_cli.mechanics.findings import Conserved
-from lagrange_cli.mechanics.free_symbols import symbols_in
+from lagrange_cli.mechanics.free_symbols import symbols_in, symbols_of_all
 from lagrange_cli.mechanics.proofs.finite_field import field_inverse
 from lagrange_cli.mechanics.proofs.refutation import depends, is_nonzero, jumps
 from lagrange_cli.mechanics.proofs.zero_test import (
@@ -57,7 +57,7 @@ def proven_evidence(derivation: Uncertified, evidence: Evidence) -> Evidence:
 
 def _held(derivation: Uncertified) -> frozenset[sp.Symbol]:
     """Symbols that stand in L."""
-    return symbols_in(derivation.kinetic) | symbols_in(derivation.potential)
+    return symbols_of_all((derivation.kinetic, derivation.potential))
 
 
 def _generalized_forces(derivation: Uncertified) -> list[sp.Expr]:
@@ -117,7 +117,7 @@ def _energy_is_sum(derivation: Uncertified) -> bool:
     reduced = derivation.reduced
     bodies = reduced.names.particle_symbols
     still = not any(
-        reduced.names.t in reduced.resolved[s].free_symbols for body in bodies for s in body
+        reduced.names.t in symbols_in(reduced.resolved[s]) for body in bodies for s in body
     )
     if still and derivation.extra == 0:
         return True

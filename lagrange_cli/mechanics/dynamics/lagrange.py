@@ -35,6 +35,7 @@ from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
 from lagrange_cli.mechanics.algebra.factor import factored, tidy
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
 from lagrange_cli.mechanics.algebra.identities import Weights
+from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
 from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
 from lagrange_cli.mechanics.algebra.templates import Element, Shape, Template
 from lagrange_cli.mechanics.contacts.gaps import contacts
@@ -107,18 +108,18 @@ class Uncertified:
 
     @cached_property
     def lagrangian(self) -> sp.Expr:
-        return self.kinetic - self.potential
+        return plain_sum((self.kinetic, negative(self.potential)))
 
     @cached_property
     def forcing_sums(self) -> tuple[sp.Expr, ...]:
         """Each entry of f as the sum of its terms."""
-        return tuple(sp.Add(*terms) for terms in self.forcing)
+        return tuple(map(plain_sum, self.forcing))
 
     @cached_property
     def upper_triangle(self) -> dict[tuple[int, int], sp.Expr]:
         """Entries of M that are not zero, each as the sum of its terms: (row, column ≥ row)."""
         return {
-            (j, k): sp.Add(*terms)
+            (j, k): plain_sum(terms)
             for j, row in enumerate(self.mass)
             for k, terms in row.items()
             if j <= k
@@ -197,7 +198,7 @@ class _Builder:
             if reduced.chart.geometry.position_symbols[symbol]
         ]
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
-        self._masses: dict[int, Weights] = {}
+        self._masses: dict[tuple[int, int], Weights] = {}
         self._budget = _TERM_BUDGET
         #: Tidied potentials by their shapes; None for those that stay as they are.
         self._tidy: dict[Shape, Template | None] = {}
@@ -220,7 +221,7 @@ class _Builder:
         upper = {place: terms for place, terms in upper.items() if terms}
         inertia = {place: factored(list(terms)) for place, terms in upper.items()}
         velocity = {
-            s: sp.Add(*self.kinematics.velocity(s))
+            s: plain_sum(self.kinematics.velocity(s))
             for body in self.reduced.names.particle_symbols
             for s in body
         }
@@ -278,7 +279,7 @@ class _Builder:
 
     def _carried(self, components: int, sign: int) -> Weights:
         """The mass of a set of components, times a sign."""
-        if components not in self._masses:
+        if (components, sign) not in self._masses:
             weights: Weights = {}
             left = components
             while left:
@@ -286,8 +287,9 @@ class _Builder:
                 left &= left - 1
                 count, factor = mass.as_coeff_Mul(rational=True)
                 weights[factor] = weights.get(factor, 0) + python_rational(count)
-            self._masses[components] = self.splitter.as_one(weights)
-        return {m: sign * c for m, c in self._masses[components].items()}
+            whole = self.splitter.as_one(weights)
+            self._masses[components, sign] = {m: sign * c for m, c in whole.items()}
+        return self._masses[components, sign]
 
     # Forces.
 
@@ -413,7 +415,7 @@ class _Builder:
             particles = self._quadratic_form(mass)
         if particles is None:
             particles = [m * e / 2 for m, e in zip(self.reduced.masses, squares, strict=True)]
-        whole = sp.Add(*particles, *self.terms.kinetic)
+        whole = plain_sum((*particles, *self.terms.kinetic))
         return shortest_energy(whole, self.v, self.splitter, self.constants, self.brackets)
 
     def _quadratic_form(self, mass: Mapping[tuple[int, int], sp.Expr]) -> list[sp.Expr]:

@@ -322,7 +322,7 @@ class _System:
         groups: dict[frozenset[tuple[sp.Expr, sp.Expr]], TrigPolynomial] = {}
         for term in terms:
             split = self.splitter.split(term)
-            group = groups.setdefault(frozenset(split.powers.items()), {})
+            group = groups.setdefault(split.powers, {})
             group[self.splitter.canonical(split.trig)] = split.number
         return [
             sp.Mul(sympy_rational(number), *(b**e for b, e in powers), *trig_factors(monomial))

@@ -19,6 +19,7 @@ import sympy as sp
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.plain_sums import substituted
 from lagrange_cli.mechanics.elimination.branches import (
     AmbiguousFactorError,
     BranchedSolution,
@@ -31,6 +32,7 @@ from lagrange_cli.mechanics.elimination.solve_equation import (
     solutions,
     solves_everywhere,
 )
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets
 from lagrange_cli.scene.language.expression import Equation
@@ -111,12 +113,12 @@ class Elimination:
 
     def reduce(self, expr: sp.Expr) -> sp.Expr:
         """Put everything that is solved into ``expr``."""
-        present = {s: self.solved[s] for s in expr.free_symbols if s in self.solved}
-        return expr.xreplace(present) if present else expr
+        present = {s: self.solved[s] for s in symbols_in(expr) if s in self.solved}
+        return substituted(expr, present) if present else expr
 
     def sources_of(self, expr: sp.Expr) -> frozenset[int]:
         """Collect the numbers of stated equations that the symbols of ``expr`` rest on."""
-        return frozenset[int]().union(*(self.sources.get(s, ()) for s in expr.free_symbols))
+        return frozenset[int]().union(*(self.sources.get(s, ()) for s in symbols_in(expr)))
 
     def behind(self, numbers: Iterable[int]) -> list[int]:
         """Number some stated equations and those that were put into them, in order."""
@@ -140,21 +142,21 @@ class Elimination:
                 self._await(number, left.xreplace({symbol: expr}), right.xreplace({symbol: expr}))
 
     def _index(self, holder: sp.Symbol, expr: sp.Expr) -> None:
-        for s in expr.free_symbols:
+        for s in symbols_in(expr):
             if s in self.unknowns:
                 self._holders.setdefault(s, {})[holder] = None
 
     def _await(self, number: int, left: sp.Expr, right: sp.Expr) -> None:
         self.pending[number] = (left, right)
         self._shapes.pop(number, None)
-        for s in left.free_symbols | right.free_symbols:
+        for s in symbols_in(left) | symbols_in(right):
             if s in self.unknowns:
                 self._in_equations.setdefault(s, {})[number] = None
 
     def _define(self, definitions: Mapping[sp.Symbol, sp.Expr]) -> None:
         """Give symbols their defining expressions, each after those that occur in it."""
         within = {
-            s: sorted(e.free_symbols & definitions.keys(), key=str) for s, e in definitions.items()
+            s: sorted(symbols_in(e) & definitions.keys(), key=str) for s, e in definitions.items()
         }
         for symbol in TopologicalSorter(within).static_order():
             self.give(symbol, self.reduce(definitions[symbol]), frozenset())
@@ -187,7 +189,7 @@ class Elimination:
     def _open_in(self, number: int) -> list[sp.Symbol]:
         """List the unknowns of an equation, the last declared first."""
         left, right = self.pending[number]
-        return self.in_order(left.free_symbols | right.free_symbols)[::-1]
+        return self.in_order(symbols_in(left) | symbols_in(right))[::-1]
 
     def in_order(self, symbols: Iterable[sp.Symbol]) -> list[sp.Symbol]:
         """Sort the unknowns among some symbols by declaration."""

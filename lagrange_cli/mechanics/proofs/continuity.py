@@ -93,6 +93,8 @@ class _Natures:
         return self.known[e]
 
     def _nature(self, e: sp.Expr) -> _Nature | None:
+        if (e.is_Add or e.is_Mul) and all(self.nature(a) == _SMOOTH for a in e.args):
+            return _SMOOTH
         if e.is_Symbol or e.is_number or self.moving.isdisjoint(symbols_in(e)):
             return _SMOOTH
         if isinstance(e, sp.exp):

@@ -18,6 +18,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum, substituted
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.elimination.implicitization import (
     AngleSymbols,
@@ -171,7 +172,7 @@ class _Form:
     def _defined(self) -> Iterator[tuple[sp.Symbol, sp.Expr, sp.Expr]]:
         for s, e in self.names.given.items():
             if s not in self.known:
-                yield s, e, self._put(s - e)
+                yield s, e, self._put(plain_sum((s, negative(e))))
 
     def _stated(self) -> Iterator[tuple[StatedEquation, sp.Expr]]:
         for stated in self.reduced.chart.geometry.elimination.stated:
@@ -180,8 +181,8 @@ class _Form:
                 yield stated, expression
 
     def _put(self, expr: sp.Expr) -> sp.Expr:
-        present = {s: self.known[s] for s in expr.free_symbols if s in self.known}
-        return expr.xreplace(present) if present else expr
+        present = {s: self.known[s] for s in symbols_in(expr) if s in self.known}
+        return substituted(expr, present) if present else expr
 
     def _angles(self, relations: Sequence[ImplicitEquation]) -> list[AngleSymbols]:
         """Coordinates that stand in the equations under sines and cosines only."""

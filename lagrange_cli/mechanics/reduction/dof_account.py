@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.diagnosis import errors as refusals
 from lagrange_cli.mechanics.diagnosis.inconsistency import proven_inconsistency
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.findings import Account, ConstraintLine
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.rank import (
     Matrix,
     SymbolValues,
@@ -305,7 +306,7 @@ def _extra(geometry: Geometry, points: Sequence[SymbolValues]) -> int:
 
 def _further(names: Names) -> set[sp.Symbol]:
     """Dependent names that no position holds."""
-    return {*names.dependent}.difference(*(e.free_symbols for e in names.given.values()))
+    return {*names.dependent}.difference(*map(symbols_in, names.given.values()))
 
 
 def _places(geometry: Geometry) -> list[sp.Expr]:

@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.elimination.solve_equation import (
     solutions,
     solves_everywhere,
 )
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, SymbolValues
 from lagrange_cli.mechanics.symbols.names import Names
@@ -64,7 +65,7 @@ class Geometry:
     @cached_property
     def position_symbols(self) -> Mapping[sp.Symbol, frozenset[sp.Symbol]]:
         """Raw symbol → free symbols of its position."""
-        return {s: frozenset(r.free_symbols) for s, r in self.resolved.items()}
+        return {s: symbols_in(r) for s, r in self.resolved.items()}
 
     def closure_equation(self, number: int) -> ClosureEquation:
         """A pending equation as one that is kept."""

@@ -17,6 +17,7 @@ import sympy as sp
 from lagrange_cli.errors import InputError, NotRealError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.plain_products import power, product
+from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
 from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT, has_long_root
 from lagrange_cli.mechanics.symbols.plain_signs import is_plainly_real
 from lagrange_cli.mechanics.unknown_functions import unknown_function
@@ -121,10 +122,10 @@ class _Conversion:
             case Name():
                 return self.name(node)
             case Neg():
-                return -self.convert(node.operand)
+                return negative(self.convert(node.operand))
             case Add():
                 terms = [(sign, self.convert(term)) for sign, term in node.terms]
-                return sp.Add(*(-e if sign == "-" else e for sign, e in terms))
+                return plain_sum(negative(e) if sign == "-" else e for sign, e in terms)
             case Mul():
                 return product([self.factor(op, factor) for op, factor in node.factors])
             case Pow():
