@@ -143,13 +143,13 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         indices=dict(_indices(derivation)),
         chart=chart,
         units=_units(derivation, chart),
-        sources=_sources(derivation, evidence, forcing),
+        sources=_sources(derivation, evidence, forcing, whole_energy),
         depiction=_depiction(reduced),
     )
 
 
 def _sources(
-    derivation: Uncertified, evidence: Evidence, forcing: tuple[sp.Expr, ...]
+    derivation: Uncertified, evidence: Evidence, forcing: tuple[sp.Expr, ...], energy: sp.Expr
 ) -> DerivationSources | None:
     """The sources of the derivation, with a state at which it was certified."""
     if not evidence.states:
@@ -164,6 +164,8 @@ def _sources(
         terms if derivation.collected else None,
         evidence.states[0],
         evidence.residuals,
+        energy,
+        evidence.energy[0],
     )
 
 

@@ -27,6 +27,10 @@ class DerivationSources:
         A state of the certificate: symbol → value with its digits, multipliers included.
     residuals
         M q̈ − f − Σ λ·gradient there, each with the size of its terms.
+    energy
+        The energy function that is shown, which the certificate compared with Σ q̇ ∂L/∂q̇ − L.
+    energy_value
+        The value of Σ q̇ ∂L/∂q̇ − L there.
     """
 
     rest: Expr
@@ -34,3 +38,5 @@ class DerivationSources:
     collected_terms: int | None
     state: Mapping[Symbol, mpf]
     residuals: tuple[tuple[mpf, mpf], ...]
+    energy: Expr
+    energy_value: mpf

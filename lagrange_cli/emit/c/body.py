@@ -28,6 +28,7 @@ from lagrange_cli.program.graph.operands import (
     Operand,
     Product,
     Variable,
+    array_named,
     cell_named,
     rebuilt,
 )
@@ -70,7 +71,7 @@ def _solver_workspace(program: Program) -> int:
 
 def given_size(program: Program) -> int:
     """Numbers of workspace that hold accelerations and multipliers that a program reads."""
-    kinds = {cell_named(name).array for name in program.reads}
+    kinds = set(map(array_named, program.reads))
     if not kinds.intersection(_GIVEN):
         return 0
     return 2 * program.coordinates + ("l" in kinds) * program.multipliers
@@ -187,7 +188,7 @@ class _Writer:
         unused = {
             "t": "t" not in reads,
             "y": not state,
-            "u": not any(cell_named(name).array == "u" for name in reads),
+            "u": "u" not in map(array_named, reads),
             **self._unread(reads),
             "work": not uses_work,
             "out": not results,
@@ -215,9 +216,9 @@ class _Writer:
 
     def _unread(self, reads: Collection[str]) -> dict[str, bool]:
         """Tell which arguments that hold parameters are not used."""
-        read = {k for array, k in map(cell_named, reads) if array == "p"}
         if (first := self.names.contact_from) is None:
-            return {"p": not read}
+            return {"p": "p" not in map(array_named, reads)}
+        read = {k for array, k in map(cell_named, reads) if array == "p"}
         return {"p": not any(k < first for k in read), "contact": not any(k >= first for k in read)}
 
     def _state(self) -> list[str]:

@@ -89,7 +89,12 @@ Operand: TypeAlias = Constant | Variable | Sum | Product | FunctionCall
 
 def cell_named(name: str) -> Cell:
     """Return what a variable of that name stands for; the number of ``t`` is 0."""
-    return Cell(name[0], int(name[1:] or 0))
+    return Cell(array_named(name), int(name[1:] or 0))
+
+
+def array_named(name: str) -> str:
+    """Return the array that a variable of that name is in."""
+    return name[0]
 
 
 def variables(*operands: Operand) -> list[Variable]:

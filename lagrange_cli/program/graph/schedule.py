@@ -98,7 +98,8 @@ def order_of(values: ValueGraph, roots: Iterable[int]) -> list[int]:
         elif number not in entered:
             entered.add(number)
             stack.append(~number)
-            stack += nodes[number].parts[::-1]
+            parts = nodes[number].parts[::-1]
+            stack += [part for part in parts if part not in entered]
     return order
 
 

@@ -8,11 +8,10 @@ canonical order.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from operator import itemgetter
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
@@ -44,9 +43,6 @@ _CALLS: dict[object, str] = {function: name for name, function in SYMPY_FUNCTION
 
 _RECIPROCALS: dict[object, str] = {sympy.cot: "tan", sympy.sec: "cos", sympy.csc: "sin"}
 
-#: The node of a term or factor.
-_FIRST: Callable[[tuple[int, Any]], int] = itemgetter(0)
-
 
 @dataclass(frozen=True, slots=True)
 class InputNode:
@@ -69,7 +65,7 @@ class SumNode:
     @property
     def parts(self) -> tuple[int, ...]:
         """The nodes of the terms."""
-        return tuple(map(_FIRST, self.terms))
+        return tuple([number for number, _ in self.terms])
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +77,7 @@ class ProductNode:
     @property
     def parts(self) -> tuple[int, ...]:
         """The bases."""
-        return tuple(map(_FIRST, self.factors))
+        return tuple([number for number, _ in self.factors])
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +142,7 @@ class ValueGraph:
         terms: dict[int, Coefficient] = {}
         for coefficient, number in values:
             terms[number] = terms.get(number, 0) + coefficient
-        ordered = sorted((n, c) for n, c in terms.items() if c)
+        ordered = sorted([term for term in terms.items() if term[1]])
         if not ordered:
             return 0, ONE
         if len(ordered) == 1:
@@ -155,8 +151,8 @@ class ValueGraph:
         size = magnitude(first)
         one_size = all(magnitude(c) == size for _, c in ordered)
         scale = first if one_size else 1 if first > 0 else -1
-        node = SumNode(tuple((n, quotient(c, scale)) for n, c in ordered))
-        return scale, self.intern(node, max(self.rank[n] for n, _ in ordered))
+        node = SumNode(tuple([(n, quotient(c, scale)) for n, c in ordered]))
+        return scale, self.intern(node, max([self.rank[n] for n, _ in ordered]))
 
     def multiply(self, factors: Iterable[tuple[ScaledNode, int]]) -> ScaledNode:
         """The product of values to integer powers."""
@@ -170,12 +166,12 @@ class ValueGraph:
                 scale = scale * power if exponent > 0 else quotient(scale, power)
             if number != ONE:
                 powers[number] = powers.get(number, 0) + exponent
-        ordered = sorted((n, e) for n, e in powers.items() if e)
+        ordered = sorted([power for power in powers.items() if power[1]])
         if scale == 0 or not ordered:
             return scale, ONE
         if len(ordered) == 1 and ordered[0][1] == 1:
             return scale, ordered[0][0]
-        rank = max(self.rank[n] for n, _ in ordered)
+        rank = max([self.rank[n] for n, _ in ordered])
         return scale, self.intern(ProductNode(tuple(ordered)), rank)
 
     def node(self, value: ScaledNode) -> int:
@@ -199,7 +195,7 @@ class ValueGraph:
 
     def define(self, expression: Expr, value: ScaledNode) -> None:
         """Take a value of the graph for an expression that is a sum; others are short enough."""
-        if expression.has(sympy.Add):
+        if _holds_sum(expression):
             self._known[expression] = value
 
     def convert(self, expression: Expr) -> ScaledNode:
@@ -285,6 +281,11 @@ class ValueGraph:
         for argument in arguments[1:]:
             result = self.call(name, result, argument)
         return result
+
+
+def _holds_sum(e: Expr) -> bool:
+    """Tell whether an expression is a sum, or holds one."""
+    return bool(e.is_Add or any(map(_holds_sum, e.args)))
 
 
 def _arguments(e: Expr) -> tuple[Expr, ...]:

@@ -49,9 +49,14 @@ class DirectEnergy:
 
     def agrees(self) -> bool:
         """Compare with the energy that is shown, at the state of the certificate, in doubles."""
-        values = self.values.copy()
-        wanted = [values.convert(self._equations.energy), *self._terms]
-        shown, *terms = at_certificate(values, wanted, self._equations, digits=False)
+        equations, sources = self._equations, self._equations.sources
+        if sources is not None and equations.energy is sources.energy:
+            shown = float(sources.energy_value)
+            terms = at_certificate(self.values, self._terms, equations, digits=False)
+        else:
+            values = self.values.copy()
+            wanted = [values.convert(equations.energy), *self._terms]
+            shown, *terms = at_certificate(values, wanted, equations, digits=False)
         return bool(abs(sum(terms) - shown) <= _ROUNDING * sum(map(abs, terms)))
 
 

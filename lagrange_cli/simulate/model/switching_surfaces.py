@@ -68,7 +68,7 @@ def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
     ``parts`` are those of :func:`.expressions.calls_and_powers`.
     """
     further = distinct_parts(_beside_forces(equations))
-    if not any(isinstance(part, _KINKED) for part in chain(parts, further)):
+    if set(_KINKED).isdisjoint(map(type, chain(parts, further))):
         return None
     moving = {equations.t, *(u.symbol for u in equations.inputs)}
     moving |= {s for c in equations.coordinates for s in (c.q, c.v)}

@@ -71,9 +71,19 @@ def _perturbed_triangle(entries: Sequence[Operand], factors: _Factors) -> tuple[
 
 def _operations(operand: Operand) -> int:
     """Count the factors that an operand takes."""
-    factors = _Factors(0)
-    _off(operand, factors)
-    return factors.end
+    if isinstance(operand, Sum):
+        own = not _is_exact(operand)
+        return own + sum([_operations(part) for _, part in operand.terms])
+    if isinstance(operand, Product):
+        return 1 + sum(map(_operations, (*operand.numerator, *operand.denominator)))
+    if isinstance(operand, FunctionCall):
+        return 1 + sum(map(_operations, operand.arguments))
+    return 0
+
+
+def _is_exact(operand: Sum) -> bool:
+    """Tell whether a sum is one term with a sign."""
+    return len(operand.terms) == 1 and abs(operand.terms[0][0]) == 1
 
 
 def _perturbed_parts(program: Program) -> Program:
@@ -106,8 +116,7 @@ def _perturbed_loop(loop: IndexedLoop, start: int) -> tuple[IndexedLoop, int]:
 def _off(operand: Operand, factors: Iterator[Variable]) -> Operand:
     if isinstance(operand, Sum):
         terms = tuple((c, _off(o, factors)) for c, o in operand.terms)
-        exact = len(terms) == 1 and abs(terms[0][0]) == 1
-        return Sum(terms) if exact else Product((Sum(terms), next(factors)), ())
+        return Sum(terms) if _is_exact(operand) else Product((Sum(terms), next(factors)), ())
     if isinstance(operand, Product):
         numerator = tuple(_off(o, factors) for o in operand.numerator)
         denominator = tuple(_off(o, factors) for o in operand.denominator)
