@@ -90,12 +90,12 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     scene, names = reduced.scene, reduced.names
     announce("finding what is conserved")
     energy = total_energy(derivation, evidence)
-    conserved = conserved_quantities(derivation, evidence, energy)
+    whole_energy = plain_sum(energy)
+    conserved = conserved_quantities(derivation, evidence, energy, whole_energy)
     structure = structure_facts(derivation)
     announce("finding the initial state")
     chart = replaced_chart(derivation)
     initial = starting_state(derivation, chart)
-    whole_energy = plain_sum(energy)
     certify_energy(evidence, whole_energy)
     forcing = derivation.forcing_sums
     return Equations(

@@ -22,7 +22,6 @@ from lagrange_cli.mechanics.algebra.energies import (
 from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
-from lagrange_cli.mechanics.algebra.plain_sums import plain_sum
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
@@ -299,11 +298,11 @@ def cyclic_names(derivation: Uncertified, evidence: Evidence) -> tuple[str, ...]
 
 
 def conserved_quantities(
-    derivation: Uncertified, evidence: Evidence, energy: tuple[sp.Expr, ...]
+    derivation: Uncertified, evidence: Evidence, energy: tuple[sp.Expr, ...], whole: sp.Expr
 ) -> tuple[Conserved, ...]:
     """Momenta of unforced cyclic coordinates, then the energy or Jacobi integral.
 
-    One that may jump on the way is left out.
+    ``whole`` is the sum of the parts ``energy``. One that may jump on the way is left out.
     """
     numbers = [
         row
@@ -327,7 +326,7 @@ def conserved_quantities(
         kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
         parts = () if kind == "energy" else energy
         even = kind == "jacobi" and _is_even(derivation)
-        whole, reason = plain_sum(energy), _reason(derivation)
+        reason = _reason(derivation)
         candidates.append(Conserved(kind, kind, whole, reason, parts=parts, is_energy=even))
     moving = {s for c in derivation.reduced.coordinates for s in (c.q, c.v)}
     moving.add(derivation.reduced.names.t)

@@ -11,7 +11,7 @@ import sympy as sp
 from sympy.core.basic import ordering_of_classes
 
 #: Keys that are kept.
-_KEPT = 2**17
+_KEPT = 2**18
 
 #: ``id`` of an expression → the expression, which keeps its id from being given away, and its key.
 #: By identity, since to compare with an equal expression of before takes longer than a new key.
@@ -28,11 +28,6 @@ def sympy_order(expr: sp.Basic) -> tuple[Any, ...]:
             _KEYS.clear()
         known = _KEYS[id(expr)] = expr, _new_key(expr)
     return known[1]
-
-
-def order_of_terms(term: sp.Basic) -> tuple[Any, ...]:
-    """Make the same key; those of products are not kept, which are sorted once."""
-    return _new_key(term) if term.is_Mul else sympy_order(term)
 
 
 def _new_key(expr: sp.Basic) -> tuple[Any, ...]:

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.argument_order import order_of_terms
+from lagrange_cli.mechanics.algebra.argument_order import sympy_order
 
 _ZERO, _ONE, _MINUS_ONE = sp.S.Zero, sp.S.One, sp.S.NegativeOne
 
@@ -37,7 +37,7 @@ def plain_sum(terms: Iterable[sp.Expr]) -> sp.Expr:
         if like is not new:
             like[0] += count
             like[1] = _scaled(like[0], rest)
-    ordered = sorted([t for _, t in kept.values() if t is not _ZERO], key=order_of_terms)
+    ordered = sorted([t for _, t in kept.values() if t is not _ZERO], key=sympy_order)
     if number is not _ZERO:
         ordered.insert(0, number)
     return sp.Add._from_args(ordered, True)

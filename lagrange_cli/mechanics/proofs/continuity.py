@@ -50,7 +50,7 @@ class _Nature:
     bent: bool = False
 
 
-_SMOOTH = _Nature()
+_SMOOTH, _UNKNOWN = _Nature(), _Nature()
 
 
 def is_continuous(expression: sp.Expr, moving: Collection[sp.Symbol]) -> bool:
@@ -88,14 +88,18 @@ class _Natures:
 
     def nature(self, e: sp.Expr) -> _Nature | None:
         """Give the nature of an expression; None if it may jump."""
-        if e not in self.known:
-            self.known[e] = self._nature(e)
-        return self.known[e]
+        if e.is_Symbol:
+            return _SMOOTH
+        known = self.known.get(e, _UNKNOWN)
+        if known is _UNKNOWN:
+            known = self._nature(e)
+            known = self.known[e] = _SMOOTH if known == _SMOOTH else known
+        return known
 
     def _nature(self, e: sp.Expr) -> _Nature | None:
-        if (e.is_Add or e.is_Mul) and all(self.nature(a) == _SMOOTH for a in e.args):
+        if (e.is_Add or e.is_Mul) and all(self.nature(a) is _SMOOTH for a in e.args):
             return _SMOOTH
-        if e.is_Symbol or e.is_number or self.moving.isdisjoint(symbols_in(e)):
+        if e.is_number or self.moving.isdisjoint(symbols_in(e)):
             return _SMOOTH
         if isinstance(e, sp.exp):
             return self._function(e)
