@@ -34,7 +34,9 @@ def _expand(expr: sp.Expr) -> list[sp.Expr]:
     if expr.is_Add:
         return [t for a in expr.args for t in _expand(a)]
     if expr.is_Mul:
-        return _product([_expand(a) for a in expr.args])
+        factors = [_expand(a) for a in expr.args]
+        is_one_term = all(terms == [a] for terms, a in zip(factors, expr.args, strict=True))
+        return [expr] if is_one_term else _product(factors)
     if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive and term_count(expr.base) > 1:
         return _product([_expand(expr.base)] * int(expr.exp))
     return [expr]

@@ -31,7 +31,7 @@ class Observation:
     forces
         Generalized forces Q.
     values
-        Values of L, T, V and each term of L.
+        Values of L, T and V.
     gradient
         Series of the derivatives of L.
     magnitude
@@ -69,7 +69,7 @@ class Tapes:
         self.derived = Tape([*masses, *derivation.forcing_sums], self.moving)
         lagrangian = derivation.lagrangian
         shown = [lagrangian, derivation.kinetic, derivation.potential]
-        self.lagrangian = Tape([*shown, *sp.Add.make_args(lagrangian)], self.moving)
+        self.lagrangian = Tape(shown, self.moving)
         self._newton_tapes(derivation)
         self._declared_tapes(derivation)
 

@@ -68,6 +68,7 @@ class Tape:
     def __init__(self, outputs: Sequence[sp.Expr], inputs: Sequence[sp.Symbol]) -> None:
         self.operations: list[tuple[str, Any, Any]] = []
         self._index: dict[sp.Basic, int] = {}
+        self._constants: set[int] = set()
         self._products: dict[tuple[int, int], int] = {}
         self._below: dict[int, list[int]] = {}
         for symbol in inputs:
@@ -104,12 +105,14 @@ class Tape:
 
     def _node(self, expr: sp.Basic, places: Mapping[int, int]) -> int:
         args = [places[id(a)] for a in expr.args]
-        if all(self.operations[k][0] == "constant" for k in args):
+        if self._constants.issuperset(args):
             if not expr.is_Rational:
                 value = expr.evalf(mpmath.mp.dps + 5)
                 if not (value.is_real and value.is_finite):
                     raise DomainError
-            return self._append("constant", expr, None)
+            constant = self._append("constant", expr, None)
+            self._constants.add(constant)
+            return constant
         if expr.is_Add:
             return self._append("add", tuple(args), None)
         if expr.is_Mul:
