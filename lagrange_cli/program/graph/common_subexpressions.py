@@ -110,9 +110,10 @@ class _Extraction:
             n for group in groups.values() for n in group if kind.within((n, group[n]))
         )
         for number, group in groups.items():
-            for key, times in self._pairs(group, list(group)):
+            pairs = list(self._pairs(group, list(group)))
+            for key, times in pairs:
                 self._enter(key, number, times)
-            self._note_definition(number, group)
+            self._note_definition(number, group, pairs)
         self.heap = [(*self._priority(k), k) for k, count in self.counts.items() if count > 1]
         heapify(self.heap)
 
@@ -154,11 +155,13 @@ class _Extraction:
     def _leave(self, key: _Key, number: int) -> None:
         self.counts[key] -= self.occurrences.get(key, {}).pop(number, 0)
 
-    def _note_definition(self, number: int, group: _Group) -> None:
+    def _note_definition(
+        self, number: int, group: _Group, pairs: Iterable[tuple[_Key, int]]
+    ) -> None:
         """A group that is just a pair is that pair's node."""
         if len(group) > 2:
             return
-        for key, _ in self._pairs(group, list(group)):
+        for key, _ in pairs:
             if self.kind.define(key) == group:
                 self.definitions.setdefault(key, number)
 
@@ -209,7 +212,7 @@ class _Extraction:
         pairs = dict(self._pairs(group, present))
         for new, times in pairs.items():
             self._enter(new, number, times)
-        self._note_definition(number, group)
+        self._note_definition(number, group, self._pairs(group, list(group)))
         return list(pairs)
 
 

@@ -55,13 +55,13 @@ def schedule(
     """
     scaled = [value for _, nodes in wanted for value in nodes]
     roots = [number for _, number in scaled]
-    share_products(values, order_of(values, roots))
+    share_products(values, reachable_from(values, roots))
     order = order_of(values, roots)
     if factor_sums(values, order):
         order = order_of(values, roots)
         share_products(values, order)
     share_sums(values, order)  # sharing products makes no sums: `order` still has them all
-    scaled = share_scaled(values, order_of(values, roots), scaled)
+    scaled = share_scaled(values, reachable_from(values, roots), scaled)
     roots = [number for _, number in scaled]
     _split_long_sums(values)
     order = order_of(values, roots)
@@ -83,6 +83,17 @@ def in_families(assignments: _Assignments, results: _Results) -> tuple[_Assignme
         (name, tuple(in_canonical_order(renamed(operand, new)) for operand in operands))
         for name, operands in results
     )
+
+
+def reachable_from(values: ValueGraph, roots: Iterable[int]) -> set[int]:
+    """Every node that the roots need, in no order."""
+    nodes, reached = values.nodes, set(roots)
+    stack = list(reached)
+    while stack:
+        new = [part for part in nodes[stack.pop()].parts if part not in reached]
+        reached.update(new)
+        stack += new
+    return reached
 
 
 def order_of(values: ValueGraph, roots: Iterable[int]) -> list[int]:

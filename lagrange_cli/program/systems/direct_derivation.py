@@ -13,7 +13,8 @@ forces is taken from the derivation that is shown, which is compared with this o
 from __future__ import annotations
 
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, localcontext
-from itertools import combinations_with_replacement
+from functools import cache
+from itertools import combinations_with_replacement, islice
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import mpmath
@@ -160,13 +161,19 @@ class DirectDerivation:
     ) -> None:
         """Add Σ m JᵀJ of particles whose components of positions have these slopes."""
         values = self.values
+
+        @cache
+        def moved(both: int, inner: int) -> ScaledNode:
+            """The mass of what moves with a slope, times that."""
+            return values.multiply([(mass_of[both], 1), ((1, inner), 1)])
+
         for first, second, both in pairs:
             (j, c, a), (k, d, b) = first, second
             if j != k and both & (both - 1) and both in (holders[first], holders[second]):
                 # All that moves with one of them moves with the other.
                 inner, outer = (b, a) if both == holders[second] else (a, b)
-                moved = values.multiply([(mass_of[both], 1), ((1, inner), 1)])
-                square = scaled(values.multiply([((1, outer), 1), (moved, 1)]), c * d)
+                square = values.multiply([((1, outer), 1), (moved(both, inner), 1)])
+                square = scaled(square, c * d)
             else:
                 square = product(values, mass_of[both], (c, a), (d, b))
             self._masses.setdefault((j, k), []).append(square)
@@ -249,19 +256,31 @@ class DirectDerivation:
         def given(name: str) -> ScaledNode:
             return 1, values.intern(InputNode(name), _GIVEN)
 
-        a = [given(f"a{k}") for k in range(self._n)]
-        pushes = [given(f"l{k}") for k in range(len(equations.pushing))]
-        residuals = [
-            [product(values, entry, a[k]) for k, entry in row.items()] + [scaled(f, _MINUS)]
-            for row, f in zip(self.mass, self.forcing, strict=True)
+        upper = [(j, k) for j, row in enumerate(self.mass) for k in row if j <= k]
+        pushed = [
+            (j, number, values.convert(entry))
+            for number, closure in enumerate(equations.pushing)
+            for j, entry in entries(closure.gradient).items()
         ]
-        for closure, push in zip(equations.pushing, pushes, strict=True):
-            for j, entry in entries(closure.gradient).items():
-                work = product(values, push, values.convert(entry))
-                residuals[j].append(scaled(work, _MINUS))
-        wanted = [values.add(terms) for terms in residuals]
-        numbers = at_certificate(values, wanted, equations)
-        pairs = zip(numbers, sources.residuals, strict=True)
+        wanted = [
+            *self.forcing,
+            *(given(f"a{k}") for k in range(self._n)),
+            *(given(f"l{k}") for k in range(len(equations.pushing))),
+            *(self.mass[j][k] for j, k in upper),
+            *(slope for _, _, slope in pushed),
+        ]
+        numbers = iter(at_certificate(values, wanted, equations))
+        with localcontext(_DECIMALS):
+            residuals = [-x for x in islice(numbers, self._n)]
+            a = list(islice(numbers, self._n))
+            pushes = list(islice(numbers, len(equations.pushing)))
+            for (j, k), inertia in zip(upper, numbers, strict=False):
+                residuals[j] += inertia * a[k]
+                if j != k:
+                    residuals[k] += inertia * a[j]
+            for (j, number, _), slope in zip(pushed, numbers, strict=True):
+                residuals[j] -= pushes[number] * slope
+        pairs = zip(residuals, sources.residuals, strict=True)
         return all(abs(mpf(str(x)) - residual) <= _AGREE * size for x, (residual, size) in pairs)
 
 
