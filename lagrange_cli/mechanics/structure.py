@@ -322,7 +322,8 @@ def conserved_quantities(
         for c in cyclic
     ]
     inputs = derivation.reduced.names.inputs.values()
-    if evidence.energy_conserved and symbols_of_all([derivation.lagrangian]).isdisjoint(inputs):
+    driven = inputs and not symbols_of_all([derivation.lagrangian]).isdisjoint(inputs)
+    if evidence.energy_conserved and not driven:
         kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
         parts = () if kind == "energy" else energy
         even = kind == "jacobi" and _is_even(derivation)

@@ -170,6 +170,10 @@ class Splitter:
         if len(trig) < 2:
             return tuple(trig.items())
         rank = self.rank
+        if len(trig) == 2:
+            one, other = trig.items()
+            is_first = rank.setdefault(one[0], len(rank)) < rank.setdefault(other[0], len(rank))
+            return (one, other) if is_first else (other, one)
         ordered = sorted([(rank.setdefault(item[0], len(rank)), item) for item in trig.items()])
         return tuple([item for _, item in ordered])
 

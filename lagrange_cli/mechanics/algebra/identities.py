@@ -32,9 +32,9 @@ _Canonical: TypeAlias = Callable[[dict[TrigFactor, int]], TrigMonomial]
 def shorten_trigonometric(group: dict[TrigMonomial, Weights], canonical: _Canonical) -> None:
     """Apply sin² + cos² = 1 and the addition theorems until none shortens the sum."""
     pending = list(group) if len(group) > 1 else []
-    while pending:
+    while pending and len(group) > 1:
         trig = pending.pop()
-        if trig in group and len(group) > 1:
+        if trig in group:
             pending.extend(_shorten_one(group, trig, canonical))
 
 
@@ -178,4 +178,4 @@ def _replace(
     if not into:
         del group[target]
         return [k for k in (first, second) if k in group]
-    return [k for k in (target, first, second) if k in group]
+    return [k for k in (target, first, second) if k in group] if len(group) > 1 else []

@@ -7,7 +7,7 @@ object that it is, unless there is another one like it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TypeAlias
 
 import sympy as sp
@@ -95,18 +95,3 @@ def _opposite(term: sp.Expr) -> sp.Expr:
         return _MINUS_ONE * term
     number, further = (factors[0], factors[1:]) if factors[0].is_Number else (_ONE, factors)
     return sp.Mul._from_args(further if number is _MINUS_ONE else (-number, *further), True)
-
-
-def substituted(expr: sp.Expr, values: Mapping[sp.Expr, sp.Expr]) -> sp.Expr:
-    """Put values in place of parts of an expression, as ``xreplace`` does."""
-    value = values.get(expr)
-    if value is not None:
-        return value
-    parts = [substituted(part, values) for part in expr.args]
-    if all(new is old for new, old in zip(parts, expr.args, strict=True)):
-        return expr
-    if expr.is_Add:
-        return plain_sum(parts)
-    if expr.is_Mul and len(parts) == 2 and parts[0] is _MINUS_ONE and parts[1].is_Add:
-        return negative(parts[1])
-    return expr.func(*parts)

@@ -7,6 +7,8 @@ from typing import Any
 
 import sympy as sp
 
+from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
+
 
 class Substitution:
     """Replaces symbols as ``xreplace`` does.
@@ -39,5 +41,13 @@ class Substitution:
         """Evaluate an operation, once for operands that are the same objects."""
         key = kind, *map(id, parts)
         if key not in self._known:
-            self._known[key] = parts, kind(*parts)
+            self._known[key] = parts, _made(kind, parts)
         return self._known[key][1]
+
+
+def _made(kind: Callable[..., sp.Expr], parts: Sequence[sp.Expr]) -> sp.Expr:
+    if kind is sp.Add:
+        return plain_sum(parts)
+    if kind is sp.Mul and len(parts) == 2 and parts[0] is sp.S.NegativeOne:
+        return negative(parts[1]) if parts[1].is_Add else sp.Mul(*parts)
+    return kind(*parts)

@@ -19,7 +19,7 @@ import sympy as sp
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.plain_sums import substituted
+from lagrange_cli.mechanics.algebra.substitution import Substitution
 from lagrange_cli.mechanics.elimination.branches import (
     AmbiguousFactorError,
     BranchedSolution,
@@ -114,7 +114,7 @@ class Elimination:
     def reduce(self, expr: sp.Expr) -> sp.Expr:
         """Put everything that is solved into ``expr``."""
         present = {s: self.solved[s] for s in symbols_in(expr) if s in self.solved}
-        return substituted(expr, present) if present else expr
+        return Substitution(present).put_into(expr) if present else expr
 
     def sources_of(self, expr: sp.Expr) -> frozenset[int]:
         """Collect the numbers of stated equations that the symbols of ``expr`` rest on."""

@@ -18,7 +18,8 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum, substituted
+from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
+from lagrange_cli.mechanics.algebra.substitution import Substitution
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.elimination.implicitization import (
     AngleSymbols,
@@ -182,7 +183,7 @@ class _Form:
 
     def _put(self, expr: sp.Expr) -> sp.Expr:
         present = {s: self.known[s] for s in symbols_in(expr) if s in self.known}
-        return substituted(expr, present) if present else expr
+        return Substitution(present).put_into(expr) if present else expr
 
     def _angles(self, relations: Sequence[ImplicitEquation]) -> list[AngleSymbols]:
         """Coordinates that stand in the equations under sines and cosines only."""

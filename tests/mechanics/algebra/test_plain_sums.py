@@ -5,7 +5,8 @@ import random
 import pytest
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum, substituted
+from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
+from lagrange_cli.mechanics.algebra.substitution import Substitution
 
 X, Y, Z = sp.symbols("x y z", real=True)
 ATOMS = [X, Y, Z, *sp.symbols("theta_1:4", real=True), sp.pi, sp.sqrt(2), sp.E]
@@ -58,7 +59,7 @@ def test_negatives_and_substitutions_are_those_of_sympy(seed: int) -> None:
         assert same(negative(whole), -whole), whole
         replaced = whole.xreplace(values)
         if not replaced.has(sp.zoo, sp.nan, sp.oo):
-            assert same(substituted(whole, values), replaced), whole
+            assert same(Substitution(values).put_into(whole), replaced), whole
 
 
 def test_terms_that_are_alone_stay_the_same_objects() -> None:
