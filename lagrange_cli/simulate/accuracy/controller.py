@@ -107,9 +107,8 @@ def _first_tolerance(problem: InitialValueProblem, eps: float, method: type[Inte
 
 def _refuse_below_floor(problem: InitialValueProblem, eps: float, scales: Array) -> None:
     """Refuse an ``eps`` below :data:`FLOOR_ULPS` units in the last place of the start values."""
-    n = len(problem.kinds)
-    floors = FLOOR_ULPS * ulps(problem.y0[:n]) / scales
-    floor = float(max([FLOOR_ULPS * _LAST_PLACE, *floors.tolist()]))
+    floors = ulps(problem.y0[: len(problem.kinds)]) / scales
+    floor = FLOOR_ULPS * max([_LAST_PLACE, *floors.tolist()])
     if eps < floor:
         less = f"ask for --accuracy {_round_up(floor):g} or more, or " if floor < 0.1 else ""
         raise InputError(

@@ -4,9 +4,9 @@
 #include <math.h>
 
 /* The larger one, and not a number where either is none. */
-static double larger(double a, double b)
+static inline double larger(double a, double b)
 {
-    return b > a || isnan(b) ? b : a;
+    return (b > a) | (b != b) ? b : a;
 }
 
 /* Of some samples of n + n numbers: the largest errors, by the weighted distances of two other
@@ -17,17 +17,19 @@ void lagrange_compare(int64_t samples, int64_t n, const double *run, const doubl
                       double *largest)
 {
     double *const moved = largest + 2*n, *const size = moved + 2*n;
-    int64_t i, k;
-    for (k = 0; k < samples; ++k) {
+    const double first = weights[0], second = weights[1];
+    const double *const end = run + 2*n*samples;
+    int64_t i;
+    for (; run < end; run += 2*n, one += 2*n, two += 2*n) {
         for (i = 0; i < 2*n; ++i) {
-            const double here = run[2*n*k + i], first = fabs(one[2*n*k + i] - here);
-            /* Rounded by itself, whatever the compiler may fuse. */
-            const volatile double second = weights[1]*fabs(two[2*n*k + i] - here);
-            largest[i] = larger(largest[i], weights[0]*first + second);
-            moved[i] = larger(moved[i], fabs(i < n ? here - start[i] : here));
-            if (i < n) {
-                size[i] = larger(size[i], fabs(here));
-            }
+            /* Rounded by itself: what is chosen is fused with no sum. */
+            const double other = larger(0.0, second*fabs(two[i] - run[i]));
+            largest[i] = larger(largest[i], first*fabs(one[i] - run[i]) + other);
+        }
+        for (i = 0; i < n; ++i) {
+            moved[i] = larger(moved[i], fabs(run[i] - start[i]));
+            moved[n + i] = larger(moved[n + i], fabs(run[n + i]));
+            size[i] = larger(size[i], fabs(run[i]));
         }
     }
 }

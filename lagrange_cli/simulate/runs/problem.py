@@ -234,6 +234,8 @@ def unsampled_motion(problem: InitialValueProblem, shown: Array, moved: Array) -
         speeds along the whole motion, shape (2n,).
     """
     n = len(problem.kinds)
-    rests = moved[:n] <= _ROUNDING_ULPS * ulps(problem.y0[:n])
     hidden = shown < _SMALL_BESIDE_OTHERS * moved
-    return np.where(hidden & ~np.concatenate([rests, rests]), moved, 0.0)
+    if hidden.any():
+        rests = moved[:n] <= _ROUNDING_ULPS * ulps(problem.y0[:n])
+        hidden &= ~np.concatenate([rests, rests])
+    return np.where(hidden, moved, 0.0)

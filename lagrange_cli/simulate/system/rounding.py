@@ -27,7 +27,8 @@ def rounding_factors(number: int, pattern: int, real: NativeReal = DOUBLE) -> An
 def off_by_one_ulp(values: Sequence[float] | Array, pattern: int) -> Array:
     """Move each value by one unit in the last place, up or down by ``pattern``; 0 stays."""
     array = np.asarray(values, dtype=float)
-    return each_off_by_one_ulp(array.reshape(1, -1), (pattern,)).reshape(array.shape)
+    signs = _signs(array.size, (pattern,)).reshape(array.shape)
+    return np.where(array == 0, 0.0, array + signs * np.spacing(np.abs(array)))
 
 
 @lru_cache(maxsize=16)

@@ -118,10 +118,13 @@ def aligned_zeros(size: int, dtype: Any) -> Any:
     return numbers[first : first + size]
 
 
+_address, _from_buffer = ctypes.addressof, ctypes.c_char.from_buffer
+
+
 def place_of(array: Any) -> int:
     """Return the address of the first number of an array: ``array.ctypes.data``, but quickly."""
     try:
-        return ctypes.addressof(ctypes.c_char.from_buffer(array))
+        return _address(_from_buffer(array))
     except (TypeError, ValueError):  # read-only, strided, or without numbers
         return int(array.ctypes.data)
 
