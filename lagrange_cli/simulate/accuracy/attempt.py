@@ -95,7 +95,8 @@ class Attempt:
         each = _TUNING.gauss if method is INTEGRATORS["Gauss16"] else 1.0
         self._most: float = _TUNING.lost * each * self._growth(tolerance) * expected
         self._march_at = _March()
-        self._estimated: tuple[object, ErrorEstimate] | None = None
+        self._runs = self.run, self._looser, self._perturbed
+        self._estimated: ErrorEstimate | None = None
         self.run_seconds = 0.0
 
     def _growth(self, tolerance: float) -> float:
@@ -134,10 +135,6 @@ class Attempt:
         cut = surfaces_of(self._problem.rhs) is not None or self._coarse.sharp
         by_gauss = method is INTEGRATORS["Gauss16"]
         return INTEGRATORS["DOP853"] if by_gauss and cut else method
-
-    @property
-    def _runs(self) -> tuple[Run, Run, Run]:
-        return self.run, self._looser, self._perturbed
 
     @property
     def evaluations(self) -> int:
@@ -194,14 +191,14 @@ class Attempt:
     def restore(self, state: SavedState) -> bool:
         """Go on where an attempt at this tolerance stood; False where its samples are lost."""
         self._march_at = _March(**state["march"])
-        self.run_seconds = state["seconds"]
+        self.run_seconds, self._estimated = state["seconds"], None
         known = True
         for run, run_state in zip(self._own_runs, state["runs"], strict=True):
             known = run.restore(run_state) and known
         return known
 
     def _advance(self, run: Run, samples: int, watch: Callable[[float], None]) -> None:
-        started = time.perf_counter()
+        started, self._estimated = time.perf_counter(), None
         start, span = self._problem.start, self._problem.span
         try:
             while run.filled < samples and not self._spent(run):
@@ -283,10 +280,9 @@ class Attempt:
 
     def error_estimate(self) -> ErrorEstimate:
         """Estimate the error of the samples that all runs have reached."""
-        key = tuple((run, run.filled, run.t) for run in self._runs)
-        if self._estimated is None or self._estimated[0] != key:
-            self._estimated = key, self._estimate()
-        return self._estimated[1]
+        if self._estimated is None:
+            self._estimated = self._estimate()
+        return self._estimated
 
     def _estimate(self) -> ErrorEstimate:
         events, start = self.events, self.run.rows[0]

@@ -70,9 +70,14 @@ def first_contradiction(
         every = np.concatenate([states[:1], part])
         around = np.full_like(every, moves)
         around[0] = start
-        allowed = _allowed(_around(energy, np.concatenate([t[:1], times]), every, around))
-        convicted = np.flatnonzero((change > 0) & (change > _MARGIN * (allowed[0] + allowed[1:])))
-        begun = t[0], states[0]
+        every_time, begun = np.concatenate([t[:1], times]), (t[0], states[0])
+        # What components allow that are moved up alone acquits most.
+        for sides in ((1,), (1, -1)):
+            allowed = _allowed(_around(energy, every_time, every, around, sides), len(sides))
+            explained = _MARGIN * (allowed[0] + allowed[1:])
+            convicted = np.flatnonzero((change > 0) & (change > explained))
+            if not len(convicted):
+                return False
         return any(_contradicts_exactly(exact, times[k], part[k], moves, begun) for k in convicted)
 
     if not any(contradict(*suspects) for suspects in drift.suspects):
@@ -117,21 +122,21 @@ def _largest_change(energy: ExactEnergy, t: float, y: Array, moves: Array) -> An
     return max(sum(each), *(abs(value - here) for value in together))
 
 
-def _around(energy: Energy, t: Array, y: Array, moves: Array) -> Array:
-    """Evaluate the energy at states (k, 2n), and with each component moved by its error (k, 2n), up
-    and then down, shape (k, 1 + 4n)."""
+def _around(energy: Energy, t: Array, y: Array, moves: Array, sides: tuple[int, ...]) -> Array:
+    """Evaluate the energy at states (k, 2n), and with each component moved by its error (k, 2n) to
+    some sides, as 1 for up and −1 for down, shape (k, 1 + 2n·sides)."""
     width = y.shape[1]
-    each = np.eye(width)
-    moved = y[:, None] + np.concatenate([np.zeros((1, width)), each, -each]) * moves[:, None]
+    each = [np.zeros((1, width)), *(side * np.eye(width) for side in sides)]
+    moved = y[:, None] + np.concatenate(each) * moves[:, None]
     times = np.repeat(t, moved.shape[1])
     return energy(times, moved.reshape(len(times), -1))[:, 0].reshape(moved.shape[:2])
 
 
-def _allowed(values: Array) -> Array:
-    """Bound it from energies of a state and of those moved, up and then down, (..., 1 + 4n)."""
+def _allowed(values: Array, sides: int = 2) -> Array:
+    """Bound it from energies of a state and of those moved to some sides, (..., 1 + 2n·sides)."""
     changes = np.abs(values[..., 1:] - values[..., :1])
-    half = changes.shape[-1] // 2
-    return np.asarray(np.maximum(changes[..., :half], changes[..., half:]).sum(axis=-1))
+    each = changes.reshape(*changes.shape[:-1], sides, -1)
+    return np.asarray(each.max(axis=-2).sum(axis=-1))
 
 
 def suspects(energy: Array, kinetic: Array) -> tuple[Array, NDArray[np.intp]]:
