@@ -10,9 +10,9 @@ from lagrange_cli.emit.analysis.contents import analysis_sections
 from lagrange_cli.emit.base import OptionValue, completed, unknown_choice
 from lagrange_cli.emit.document.contents import Content
 from lagrange_cli.emit.document_options import ANALYZED, LATEX_OPTIONS
-from lagrange_cli.emit.latex import equations as latex
-from lagrange_cli.emit.latex import markdown
-from lagrange_cli.emit.typst import document as typst
+from lagrange_cli.emit.latex.equations import emit_latex
+from lagrange_cli.emit.latex.markdown import emit_markdown
+from lagrange_cli.emit.typst.document import emit_typst
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.values import Analysis
@@ -22,9 +22,9 @@ _Emit: TypeAlias = Callable[["Equations", Mapping[str, OptionValue], Content], d
 
 #: Format → what writes a content in it.
 _FORMATS: dict[str, _Emit] = {
-    "latex": latex.emit_sections,
-    "markdown": markdown.emit_sections,
-    "typst": typst.emit_sections,
+    "latex": emit_latex,
+    "markdown": emit_markdown,
+    "typst": emit_typst,
 }
 
 #: What options of derivations are where a document holds none.

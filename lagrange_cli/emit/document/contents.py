@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
@@ -16,12 +16,14 @@ from lagrange_cli.emit.document.reactions import constraint_forces
 from lagrange_cli.emit.document.start import start
 from lagrange_cli.emit.document.system import inputs, outputs, system
 from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.document_options import sections_of
 from lagrange_cli.emit.forms.contents import FORMS, form_sections
 from lagrange_cli.emit.steps.board import conclusions, working
 from lagrange_cli.emit.steps.sections import Block, Picture, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter
 
 if TYPE_CHECKING:
+    from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
 
 _STEPS = "steps to the equations of motion"
@@ -41,6 +43,12 @@ class Content:
 
     about: str
     sections: Callable[[DocumentWriter, float], list[Section]]
+
+
+def asked_content(equations: Equations, options: Mapping[str, OptionValue]) -> Content:
+    """The content of a document of a derivation that options of the registry ask for."""
+    parts = sections_of(options, forces=equations.constraint_forces is not None)
+    return derivation_content(equations, parts, str(options["form"]))
 
 
 def derivation_content(equations: Equations, parts: Collection[str], form: str) -> Content:

@@ -12,8 +12,8 @@ from lagrange_cli.emit.constraint_wording import (
     multipliers_line,
 )
 from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.steps.by_lagrange import lagrange_law
 from lagrange_cli.emit.steps.sections import Block, Formula, Law, Section, Words, formulas, section
-from lagrange_cli.emit.steps.writer import sum_of
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
     explicit_form,
@@ -42,7 +42,7 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
     return section(
         heading,
         Words(say("Lagrange's equations,")),
-        Law(f"{_law(writer)},", ends=False),
+        Law(f"{lagrange_law(writer, _multiplied(writer))},", ends=False),
         Words(say("read")),
         formulas(lagrange_equations(writer), result=True),
         writer.told(*_divided(writer)),
@@ -119,18 +119,6 @@ def _differentiated(writer: DocumentWriter, explicit: ExplicitForm) -> Iterator[
         if value is None:
             row = display_row(differentiated(writer.equations, closure), writer.words)
             yield Formula("", (writer.noted(row),))
-
-
-def _law(writer: DocumentWriter) -> str:
-    """d/dt ∂L/∂q̇ − ∂L/∂q + ∂D/∂q̇ = Q + Σ λ ∂φ/∂q, as far as there are such parts."""
-    letters, labels = writer.letters, writer.labels
-    place, speed = letters.symbol("q_j"), letters.symbol("q_j", 1)
-    left = f"{letters.rate(letters.partial(labels['L'], speed))}"
-    left += f" - {letters.partial(labels['L'], place)}"
-    if writer.equations.dissipation != 0:
-        left += f" + {letters.partial(labels['D'], speed)}"
-    force = letters.symbol("Q_j") if writer.equations.forces else ""
-    return f"{left} = {sum_of([force, *_multiplied(writer)])}"
 
 
 def _multiplied(writer: DocumentWriter) -> Iterator[str]:

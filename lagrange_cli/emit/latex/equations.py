@@ -25,8 +25,10 @@ if TYPE_CHECKING:
 _STYLES = {"document": latex_document, "beamer": latex_frames, "snippet": latex_snippet}
 
 
-def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    """Return ``NAME.tex``.
+def emit_latex(
+    equations: Equations, options: Mapping[str, OptionValue], content: Content | None = None
+) -> dict[str, str]:
+    """Return ``NAME.tex`` of a content, by default that of the derivation.
 
     Parameters
     ----------
@@ -43,13 +45,6 @@ def emit_latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict
     InputError
         Constraint forces are asked for and were not derived, or the system cannot be drawn.
     """
-    return emit_sections(equations, options)
-
-
-def emit_sections(
-    equations: Equations, options: Mapping[str, OptionValue], content: Content | None = None
-) -> dict[str, str]:
-    """Return ``NAME.tex`` of a content; that of the derivation if there is none."""
     chosen = LatexOptions.of(equations, options, content)
     return {f"{equations.name}.tex": _STYLES[chosen.style](equations, chosen)}
 

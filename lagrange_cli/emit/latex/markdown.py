@@ -6,9 +6,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.document.contents import Content, derivation_content
+from lagrange_cli.emit.document.contents import Content, asked_content
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.document_options import sections_of
 from lagrange_cli.emit.language import language
 from lagrange_cli.emit.latex.letters import LatexLetters
 from lagrange_cli.emit.latex.typesetter import Typesetter
@@ -55,8 +54,10 @@ class MarkdownLetters(LatexLetters):
         return written if written.startswith("$") else self.words(text)
 
 
-def emit_markdown(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    """Return ``NAME.md``.
+def emit_markdown(
+    equations: Equations, options: Mapping[str, OptionValue], content: Content | None = None
+) -> dict[str, str]:
+    """Return ``NAME.md`` of a content, by default that of the derivation.
 
     Parameters
     ----------
@@ -70,16 +71,7 @@ def emit_markdown(equations: Equations, options: Mapping[str, OptionValue]) -> d
     InternalError
         An expression has no exact form in print.
     """
-    parts = sections_of(options, forces=equations.constraint_forces is not None)
-    return emit_sections(
-        equations, options, derivation_content(equations, parts, str(options["form"]))
-    )
-
-
-def emit_sections(
-    equations: Equations, options: Mapping[str, OptionValue], content: Content
-) -> dict[str, str]:
-    """Return ``NAME.md`` of a content."""
+    content = content or asked_content(equations, options)
     letters = MarkdownLetters(equations)
     say, written_out = language(str(options["language"])), bool(options["written_out"])
     writer = DocumentWriter(equations, letters, say, written_out=written_out)

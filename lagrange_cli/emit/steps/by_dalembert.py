@@ -150,7 +150,7 @@ def comparison(writer: StepsWriter) -> Section | None:
                 writer.row(labels[potential], writer.equations.potential),
             ]
         ),
-        Law(lagrange_law(writer)),
+        Law(lagrange_law(writer, multiplier_terms(writer))),
         Words(
             say.counted(
                 steps.states,

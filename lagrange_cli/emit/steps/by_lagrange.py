@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ from lagrange_cli.emit.steps.sections import (
     formulas,
     section,
 )
-from lagrange_cli.emit.steps.writer import StepsWriter, sum_of
+from lagrange_cli.emit.steps.writer import StepsWriter, Writer, sum_of
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display, display_row
 
@@ -78,11 +78,15 @@ def lagrange_equations(writer: StepsWriter) -> Section | None:
         )
         for block in _coordinate(writer, c, steps, shown)
     ]
-    return section(writer.say("Lagrange's equations"), Law(lagrange_law(writer)), *blocks)
+    law = Law(lagrange_law(writer, multiplier_terms(writer)))
+    return section(writer.say("Lagrange's equations"), law, *blocks)
 
 
-def lagrange_law(writer: StepsWriter) -> str:
-    """d/dt ∂L/∂v − ∂L/∂q + ∂D/∂v = Q + Σ λ ∂φ/∂q, as far as there are such parts."""
+def lagrange_law(writer: Writer, multiplied: Iterable[str]) -> str:
+    """d/dt ∂L/∂v − ∂L/∂q + ∂D/∂v = Q + Σ λ ∂φ/∂q, as far as there are such parts.
+
+    ``multiplied``: the terms with λ.
+    """
     letters, labels = writer.letters, writer.labels
     place, speed = letters.symbol("q_j"), letters.symbol("q_j", 1)
     left = f"{letters.rate(letters.partial(labels['L'], speed))}"
@@ -90,7 +94,7 @@ def lagrange_law(writer: StepsWriter) -> str:
     if writer.equations.dissipation != 0:
         left += f" + {letters.partial(labels['D'], speed)}"
     force = letters.symbol("Q_j") if writer.equations.forces else ""
-    return f"{left} = {sum_of([force, *multiplier_terms(writer)])}"
+    return f"{left} = {sum_of([force, *multiplied])}"
 
 
 def multiplier_terms(writer: StepsWriter) -> Iterator[str]:

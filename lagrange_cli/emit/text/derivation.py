@@ -8,9 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit.base import OptionValue, completed
-from lagrange_cli.emit.constraint_wording import (
-    certificate_line,
-)
+from lagrange_cli.emit.constraint_wording import certificate_line
 from lagrange_cli.emit.document_options import TEXT_OPTIONS, sections_of
 from lagrange_cli.emit.initial_state import multiple_of_pi
 from lagrange_cli.emit.language import language
@@ -117,9 +115,7 @@ def whole(writer: TextWriter, form: str) -> Iterator[Iterable[Row | Block]]:
         ("equations", partial(outputs, writer)),
         ("certificate", partial(certificate, writer)),
     )
-    first, last = list(chosen(writer, above)), list(chosen(writer, below))
-    # What is abbreviated is known when all else is written.
-    return iter([heading(writer), *first, abbreviations(writer), left_out(writer), *last])
+    return in_order(writer, above, below)
 
 
 def with_steps(
@@ -149,8 +145,13 @@ def with_steps(
         ("equations", partial(outputs, writer)),
         ("certificate", partial(certificate, writer)),
     )
+    return in_order(writer, above, below)
+
+
+def in_order(writer: TextWriter, above: _Parts, below: _Parts) -> Iterator[Iterable[Row | Block]]:
+    """Write the sections that are wanted; what is abbreviated is known when all are written."""
     first, last = list(chosen(writer, above)), list(chosen(writer, below))
-    return iter([heading(writer), *first, left_out(writer), *last])
+    return iter([heading(writer), *first, abbreviations(writer), left_out(writer), *last])
 
 
 def chosen(writer: TextWriter, sections: _Parts) -> Iterator[Iterable[Row | Block]]:

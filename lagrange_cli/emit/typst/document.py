@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.document.contents import Content, derivation_content
+from lagrange_cli.emit.document.contents import Content, asked_content
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.document_options import sections_of
 from lagrange_cli.emit.language import language
 from lagrange_cli.emit.typst.letters import TypstLetters
 from lagrange_cli.emit.typst.typesetter import Typesetter
@@ -27,8 +26,10 @@ _PREAMBLE = """#set page(paper: "a4", margin: 25mm, numbering: "1")
 """
 
 
-def emit_typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    """Return ``NAME.typ``.
+def emit_typst(
+    equations: Equations, options: Mapping[str, OptionValue], content: Content | None = None
+) -> dict[str, str]:
+    """Return ``NAME.typ`` of a content, by default that of the derivation.
 
     Parameters
     ----------
@@ -42,16 +43,7 @@ def emit_typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict
     InternalError
         An expression has no exact form in print.
     """
-    parts = sections_of(options, forces=equations.constraint_forces is not None)
-    return emit_sections(
-        equations, options, derivation_content(equations, parts, str(options["form"]))
-    )
-
-
-def emit_sections(
-    equations: Equations, options: Mapping[str, OptionValue], content: Content
-) -> dict[str, str]:
-    """Return ``NAME.typ`` of a content."""
+    content = content or asked_content(equations, options)
     setter, say = Typesetter(stem=equations.name), language(str(options["language"]))
     written_out = bool(options["written_out"])
     writer = DocumentWriter(equations, TypstLetters(equations), say, written_out=written_out)
