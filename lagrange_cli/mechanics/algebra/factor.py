@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import sympy as sp
 
@@ -184,7 +184,7 @@ def _has_tangent(product: sp.Expr) -> bool:
 
 
 def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
-    if all(map(_is_linear_term, expr.args)):
+    if all(map(_is_linear_term, expr.args)) or _have_own_angles(expr.args):
         return expr
     expanded = expand_terms(expr, _TERM_BUDGET)
     if expanded is None:
@@ -195,6 +195,17 @@ def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
     if len(terms) < min(len(sp.Add.make_args(expr)), len(expanded)):
         return factored(terms)
     return expr
+
+
+def _have_own_angles(terms: Sequence[sp.Expr]) -> bool:
+    """Tell whether each term is one sine or cosine, of which no two are alike, times symbols."""
+    factors = [sp.Mul.make_args(term) for term in terms]
+    others = [f for own in factors for f in own if not (f.is_Symbol or f.is_Rational)]
+    return (
+        all(f.func in (sp.sin, sp.cos) for f in others)
+        and len(others) == len(terms) == len(set(others))
+        and all(any(f.is_Function for f in own) for own in factors)
+    )
 
 
 def _is_linear_term(term: sp.Expr) -> bool:

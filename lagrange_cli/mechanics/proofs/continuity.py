@@ -7,7 +7,7 @@ infinite: x/|x|, atan(1/x). No motion passes through a state at which a quantity
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable
+from collections.abc import Collection, Hashable, Iterator
 from dataclasses import dataclass
 
 import sympy as sp
@@ -80,6 +80,19 @@ def _is_polynomial(expression: sp.Expr) -> bool:
     return True
 
 
+def _within_terms(expression: sp.Expr) -> Iterator[sp.Expr]:
+    """Yield what sums and products are made of that is neither, each object once."""
+    stack, seen = [expression], set[int]()
+    while stack:
+        for part in stack.pop().args:
+            if id(part) not in seen:
+                seen.add(id(part))
+                if part.is_Add or part.is_Mul:
+                    stack.append(part)
+                else:
+                    yield part
+
+
 class _Natures:
     def __init__(self, moving: frozenset[sp.Symbol]) -> None:
         self.moving = moving
@@ -97,7 +110,7 @@ class _Natures:
         return known
 
     def _nature(self, e: sp.Expr) -> _Nature | None:
-        if (e.is_Add or e.is_Mul) and all(self.nature(a) is _SMOOTH for a in e.args):
+        if (e.is_Add or e.is_Mul) and all(self.nature(p) is _SMOOTH for p in _within_terms(e)):
             return _SMOOTH
         if e.is_number or self.moving.isdisjoint(symbols_in(e)):
             return _SMOOTH

@@ -71,8 +71,8 @@ def closure_incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
     names = eliminable.union(s for s in form.names.cartesian.values() if s not in form.known)
     groups: dict[frozenset[sp.Symbol], None] = {}
     around: dict[sp.Symbol, set[sp.Symbol]] = {q: set() for q in form.own}
-    for expression in form.expressions():
-        present = symbols_in(expression) & names
+    for held in form.symbols():
+        present = held & names
         if present.isdisjoint(eliminable):
             groups[frozenset(present)] = None
         for q in present & eliminable:
@@ -165,10 +165,12 @@ class _Form:
         for stated, expression in self._stated():
             yield ImplicitEquation(stated.constraint, expression, stated.equation.text, stated=True)
 
-    def expressions(self) -> Iterator[sp.Expr]:
-        """The expressions of :meth:`relations`, without their texts, which take longer."""
-        yield from (expression for *_, expression in self._defined())
-        yield from (expression for _, expression in self._stated())
+    def symbols(self) -> Iterator[frozenset[sp.Symbol]]:
+        """The symbols in each of :meth:`relations`, without forming those of definitions."""
+        for s, e in self.names.given.items():
+            if s not in self.known:
+                yield symbols_in(self._put(e)) | {s}
+        yield from (symbols_in(expression) for _, expression in self._stated())
 
     def _defined(self) -> Iterator[tuple[sp.Symbol, sp.Expr, sp.Expr]]:
         for s, e in self.names.given.items():

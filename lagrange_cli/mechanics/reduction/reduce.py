@@ -30,6 +30,7 @@ from lagrange_cli.mechanics.diagnosis.inconsistency import (
 from lagrange_cli.mechanics.elimination.branches import AmbiguousFactorError, NoRealSolutionError
 from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, eliminate
 from lagrange_cli.mechanics.equations import tagged
+from lagrange_cli.mechanics.free_symbols import holds
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, working_digits
 from lagrange_cli.mechanics.reduction.coordinates import (
     Chart,
@@ -348,8 +349,8 @@ def _placed(
 ) -> sp.Expr:
     """r(q, t) of a raw symbol, with sums under roots collected."""
     expr = elimination.solved.get(symbol, symbol)
-    rooted = any(p.exp.q != 1 and p.base.is_Add for p in expr.atoms(sp.Pow) if p.exp.is_Rational)
-    if not rooted:
+    powers = expr.atoms(sp.Pow) if holds(expr, sp.Pow) else ()
+    if not any(p.exp.q != 1 and p.base.is_Add for p in powers if p.exp.is_Rational):
         return expr
     return drawn_from_roots(tidy(expr), [q for q in coordinates if q.is_positive])
 
