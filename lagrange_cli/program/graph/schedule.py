@@ -25,7 +25,6 @@ from lagrange_cli.program.graph.statement_groups import (
     Assignment,
     grouped_by_shape,
     in_canonical_order,
-    renamed,
 )
 from lagrange_cli.program.graph.value_graph import ONE, ScaledNode, ValueGraph
 
@@ -80,7 +79,7 @@ def in_families(assignments: _Assignments, results: _Results) -> tuple[_Assignme
         return assignments, results
     grouped, new = grouped_by_shape(assignments)
     return tuple(grouped), tuple(
-        (name, tuple(in_canonical_order(renamed(operand, new)) for operand in operands))
+        (name, tuple([in_canonical_order(operand, new) for operand in operands]))
         for name, operands in results
     )
 

@@ -8,8 +8,10 @@ the one before, stays together too.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from heapq import heappop, heappush
+from operator import itemgetter
+from types import MappingProxyType
 from typing import TypeAlias
 
 from lagrange_cli.program.graph.operands import (
@@ -33,6 +35,11 @@ _DEPTH = 3
 _Key: TypeAlias = tuple[str, tuple[int, ...]]
 """The shape of an operand, with names cut down to their kind, and the numbers of its names."""
 
+#: No other names.
+_AS_THEY_ARE: Mapping[str, Variable] = MappingProxyType({})
+
+_KEY: Callable[[tuple[Operand, _Key]], _Key] = itemgetter(1)
+
 
 def grouped_by_shape(
     assignments: Sequence[Assignment],
@@ -45,25 +52,29 @@ def grouped_by_shape(
     return _Scheduler(assignments).run()
 
 
-def in_canonical_order(operand: Operand) -> Operand:
-    """Terms and factors ordered by shape, then by the numbers of their names."""
-    return _with_key(operand)[0]
+def in_canonical_order(operand: Operand, new: Mapping[str, Variable] = _AS_THEY_ARE) -> Operand:
+    """Terms and factors ordered by shape, then by the numbers of their names.
+
+    ``new`` has other names for some variables, by the old ones.
+    """
+    return _with_key(operand, new)[0]
 
 
-def _with_key(operand: Operand) -> tuple[Operand, _Key]:
+def _with_key(operand: Operand, new: Mapping[str, Variable]) -> tuple[Operand, _Key]:
     if isinstance(operand, Variable):
+        operand = new.get(operand.name, operand)
         kind = operand.name.rstrip("0123456789")
         number = operand.name[len(kind) :]
         return operand, (kind, (int(number),) if number else ())
     if isinstance(operand, Constant):
         return operand, (str(operand.value), ())
     if isinstance(operand, Sum):
-        return _sum_with_key(operand)
+        return _sum_with_key(operand, new)
     if isinstance(operand, Product):
-        numerator, above = _factors_with_key(operand.numerator)
-        denominator, below = _factors_with_key(operand.denominator)
+        numerator, above = _factors_with_key(operand.numerator, new)
+        denominator, below = _factors_with_key(operand.denominator, new)
         return Product(numerator, denominator), (f"({above[0]}/{below[0]})", above[1] + below[1])
-    arguments = [_with_key(argument) for argument in operand.arguments]
+    arguments = [_with_key(argument, new) for argument in operand.arguments]
     shape, numbers = _joined([key for _, key in arguments])
     return FunctionCall(operand.function, tuple(a for a, _ in arguments)), (
         f"{operand.function}({shape})",
@@ -71,25 +82,28 @@ def _with_key(operand: Operand) -> tuple[Operand, _Key]:
     )
 
 
-def _sum_with_key(operand: Sum) -> tuple[Operand, _Key]:
+def _sum_with_key(operand: Sum, new: Mapping[str, Variable]) -> tuple[Operand, _Key]:
     def place(
         term: tuple[Coefficient, tuple[Operand, _Key]],
     ) -> tuple[bool, str, Coefficient, object]:
         coefficient, (_, (shape, numbers)) = term
         return coefficient < 0, shape, coefficient, numbers
 
-    terms = sorted(((c, _with_key(part)) for c, part in operand.terms), key=place)
+    terms = sorted([(c, _with_key(part, new)) for c, part in operand.terms], key=place)
     shape, numbers = _joined([(f"{c}*{key[0]}", key[1]) for c, (_, key) in terms])
-    return Sum(tuple((c, part) for c, (part, _) in terms)), (f"[{shape}]", numbers)
+    return Sum(tuple([(c, part) for c, (part, _) in terms])), (f"[{shape}]", numbers)
 
 
-def _factors_with_key(factors: Sequence[Operand]) -> tuple[tuple[Operand, ...], _Key]:
-    parts = sorted(map(_with_key, factors), key=lambda part: part[1])
-    return tuple(part for part, _ in parts), _joined([key for _, key in parts])
+def _factors_with_key(
+    factors: Sequence[Operand], new: Mapping[str, Variable]
+) -> tuple[tuple[Operand, ...], _Key]:
+    parts = sorted([_with_key(factor, new) for factor in factors], key=_KEY)
+    return tuple([part for part, _ in parts]), _joined([key for _, key in parts])
 
 
 def _joined(keys: Sequence[_Key]) -> _Key:
-    return ",".join(shape for shape, _ in keys), tuple(n for _, numbers in keys for n in numbers)
+    shape = ",".join([shape for shape, _ in keys])
+    return shape, tuple([number for _, numbers in keys for number in numbers])
 
 
 class _Scheduler:
@@ -138,7 +152,7 @@ class _Scheduler:
     def _release(self, name: str) -> None:
         family = self.family[name]
         self.waiting[family] -= 1
-        operand, (_, numbers) = _with_key(renamed(self.operands[name], self.new))
+        operand, (_, numbers) = _with_key(self.operands[name], self.new)
         heappush(self.ready.setdefault(family, []), (numbers, name, operand))
 
 
