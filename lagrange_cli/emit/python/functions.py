@@ -11,7 +11,7 @@ return NaN. What differs for arrays of states stands in names (``array``,
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
 from textwrap import dedent, fill, indent
 from typing import TYPE_CHECKING
@@ -172,7 +172,7 @@ def prelude(body: str) -> tuple[list[str], list[str]]:
     for name in _HELPERS:
         if any(f"_{name}(" in text for text in (body, *helpers)):
             helpers.insert(0, helper_source(name))
-    words = words_among((*_OF_NUMBERS, *_MATH), "\n".join([body, *helpers]))
+    words = words_in("\n".join([body, *helpers]))
     aliases = [line for name, line in _OF_NUMBERS.items() if name in words]
     if aliases:
         note = "# What is done otherwise with arrays of states."
@@ -186,11 +186,6 @@ def prelude(body: str) -> tuple[list[str], list[str]]:
         listed = fill(text, LINE_WIDTH, initial_indent=_TAB, subsequent_indent=_TAB)
         line = f"from math import (\n{listed}\n)"
     return [line], helpers
-
-
-def words_among(names: Iterable[str], text: str) -> set[str]:
-    """Find those of some names that stand in a text, which may be long."""
-    return {n for n in names if n in text and re.search(rf"(?<![\w.]){n}(?!\w)", text)}
 
 
 def words_in(text: str) -> set[str]:
