@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -24,7 +25,7 @@ class Algebra:
     """The functions of heyoka, over :class:`Traced`, and how many ``operations`` were made."""
 
     def __init__(self, package: Any) -> None:
-        self._package = package
+        self.expression, self.zero = package.expression, package.expression(0.0)
         self.operations = 0
         self.functions: dict[str, Callable[..., Any]] = {
             name: self._function(getattr(package, name)) for name in _SAME
@@ -32,33 +33,31 @@ class Algebra:
         self.functions |= {name: self._rough(name) for name in _ROUGH}
         self.functions |= {"pow": pow, "solve": solve}
 
-    def _function(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        expression = self._package.expression
-
-        def call(*arguments: Any) -> Traced:
-            self.count()
-            return Traced(function(*(expression(self.plain(x)) for x in arguments)), self)
-
-        return call
+    def _function(self, function: Callable[..., Any]) -> Callable[..., Traced]:
+        return lambda *arguments: self.made(function, *map(self.plain, arguments))
 
     def _rough(self, name: str) -> Callable[..., Any]:
         return lambda *_: Traced(_Rough(name), self)
 
-    def plain(self, value: Any) -> Any:
-        """Make an expression of the package from a value.
+    def value(self, operand: Any) -> Any:
+        """Return what an operand stands for, a number as an expression of the package."""
+        return operand.value if isinstance(operand, Traced) else self.expression(float(operand))
+
+    def plain(self, operand: Any) -> Any:
+        """Return the same, if it has a Taylor series.
 
         Raises
         ------
         UnfitError
             It has no derivatives somewhere.
         """
-        inner = value.value if isinstance(value, Traced) else float(value)
-        if isinstance(inner, _Rough):
-            raise UnfitError(f"a force in it is not smooth ({inner.function})")
-        return self._package.expression(inner) if isinstance(inner, float) else inner
+        value = self.value(operand)
+        if isinstance(value, _Rough):
+            raise UnfitError(f"a force in it is not smooth ({value.function})")
+        return value
 
-    def count(self) -> None:
-        """Count one operation.
+    def made(self, function: Callable[..., Any], *values: Any) -> Traced:
+        """Apply a function or an operator, and count it.
 
         Raises
         ------
@@ -68,6 +67,7 @@ class Algebra:
         self.operations += 1
         if self.operations > MOST_HEYOKA_OPERATIONS:
             raise UnfitError(f"it takes more than {MOST_HEYOKA_OPERATIONS:,} operations")
+        return Traced(function(*values), self)
 
 
 class _Rough:
@@ -86,77 +86,38 @@ class _Rough:
     __truediv__ = __rtruediv__ = __pow__ = __rpow__ = __neg__ = _self
 
 
+_Operator: TypeAlias = Callable[["Traced", Any], "Traced"]
+
+
+def _operators(function: Callable[..., Any]) -> tuple[_Operator, _Operator]:
+    """Return the operator with the other operand behind it, and that with it in front."""
+    return (
+        lambda one, other: one.algebra.made(function, one.value, one.algebra.value(other)),
+        lambda one, other: one.algebra.made(function, one.algebra.value(other), one.value),
+    )
+
+
 class Traced:
-    """A number (a float) or an expression; sums with 0 and products with 0 and 1 are not made."""
+    """A number or an expression of heyoka, which folds numbers, sums with 0, products with 1."""
 
     __slots__ = ("algebra", "value")
 
     def __init__(self, value: Any, algebra: Algebra) -> None:
         self.value, self.algebra = value, algebra
 
-    @classmethod
-    def of(cls, value: Any, algebra: Algebra) -> Traced:
-        """Make one of these from a value."""
-        return value if isinstance(value, Traced) else cls(float(value), algebra)
-
-    def _with(self, operand: Any) -> Any:
-        return operand.value if isinstance(operand, Traced) else float(operand)
-
-    def _made(self, value: Any) -> Traced:
-        if not isinstance(value, float):
-            self.algebra.count()
-        return Traced(value, self.algebra)
-
-    def _is(self, number: float) -> bool:
-        return isinstance(self.value, float) and self.value == number
-
     @property
     def vanishes(self) -> bool:
         """The value is the number 0."""
-        return self._is(0.0)
+        return bool(self.value == self.algebra.zero)
 
-    def __add__(self, other: Any) -> Traced:
-        right = Traced.of(other, self.algebra)
-        if right.vanishes:
-            return self
-        return right if self.vanishes else self._made(self.value + self._with(other))
-
-    __radd__ = __add__
+    __add__, __radd__ = _operators(operator.add)
+    __sub__, __rsub__ = _operators(operator.sub)
+    __mul__, __rmul__ = _operators(operator.mul)
+    __truediv__, __rtruediv__ = _operators(operator.truediv)
+    __pow__, __rpow__ = _operators(operator.pow)
 
     def __neg__(self) -> Traced:
-        return self._made(-self.value)
-
-    def __sub__(self, other: Any) -> Traced:
-        right = Traced.of(other, self.algebra)
-        if right.vanishes:
-            return self
-        return -right if self.vanishes else self._made(self.value - self._with(other))
-
-    def __rsub__(self, other: Any) -> Traced:
-        return Traced(float(other), self.algebra) - self
-
-    def __mul__(self, other: Any) -> Traced:
-        right = Traced.of(other, self.algebra)
-        if self.vanishes or right._is(1.0):
-            return self
-        return right if right.vanishes or self._is(1.0) else self._made(self.value * right.value)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Traced:
-        right = Traced.of(other, self.algebra)
-        if self.vanishes or right._is(1.0):
-            return self
-        return self._made(self.value / right.value)
-
-    def __rtruediv__(self, other: Any) -> Traced:
-        return Traced(float(other), self.algebra) / self
-
-    def __pow__(self, other: Any) -> Traced:
-        return self._made(self.value ** self._with(other))
-
-    def __rpow__(self, other: Any) -> Traced:
-        return self._made(float(other) ** self.value)
+        return self.algebra.made(operator.neg, self.value)
 
     def __gt__(self, other: Any) -> bool:
         """Pivots of regular states are large enough: elsewhere values are not finite."""

@@ -147,7 +147,9 @@ def _system(text: _Text) -> tuple[list[tuple[Any, Any]], int]:
 
     algebra = Algebra(heyoka)
     state = [heyoka.expression(f"y{k}") for k in range(text.size)]
-    numbers = [heyoka.par[k] if x is None else x for k, x in enumerate(text.plain)]
+    numbers = [
+        heyoka.par[k] if x is None else heyoka.expression(x) for k, x in enumerate(text.plain)
+    ]
     parameters = [Traced(x, algebra) for x in numbers]
     first = len(parameters) - text.inputs
     slopes = text.trace(
