@@ -26,7 +26,8 @@ from lagrange_cli.mechanics.depiction import (
 )
 from lagrange_cli.mechanics.derivation_sources import DerivationSources
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
-from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, raw_terms
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
+from lagrange_cli.mechanics.dynamics.raw_terms import raw_terms
 from lagrange_cli.mechanics.dynamics.textbook_form import as_rates, shown_equations
 from lagrange_cli.mechanics.energy_balance import energy_balance
 from lagrange_cli.mechanics.equations import (

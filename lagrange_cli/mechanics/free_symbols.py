@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import lru_cache
 
 import sympy as sp
 
 #: Expressions whose symbols are kept.
 _KEPT = 2**18
 
+#: ``id`` of an expression → the expression, which keeps its id from being given away, and its
+#: symbols. By identity, since to compare with an equal expression of before takes longer.
+_SYMBOLS: dict[int, tuple[sp.Basic, frozenset[sp.Symbol]]] = {}
 
-@lru_cache(maxsize=_KEPT)
+
 def symbols_in(expr: sp.Basic) -> frozenset[sp.Symbol]:
     """Return the free symbols of an expression, as ``free_symbols`` does each time anew."""
-    if expr.is_Symbol:
-        return frozenset((expr,))
-    return frozenset[sp.Symbol]().union(*map(symbols_in, expr.args))
+    known = _SYMBOLS.get(id(expr))
+    if known is None:
+        if len(_SYMBOLS) >= _KEPT:
+            _SYMBOLS.clear()
+        inside = (expr,) if expr.is_Symbol else ()
+        symbols = frozenset[sp.Symbol](inside).union(*map(symbols_in, expr.args))
+        known = _SYMBOLS[id(expr)] = expr, symbols
+    return known[1]
 
 
 def holds(expr: sp.Basic, *kinds: type[sp.Basic]) -> bool:

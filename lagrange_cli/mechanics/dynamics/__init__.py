@@ -10,6 +10,7 @@ __all__ = [
     "accelerations",
     "jumps",
     "lagrange",
+    "raw_terms",
     "singular_configurations",
     "solve_exactly",
     "textbook_form",

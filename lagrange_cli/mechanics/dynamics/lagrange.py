@@ -25,22 +25,20 @@ from lagrange_cli.mechanics.algebra.collect import (
     Splitter,
     TermParts,
     TermSum,
-    collected_terms,
-    monomial,
     python_rational,
 )
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
-from lagrange_cli.mechanics.algebra.energies import shortest_energy
-from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
-from lagrange_cli.mechanics.algebra.factor import factored, tidy
-from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.identities import Weights
 from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
 from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
-from lagrange_cli.mechanics.algebra.templates import Element, Shape, Template
+from lagrange_cli.mechanics.algebra.templates import Element
 from lagrange_cli.mechanics.contacts.gaps import contacts
 from lagrange_cli.mechanics.dynamics.constraints import closures
 from lagrange_cli.mechanics.dynamics.potential_forces import CoordinateForce, PotentialForces
+from lagrange_cli.mechanics.dynamics.raw_terms import raw_terms
+from lagrange_cli.mechanics.dynamics.shown_energies import ShownEnergies
 from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
@@ -70,7 +68,7 @@ class Uncertified:
 
     Attributes
     ----------
-    kinetic, potential
+    energies
         T and V over q, v, t in display form.
     extra
         T_extra − U: the part of L that enters by its Euler–Lagrange expression.
@@ -90,8 +88,7 @@ class Uncertified:
     mass: tuple[Mapping[int, tuple[sp.Expr, ...]], ...]
     mass_matrix: tuple[ExpressionRow, ...]
     forcing: tuple[tuple[sp.Expr, ...], ...]
-    kinetic: sp.Expr
-    potential: sp.Expr
+    energies: ShownEnergies
     extra: sp.Expr
     dissipation: sp.Expr
     forces: tuple[BodyForce, ...]
@@ -105,6 +102,14 @@ class Uncertified:
     def pushing(self) -> tuple[Closure, ...]:
         """All that has a multiplier: closures, then the gaps of contacts."""
         return (*self.closures, *(c.closure for c in self.contacts))
+
+    @property
+    def kinetic(self) -> sp.Expr:
+        return self.energies.kinetic
+
+    @property
+    def potential(self) -> sp.Expr:
+        return self.energies.potential
 
     @cached_property
     def lagrangian(self) -> sp.Expr:
@@ -126,45 +131,6 @@ class Uncertified:
         }
 
 
-@dataclass(frozen=True)
-class RawTerms:
-    """Potentials and kinetic terms before coordinates are put in.
-
-    Attributes
-    ----------
-    elements
-        Potentials without velocities, over raw symbols.
-    velocity_dependent
-        All other potentials, over q, v, t.
-    kinetic
-        Terms of the section ``kinetic``, over q, v, t.
-    """
-
-    elements: tuple[Element, ...]
-    velocity_dependent: tuple[sp.Expr, ...]
-    kinetic: tuple[sp.Expr, ...]
-
-    @cached_property
-    def positional(self) -> tuple[sp.Expr, ...]:
-        """The same as expressions."""
-        return tuple(element.expr for element in self.elements)
-
-
-def raw_terms(reduced: Reduced) -> RawTerms:
-    """Convert the potentials and kinetic terms of a scene."""
-    scene = reduced.scene
-    v = {c.v for c in reduced.coordinates}
-    positional, dependent = [], []
-    for potential in scene.potentials:
-        element = reduced.element(potential.expression)
-        if v.isdisjoint(element.symbols):
-            positional.append(element)
-        else:
-            dependent.append(reduced.resolve(element.expr))
-    kinetic = [reduced.resolve(reduced.convert(k.expression)) for k in scene.kinetic]
-    return RawTerms(tuple(positional), tuple(dependent), tuple(kinetic))
-
-
 def derive_uncertified(reduced: Reduced) -> Uncertified:
     """Mass matrix, forcing and energies of a reduced scene, not yet checked."""
     return _Builder(reduced).build()
@@ -181,7 +147,6 @@ class _Builder:
         self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t)
         self.masses = frozenset(f for m in reduced.masses for f in m.free_symbols)
         self.splitter = Splitter(self.masses)
-        self.constants = frozenset(reduced.names.parameters.values())
         self.sums = written_sums(
             reduced.scene.expressions(),
             [expression for _, expression in reduced.names.abbreviations()],
@@ -200,8 +165,6 @@ class _Builder:
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
         self._masses: dict[tuple[int, int], Weights] = {}
         self._budget = _TERM_BUDGET
-        #: Tidied potentials by their shapes; None for those that stay as they are.
-        self._tidy: dict[Shape, Template | None] = {}
         self._potential_forces = PotentialForces(
             reduced, lambda s: bool(self._jacobian(s)), self._split_terms
         )
@@ -231,8 +194,9 @@ class _Builder:
             tuple(_full(self.n, upper)),
             tuple(ExpressionRow(self.n, row) for row in _full(self.n, inertia)),
             tuple(tuple(f.collected()) for f in self.forcing),
-            self._kinetic(velocity, inertia),
-            self._potential(),
+            ShownEnergies(
+                self.reduced, self.terms, velocity, inertia, self.splitter, self.brackets
+            ),
             extra,
             dissipation,
             forces,
@@ -391,57 +355,6 @@ class _Builder:
             return ()
         expanded = expand_terms(expr, self._budget)
         return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)
-
-    # Energies in display form.
-
-    def _kinetic(
-        self, velocity: dict[sp.Symbol, sp.Expr], mass: Mapping[tuple[int, int], sp.Expr]
-    ) -> sp.Expr:
-        """T = Σ ½ m ṙ², each particle's square collected, or the shortest other form."""
-        names = self.reduced.names
-        symbols = self.reduced.chart.geometry.position_symbols
-        scleronomic = not any(self.t in symbols[s] for s in velocity)
-        particles = None
-        squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in names.particle_symbols]
-        if sum(term_count(e) for e in squares) <= _TERM_BUDGET:
-            collected = [collected_terms(expand_terms(e, _TERM_BUDGET) or ()) for e in squares]
-            particles = [
-                m * grouped_sum(c, self.v) / 2
-                for m, c in zip(self.reduced.masses, collected, strict=True)
-            ]
-            size = sum(map(len, collected))
-        quadratic = scleronomic and not (self.terms.kinetic or self.terms.velocity_dependent)
-        if quadratic and (particles is None or self.n * (self.n + 1) < size):
-            particles = self._quadratic_form(mass)
-        if particles is None:
-            particles = [m * e / 2 for m, e in zip(self.reduced.masses, squares, strict=True)]
-        whole = plain_sum((*particles, *self.terms.kinetic))
-        return shortest_energy(whole, self.v, self.splitter, self.constants, self.brackets)
-
-    def _quadratic_form(self, mass: Mapping[tuple[int, int], sp.Expr]) -> list[sp.Expr]:
-        """Terms of ½ Σ M q̇ q̇."""
-        terms = []
-        for (j, k), entry in mass.items():
-            number, factor = entry.as_coeff_Mul(rational=True)
-            rates = [self.v[j] ** 2] if j == k else [self.v[j], self.v[k]]
-            half = number / 2 if j == k else number
-            terms.append(monomial(half, [*sp.Mul.make_args(factor), *rates]))
-        return terms
-
-    def _potential(self) -> sp.Expr:
-        tidied = map(self._tidied, self.terms.elements)
-        whole = sp.Add(*tidied, *self.terms.velocity_dependent)
-        return shortest_energy(whole, self.v, self.splitter, self.constants, self.brackets)
-
-    def _tidied(self, potential: Element) -> sp.Expr:
-        """A potential over coordinates, with a common factor in front; once for each shape."""
-        element = self.reduced.resolved_element(potential)
-        shape = element.shape
-        if shape not in self._tidy:
-            expr = tidy(shape.expr, self.masses)
-            self._tidy[shape] = None if expr == shape.expr else Template(expr, shape.symbols)
-        template = self._tidy[shape]
-        return element.expr if template is None else template.over(element.symbols)
 
 
 def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, _Entry]]:

@@ -338,7 +338,7 @@ def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.S
 
     symbols = set[sp.Symbol]()
     for term in names.scene.kinetic:
-        symbols |= names.convert(term.expression, rate).free_symbols
+        symbols |= symbols_in(names.convert(term.expression, rate))
     return [q for q in coordinates if rates[q] in symbols]
 
 

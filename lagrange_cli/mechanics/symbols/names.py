@@ -145,7 +145,11 @@ class Names:
         self._require_length(expression)
         self._open.append(name)
         try:
-            return to_sympy(expression, self.lookup, None, self._functions)
+            return self._elements.converted(
+                expression,
+                self._symbol,
+                lambda: to_sympy(expression, self.lookup, None, self._functions),
+            )[0]
         finally:
             self._open.pop()
 

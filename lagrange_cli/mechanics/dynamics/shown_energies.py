@@ -1,0 +1,118 @@
+"""T and V in display form, found when they are asked for: mass matrix and forcing need neither."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.collect import Splitter, collected_terms, monomial
+from lagrange_cli.mechanics.algebra.energies import shortest_energy
+from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.factor import tidy
+from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.algebra.plain_sums import plain_sum
+from lagrange_cli.mechanics.algebra.templates import Element, Shape, Template
+from lagrange_cli.mechanics.dynamics.raw_terms import RawTerms
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+
+#: Terms that the squares of all velocities may be multiplied out to.
+_TERM_BUDGET = 200
+
+
+class ShownEnergies:
+    """Kinetic and potential energy over q, v, t.
+
+    Parameters
+    ----------
+    reduced, terms
+        The scene over its coordinates, and what it says of energies.
+    velocity
+        Raw symbol of a particle's component → ṙ(q, v, t).
+    mass
+        Row and column ≥ row of the mass matrix → entry that is not zero.
+    splitter
+        Knows the masses, and in which order factors appeared so far.
+    brackets
+        Sums that stay as they are, since the scene wrote them.
+    """
+
+    def __init__(
+        self,
+        reduced: Reduced,
+        terms: RawTerms,
+        velocity: Mapping[sp.Symbol, sp.Expr],
+        mass: Mapping[tuple[int, int], sp.Expr],
+        splitter: Splitter,
+        brackets: Sequence[sp.Expr],
+    ) -> None:
+        self._reduced, self._terms = reduced, terms
+        self._velocity, self._mass = velocity, mass
+        self._splitter, self._brackets = splitter, brackets
+        self._v = [c.v for c in reduced.coordinates]
+        #: Tidied potentials by their shapes; None for those that stay as they are.
+        self._tidy: dict[Shape, Template | None] = {}
+
+    @property
+    def kinetic(self) -> sp.Expr:
+        """T = Σ ½ m ṙ², each particle's square collected, or the shortest other form."""
+        return self._both[0]
+
+    @property
+    def potential(self) -> sp.Expr:
+        """V, each term with a common factor in front, or the shortest other form."""
+        return self._both[1]
+
+    @cached_property
+    def _both(self) -> tuple[sp.Expr, sp.Expr]:
+        """T, then V: factors appear in this order."""
+        kinetic = self._shortest(plain_sum((*self._particles(), *self._terms.kinetic)))
+        tidied = map(self._tidied, self._terms.elements)
+        return kinetic, self._shortest(plain_sum((*tidied, *self._terms.velocity_dependent)))
+
+    def _shortest(self, energy: sp.Expr) -> sp.Expr:
+        constants = frozenset(self._reduced.names.parameters.values())
+        return shortest_energy(energy, self._v, self._splitter, constants, self._brackets)
+
+    def _particles(self) -> list[sp.Expr]:
+        """Terms of the particles' kinetic energy."""
+        reduced, velocity, n = self._reduced, self._velocity, len(self._v)
+        symbols = reduced.chart.geometry.position_symbols
+        scleronomic = not any(reduced.names.t in symbols[s] for s in velocity)
+        particles = None
+        bodies = reduced.names.particle_symbols
+        squares = [sp.Add(*(velocity[s] ** 2 for s in body)) for body in bodies]
+        if sum(term_count(e) for e in squares) <= _TERM_BUDGET:
+            collected = [collected_terms(expand_terms(e, _TERM_BUDGET) or ()) for e in squares]
+            particles = [
+                m * grouped_sum(c, self._v) / 2
+                for m, c in zip(reduced.masses, collected, strict=True)
+            ]
+            size = sum(map(len, collected))
+        quadratic = scleronomic and not (self._terms.kinetic or self._terms.velocity_dependent)
+        if quadratic and (particles is None or n * (n + 1) < size):
+            particles = self._quadratic_form()
+        if particles is None:
+            particles = [m * e / 2 for m, e in zip(reduced.masses, squares, strict=True)]
+        return particles
+
+    def _quadratic_form(self) -> list[sp.Expr]:
+        """Terms of ½ Σ M q̇ q̇."""
+        terms = []
+        for (j, k), entry in self._mass.items():
+            number, factor = entry.as_coeff_Mul(rational=True)
+            rates = [self._v[j] ** 2] if j == k else [self._v[j], self._v[k]]
+            half = number / 2 if j == k else number
+            terms.append(monomial(half, [*sp.Mul.make_args(factor), *rates]))
+        return terms
+
+    def _tidied(self, potential: Element) -> sp.Expr:
+        """A potential over coordinates, with a common factor in front; once for each shape."""
+        element = self._reduced.resolved_element(potential)
+        shape = element.shape
+        if shape not in self._tidy:
+            expr = tidy(shape.expr, self._splitter.masses)
+            self._tidy[shape] = None if expr == shape.expr else Template(expr, shape.symbols)
+        template = self._tidy[shape]
+        return element.expr if template is None else template.over(element.symbols)
