@@ -3,9 +3,9 @@
 n point masses on massless rods, absolute angles, every mass and length a
 symbol of its own. Everything runs in one process with imports warm; SymPy's
 cache is cleared and garbage collected before each timing, the methods take
-turns, and medians are reported. What each method yields is compared with the
-closed form of M and f at a random state. Garbage is looked for as often as in a process of
-``lagrange``, for every method alike.
+turns, and medians of seconds of the processor are reported. What each method
+yields is compared with the closed form of M and f at a random state. Garbage is
+looked for as often as in a process of ``lagrange``, for every method alike.
 
     python benchmarks/derivation.py --json derivation.json
 
@@ -17,12 +17,13 @@ from __future__ import annotations
 import argparse
 import gc
 import importlib.util
+import math
 import platform
 import statistics
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,11 @@ from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
 from lagrange_cli.cli.main import COLLECTION
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
+from lagrange_cli.mechanics.dynamics.raw_terms import raw_terms
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.program.graph.evaluation import evaluated
+from lagrange_cli.program.graph.value_graph import ValueGraph
+from lagrange_cli.program.systems.direct_derivation import DirectDerivation
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.model import Scene
 
@@ -106,13 +111,68 @@ Forms = tuple[list[Any], list[list[Any]], list[Any]]
 
 
 def without_certificate(scene: Scene) -> Forms:
-    """Reduction and derivation alone: nothing is checked or put into textbook form."""
+    """Reduction, and M and f collected: nothing is checked or put into textbook form."""
     found = derive_uncertified(reduce(scene))
     n = len(found.mass)
     matrix = [[sympy.Add(*row.get(k, ())) for k in range(n)] for row in found.mass]
     forcing = [sympy.Add(*terms) for terms in found.forcing]
     coordinates = found.reduced.coordinates
     return _arguments(coordinates, found.reduced.names.parameters), matrix, forcing
+
+
+@dataclass(frozen=True)
+class Executed:
+    """M and f as values of a graph, and the equations whose parameters are among its inputs."""
+
+    derivation: DirectDerivation
+    equations: Equations
+
+
+def scene_and_equations(n: int) -> tuple[Scene, Equations]:
+    """A scene, and its equations for what is neither position nor energy."""
+    scene = _scene(n)
+    return scene, derive(scene)
+
+
+def on_the_graph(given: tuple[Scene, Equations]) -> Executed:
+    """Reduction, and M and f derived on the value graph, which is what code of many links computes.
+
+    Positions and potentials come from this reduction, not from the one of the given equations.
+    """
+    scene, equations = given
+    reduced = reduce(scene)
+    terms = raw_terms(reduced)
+    assert equations.sources is not None
+    potentials = [*terms.velocity_dependent, *map(reduced.resolve, terms.positional)]
+    rest = sympy.Add(*terms.kinetic, *(-u for u in potentials))
+    bodies = zip(equations.particles, reduced.names.particle_symbols, reduced.masses, strict=True)
+    particles = tuple(
+        replace(p, mass=m, position=tuple(reduced.resolved[s] for s in body))
+        for p, body, m in bodies
+    )
+    sources = replace(equations.sources, rest=rest)
+    equations = replace(equations, particles=particles, sources=sources)
+    inputs = [(p.symbol, f"p{k}", 1) for k, p in enumerate(equations.parameters)]
+    inputs += [(reduced.names.t, "t", 2)]
+    inputs += [(c.q, f"q{k}", 3) for k, c in enumerate(reduced.coordinates)]
+    inputs += [(c.v, f"v{k}", 4) for k, c in enumerate(reduced.coordinates)]
+    return Executed(DirectDerivation(ValueGraph(inputs), equations), equations)
+
+
+def evaluate_graph(result: Executed, s: State) -> Values:
+    derivation, equations = result.derivation, result.equations
+    known = {"g": GRAVITY}
+    for letter, values in (("m", s.m), ("l", s.l)):
+        known |= {f"{letter}{k + 1}": float(x) for k, x in enumerate(values)}
+    inputs = {f"p{k}": known[p.name] for k, p in enumerate(equations.parameters)}
+    for letter, values in (("q", s.q), ("v", s.v)):
+        inputs |= {f"{letter}{k}": float(x) for k, x in enumerate(values)}
+    places = [(j, k) for j, row in enumerate(derivation.mass) for k in row]
+    wanted = [*(derivation.mass[j][k] for j, k in places), *derivation.forcing]
+    found = evaluated(derivation.values, wanted, inputs, vars(math), float)
+    matrix = np.zeros((len(s.q), len(s.q)))
+    matrix[tuple(np.transpose(places))] = found[: len(places)]
+    return matrix, np.array(found[len(places) :])
 
 
 def _arguments(coordinates: Any, parameters: Any) -> list[Any]:
@@ -224,7 +284,8 @@ def methods(largest_sympy: int) -> list[Method]:
     every = sys.maxsize
     found = [
         Method("lagrange, certified", every, _scene, derive, evaluate_equations),
-        Method("lagrange, not certified", every, _scene, without_certificate, evaluate_forms),
+        Method("lagrange, collected", every, _scene, without_certificate, evaluate_forms),
+        Method("lagrange, graph", every, scene_and_equations, on_the_graph, evaluate_graph),
         Method("SymPy LagrangesMethod", largest_sympy, _size, sympy_derivation, evaluate_sympy),
     ]
     if importlib.util.find_spec("symengine"):
@@ -237,13 +298,13 @@ def methods(largest_sympy: int) -> list[Method]:
 
 
 def timed(method: Method, n: int) -> tuple[float, Any]:
-    """Seconds of one derivation from a clean cache, and its result."""
+    """Seconds of the processor of one derivation from a clean cache, and its result."""
     given = method.prepare(n)
     clear_cache()
     gc.collect()
-    start = time.perf_counter()
+    start = time.process_time()
     result = method.run(given)
-    return time.perf_counter() - start, result
+    return time.process_time() - start, result
 
 
 def mismatch(method: Method, result: Any, n: int) -> float:
@@ -277,16 +338,18 @@ def measure(n: int, candidates: list[Method], repetitions: int) -> list[dict[str
 
 
 def table(rows: list[dict[str, Any]], names: list[str]) -> str:
-    """Markdown: a row a size, a column a method, and how much faster than SymPy ours is."""
+    """Markdown: a row a size, a column a method, and ratios of ours and those of peers."""
     of = {(r["n"], r["method"]): r["seconds"] for r in rows}
-    ours, bare, sympys = names[:3]
-    lines = ["| n | " + " | ".join(names) + " | ratio, certified | ratio, not certified |"]
-    lines.append("|---" * (len(names) + 3) + "|")
+    *ours, sympys = names[:4]
+    ratios = ["SymPy/certified", "collected/CasADi", "graph/CasADi"]
+    lines = ["| " + " | ".join(["n", *names, *ratios]) + " |"]
+    lines.append("|---" * (len(names) + 4) + "|")
     for n in sorted({r["n"] for r in rows}):
         cells = [f"{of[n, name]:.3g}" if (n, name) in of else "–" for name in names]
-        reference = of.get((n, sympys))
-        ratios = [f"{reference / of[n, o]:.0f}" if reference else "–" for o in (ours, bare)]
-        lines.append(f"| {n} | " + " | ".join(cells + ratios) + " |")
+        slow, fast = of.get((n, sympys)), of.get((n, "CasADi SX"))
+        cells.append(f"{slow / of[n, ours[0]]:.0f}" if slow else "–")
+        cells += [f"{of[n, name] / fast:.1f}" if fast else "–" for name in ours[1:]]
+        lines.append(f"| {n} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
@@ -294,7 +357,7 @@ def growth(rows: list[dict[str, Any]], names: list[str]) -> str:
     """How many times longer our ways take at twice the size, repetition by repetition."""
     of = {(r["n"], r["method"]): r["all_seconds"] for r in rows}
     lines = []
-    for name in names[:2]:
+    for name in names[:3]:
         for n, small in sorted((n, times) for (n, other), times in of.items() if other == name):
             if large := of.get((2 * n, name)):
                 ratio = statistics.median(b / a for a, b in zip(small, large, strict=True))
