@@ -20,11 +20,7 @@ from lagrange_cli.simulate.integrators.native.c_structures import (
     LANDMARK_ROWS,
     MOST_EVENTS,
     KernelStatus,
-    events_type,
-    landmarks_type,
-    members_type,
-    observed_type,
-    run_type,
+    structure,
 )
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
@@ -51,11 +47,11 @@ CONSTANTS: Mapping[str, Mapping[str, float]] = {
 }
 
 
-def claims(name: str, structure: Any) -> Iterator[str]:
+def claims(name: str, twin: Any) -> Iterator[str]:
     """What C says of a structure if it is the same as the one of ctypes."""
-    yield f"sizeof({name}) == {ctypes.sizeof(structure)}"
-    for field, kind in structure._fields_:
-        yield f"offsetof({name}, {field}) == {getattr(structure, field).offset}"
+    yield f"sizeof({name}) == {ctypes.sizeof(twin)}"
+    for field, kind in twin._fields_:
+        yield f"offsetof({name}, {field}) == {getattr(twin, field).offset}"
         yield f"sizeof((({name} *)0)->{field}) == {ctypes.sizeof(kind)}"
 
 
@@ -82,9 +78,9 @@ def compiled(
 @pytest.mark.parametrize("real", [DOUBLE, *WIDER_TYPES], ids=lambda real: real.name)
 def test_a_run_is_the_same_in_both_languages(real: NativeReal, tmp_path: Path) -> None:
     claimed = [
-        *claims("lagrange_run", run_type(real)),
-        *claims("lagrange_events", events_type()),
-        *claims("lagrange_landmarks", landmarks_type()),
+        *claims("lagrange_run", structure("run", real)),
+        *claims("lagrange_events", structure("events")),
+        *claims("lagrange_landmarks", structure("landmarks")),
     ]
     sources = kernels.in_arithmetic(kernels.kernel_files(), real)
     done = compiled(tmp_path, sources, "events.h", claimed)
@@ -93,7 +89,7 @@ def test_a_run_is_the_same_in_both_languages(real: NativeReal, tmp_path: Path) -
 
 @pytest.mark.compiler
 def test_what_is_seen_of_a_motion_is_the_same_in_both_languages(tmp_path: Path) -> None:
-    claimed = list(claims("lagrange_observed", observed_type()))
+    claimed = list(claims("lagrange_observed", structure("observed")))
     done = compiled(tmp_path, kernels.kernel_files(), "kernel.h", claimed)
     assert done.returncode == 0, done.stderr[:2000]
 
@@ -106,7 +102,7 @@ def test_members_are_the_same_in_both_languages(
 ) -> None:
     width = WIDTHS[options] if real is DOUBLE else 1
     claimed = [f"LAGRANGE_WIDTH == {width}"]
-    claimed += claims("lagrange_members", members_type(width, real))
+    claimed += claims("lagrange_members", structure("members", real, width))
     wide = () if real is DOUBLE else ("-DLAGRANGE_WIDE",)
     sources = kernels.in_arithmetic(kernels.batched_files(), real)
     done = compiled(tmp_path, sources, "taylor.c", claimed, *options, *wide)
@@ -123,7 +119,7 @@ def test_constants_are_the_same_in_both_languages(file: str, tmp_path: Path) -> 
 
 @pytest.mark.compiler
 def test_a_field_out_of_place_is_told(tmp_path: Path) -> None:
-    fields = list(run_type(DOUBLE)._fields_)
+    fields = list(structure("run")._fields_)
     fields[0], fields[1] = fields[1], fields[0]
     swapped = type("Swapped", (ctypes.Structure,), {"_fields_": fields})
     claimed = list(claims("lagrange_run", swapped))

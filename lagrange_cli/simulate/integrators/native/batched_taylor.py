@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.native.c_structures import members_type
+from lagrange_cli.simulate.integrators.native.c_structures import structure
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
     LONG,
@@ -101,7 +101,7 @@ class BatchedTaylor:
         self, system: ctypes.CDLL, stepper: ctypes.CDLL, kinds: _Integers, real: NativeReal = DOUBLE
     ) -> None:
         self.system, self._stepper, self._kinds, self.real = system, stepper, kinds, real
-        self._type = members_type(_WIDTH(("lagrange_taylor_width", stepper))(), real)
+        self._type = structure("members", real, _WIDTH(("lagrange_taylor_width", stepper))())
         self._advance = _ADVANCE(("lagrange_taylor_advance", stepper))
 
     def run(

@@ -21,6 +21,15 @@ MOST_EVENTS = EVENT_PARTS + 1
 #: Rows of values of landmarks: those of one state, and those of the TIMES of a step (landmarks.c).
 LANDMARK_ROWS = 8
 
+#: The file that declares each structure; what is observed is doubles, as coarse runs are.
+_FILES = {
+    "run": "kernel.h",
+    "landmarks": "kernel.h",
+    "observed": "kernel.h",
+    "events": "events.h",
+    "members": "members/taylor.c",
+}
+
 
 class KernelStatus(IntEnum):
     """Why a call of a kernel came back: ``LAGRANGE_OK`` and those that follow it in kernel.h."""
@@ -34,9 +43,10 @@ class KernelStatus(IntEnum):
 
 
 @cache
-def _structure(file: str, name: str, real: NativeReal, lanes: int) -> Any:
-    """Make the twin of a structure that a file of the kernels declares."""
-    body = source(file).partition(f"}} {name};")[0].rpartition("typedef struct")[2]
+def structure(name: str, real: NativeReal = DOUBLE, lanes: int = 1) -> Any:
+    """Make the twin of ``lagrange_NAME``, with numbers of a type and arrays of so many lanes."""
+    text = source(_FILES[name]).partition(f"}} lagrange_{name};")[0]
+    body = text.rpartition("typedef struct")[2]
     text = "".join(part.rpartition("*/")[2] for part in body.partition("{")[2].split("/*"))
     fields: list[tuple[str, Any]] = []
     for declaration in text.split(";")[:-1]:
@@ -47,28 +57,3 @@ def _structure(file: str, name: str, real: NativeReal, lanes: int) -> Any:
             ctype = POINTER if field.startswith("*") else number
             fields.append((field.lstrip("*"), ctype * lanes if several else ctype))
     return type(name, (ctypes.Structure,), {"_fields_": fields})
-
-
-def run_type(real: NativeReal) -> Any:
-    """``lagrange_run`` of kernel.h."""
-    return _structure("kernel.h", "lagrange_run", real, 1)
-
-
-def events_type() -> Any:
-    """``lagrange_events`` of events.h."""
-    return _structure("events.h", "lagrange_events", DOUBLE, 1)
-
-
-def landmarks_type() -> Any:
-    """``lagrange_landmarks`` of kernel.h."""
-    return _structure("kernel.h", "lagrange_landmarks", DOUBLE, 1)
-
-
-def observed_type() -> Any:
-    """``lagrange_observed`` of kernel.h: doubles, since coarse runs are made in these alone."""
-    return _structure("kernel.h", "lagrange_observed", DOUBLE, 1)
-
-
-def members_type(width: int, real: NativeReal) -> Any:
-    """``lagrange_members`` of taylor.c, for so many lanes."""
-    return _structure("members/taylor.c", "lagrange_members", real, width)

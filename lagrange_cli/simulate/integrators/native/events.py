@@ -13,7 +13,7 @@ from lagrange_cli.simulate.integrators.event_functions import (
     TerminalEvents,
     ZeroCrossing,
 )
-from lagrange_cli.simulate.integrators.native.c_structures import MOST_EVENTS, events_type
+from lagrange_cli.simulate.integrators.native.c_structures import MOST_EVENTS, structure
 from lagrange_cli.simulate.integrators.native.c_types import NativeReal, address_of, place_of
 
 #: Steps full of events that the buffer of one call holds.
@@ -59,7 +59,7 @@ class EventBuffer:
         self.signs = arrays["sign"]
         self._noise, self._reach = arrays["noise"], arrays["reach"]
         self._kept_alive = events, arrays
-        self._c = events_type()(count=count, capacity=capacity)
+        self._c = structure("events")(count=count, capacity=capacity)
         self._c.function = address_of(events.native.function)
         for name, array in arrays.items():
             setattr(self._c, name, place_of(array))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.native.c_structures import LANDMARK_ROWS, landmarks_type
+from lagrange_cli.simulate.integrators.native.c_structures import LANDMARK_ROWS, structure
 from lagrange_cli.simulate.integrators.native.c_types import (
     NativeReal,
     address_of,
@@ -48,7 +48,7 @@ class LandmarkBuffer:
             "state": np.empty(dimension, dtype),
         }
         self._kept_alive = landmarks, arrays
-        self._c = landmarks_type()(count=count)
+        self._c = structure("landmarks")(count=count)
         self._c.function = address_of(landmarks.function)
         for name, array in arrays.items():
             setattr(self._c, name, place_of(array))

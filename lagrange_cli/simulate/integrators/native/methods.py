@@ -27,7 +27,7 @@ from lagrange_cli.simulate.integrators.base import (
 )
 from lagrange_cli.simulate.integrators.event_functions import TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.gauss import Gauss16
-from lagrange_cli.simulate.integrators.native.c_structures import KernelStatus, run_type
+from lagrange_cli.simulate.integrators.native.c_structures import KernelStatus, structure
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
     LONG,
@@ -90,7 +90,7 @@ class _Compiled:
         self._tolerances = memory[n * rows : n * (rows + 2)].reshape(2, n)
         self._scratch = memory[n * (rows + 2) : n * (rows + 3)].reshape(1, n)
         self._memory[0] = rhs.real.array(y0)
-        self._run = run = run_type(rhs.real)()
+        self._run = run = structure("run", rhs.real)()
         address, row = place_of(memory), memory.itemsize * n
         run.rhs, run.lanes, run.project = rhs.address, rhs.lanes_address, rhs.projection_address
         run.p = rhs.parameters_address

@@ -6,7 +6,7 @@ import ctypes
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.native.c_structures import observed_type
+from lagrange_cli.simulate.integrators.native.c_structures import structure
 from lagrange_cli.simulate.integrators.native.c_types import place_of
 from lagrange_cli.simulate.integrators.observed_motion import (
     BRIEF,
@@ -35,7 +35,7 @@ class ObservedBuffer:
             "state": np.empty(2 * n),
         }
         self._kept_alive = arrays
-        self._c = observed_type()(brief=BRIEF, settling=SETTLING, window=WINDOW)
+        self._c = structure("observed")(brief=BRIEF, settling=SETTLING, window=WINDOW)
         for name, array in arrays.items():
             setattr(self._c, name, place_of(array))
         for name in ("tolerance", "least", "span", "nearest", "slowest"):
