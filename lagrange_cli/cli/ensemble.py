@@ -327,8 +327,9 @@ def _simulate(
     from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
     from lagrange_cli.simulate.ensemble.cluster import ClusterEngine
     from lagrange_cli.simulate.ensemble.opening import open_store
+    from lagrange_cli.simulate.ensemble.plan import blocks_of
     from lagrange_cli.simulate.ensemble.planning import plan_members
-    from lagrange_cli.simulate.ensemble.run import blocks_of, run_members
+    from lagrange_cli.simulate.ensemble.run import run_members
     from lagrange_cli.simulate.ensemble.store import MemoryStore
 
     started = perf_counter()

@@ -13,7 +13,7 @@ from lagrange_cli.notation.page import Page, Row, page, words
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.enumeration import Members
-    from lagrange_cli.simulate.ensemble.run import Plan
+    from lagrange_cli.simulate.ensemble.plan import Plan
     from lagrange_cli.simulate.ensemble.store import Store
     from lagrange_cli.simulate.ensemble.summaries import NumberRange
 

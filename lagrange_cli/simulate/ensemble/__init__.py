@@ -1,7 +1,7 @@
 """Many motions of one scene, that differ in parameters and initial values.
 
 A scene and values of its members go in; a result with an accuracy of its own for each comes out,
-stepped side by side in vectors where that is faster. Read :mod:`.run` first.
+stepped side by side in vectors where that is faster. Read :mod:`.plan`, then :mod:`.run`.
 """
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "kept",
     "members",
     "opening",
+    "plan",
     "planes",
     "planning",
     "result",

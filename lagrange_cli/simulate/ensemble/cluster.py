@@ -29,7 +29,8 @@ from lagrange_cli.files import (
 from lagrange_cli.simulate.cluster.refusals import ClusterError, refusal
 from lagrange_cli.simulate.cluster.tasks import Cluster
 from lagrange_cli.simulate.cluster.workers import exists
-from lagrange_cli.simulate.ensemble.run import Blocks, compile_ahead, run_block
+from lagrange_cli.simulate.ensemble.plan import Blocks
+from lagrange_cli.simulate.ensemble.run import compile_ahead, run_block
 from lagrange_cli.simulate.ensemble.store import BlockWriter, Store
 from lagrange_cli.simulate.ensemble.summaries import KeptBlock
 

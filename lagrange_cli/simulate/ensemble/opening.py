@@ -20,7 +20,7 @@ from lagrange_cli.simulate.ensemble.store import (
 from lagrange_cli.simulate.ensemble.zarr_store import open_zarr_store
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.run import Blocks
+    from lagrange_cli.simulate.ensemble.plan import Blocks
 
 _NOTE = "ensemble.json"
 

@@ -18,7 +18,7 @@ from lagrange_cli.simulate.ensemble.result import Ensemble
 from lagrange_cli.simulate.ensemble.store import PartsStore, refused
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.run import Blocks
+    from lagrange_cli.simulate.ensemble.plan import Blocks
 
 #: Key in the table's metadata of what it says of itself.
 _FACTS = "lagrange"

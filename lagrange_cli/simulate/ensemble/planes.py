@@ -18,7 +18,7 @@ from lagrange_cli.simulate.results.plane import PlaneMap
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.enumeration import Members
-    from lagrange_cli.simulate.ensemble.run import Plan
+    from lagrange_cli.simulate.ensemble.plan import Plan
 
 
 def _refused(message: str, hint: str = "") -> InputError:

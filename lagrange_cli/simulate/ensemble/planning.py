@@ -21,8 +21,9 @@ from lagrange_cli.simulate.ensemble.members import (
     varied_parameters,
 )
 from lagrange_cli.simulate.ensemble.opening import open_store
+from lagrange_cli.simulate.ensemble.plan import Plan, blocks_of
 from lagrange_cli.simulate.ensemble.result import Ensemble
-from lagrange_cli.simulate.ensemble.run import Engine, Plan, blocks_of, run_members
+from lagrange_cli.simulate.ensemble.run import Engine, run_members
 from lagrange_cli.simulate.ensemble.store import MemoryStore, Store
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import closing
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
@@ -32,12 +32,11 @@ from lagrange_cli.simulate.ensemble.blocks import (
     BlockPart,
     MemberBlock,
 )
-from lagrange_cli.simulate.ensemble.enumeration import Members
-from lagrange_cli.simulate.ensemble.kept import Keeper, Kept
-from lagrange_cli.simulate.ensemble.members import MemberValues, NumericMembers, Recipe
+from lagrange_cli.simulate.ensemble.kept import Keeper
+from lagrange_cli.simulate.ensemble.members import MemberValues, NumericMembers
+from lagrange_cli.simulate.ensemble.plan import Blocks, Plan, Task
 from lagrange_cli.simulate.ensemble.summaries import KeptBlock
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
 from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.results.trajectory import Trajectory
@@ -51,78 +50,6 @@ _Result = TypeVar("_Result")
 
 #: The status of a member that cannot be begun.
 REFUSED = "refused"
-
-#: Members of the largest block that is run one by one; set by hand.
-_LARGEST_BLOCK = 32
-
-#: Members of the largest block that is run batched; set by hand.
-_LARGEST_BATCHED = 256
-
-#: The same where nothing is kept of every sample; set by hand.
-_LARGEST_OF_NUMBERS = 8192
-
-#: Blocks into which fewer members are divided; set by hand.
-_FEWEST_BLOCKS = 16
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Options and model that all members share; plans of one key are one plan.
-
-    Attributes
-    ----------
-    key
-        Hash of all that results depend on.
-    recipe
-        The scene, and what options say of it.
-    names
-        Parameters and initial values that differ.
-    member, model
-        Values of one of the members, and its model.
-    alone
-        Members differ in numbers alone.
-    samples
-        Number of samples of each.
-    options
-        What is asked for of each.
-    extra
-        Further columns.
-    kept
-        What is kept of each beside figures.
-    """
-
-    key: str
-    recipe: Recipe = field(compare=False)
-    names: tuple[str, ...] = field(compare=False)
-    member: MemberValues = field(compare=False)
-    model: Model = field(compare=False)
-    alone: bool = field(compare=False)
-    samples: int = field(compare=False)
-    options: SimulationOptions = field(compare=False)
-    extra: tuple[str, ...] = field(compare=False, default=())
-    kept: Kept = field(compare=False, default=Kept())
-
-
-@dataclass(frozen=True)
-class Task:
-    """A block of members that is still to be run.
-
-    Attributes
-    ----------
-    plan
-        Options and model that all members share.
-    number
-        Number of the block.
-    rows
-        For each member a text for each of the plan's names.
-    numbers
-        For each of these names the numbers of all members; None where a text is no plain number.
-    """
-
-    plan: Plan
-    number: int
-    rows: tuple[tuple[str, ...], ...]
-    numbers: list[Array] | None = field(default=None, compare=False)
 
 
 class _Runner:
@@ -354,42 +281,6 @@ def _run_single(task: Task) -> BlockPart:
 # All of them.
 
 
-@dataclass(frozen=True)
-class Blocks:
-    """The members of a plan in blocks, which do not depend on where they are run.
-
-    Attributes
-    ----------
-    plan
-        Options and model that all members share.
-    members
-        All of them.
-    size
-        Members of each block but the last.
-    """
-
-    plan: Plan
-    members: Members
-    size: int
-
-    def __len__(self) -> int:
-        return -(-len(self.members) // self.size)
-
-    def first(self, number: int) -> int:
-        """Return the number of the first member of a block."""
-        return number * self.size
-
-    def length(self, number: int) -> int:
-        """Count the members of a block."""
-        return min(self.size, len(self.members) - self.first(number))
-
-    def task(self, number: int) -> Task:
-        """Return a block, with the values of its members."""
-        first, last = self.first(number), self.first(number) + self.length(number)
-        rows = tuple(self.members.rows(first, last))
-        return Task(self.plan, number, rows, self.members.numbers(first, last))
-
-
 class Engine(Protocol):
     """Runs blocks somewhere."""
 
@@ -397,15 +288,6 @@ class Engine(Protocol):
         self, blocks: Blocks, numbers: Iterable[int], store: Store, /
     ) -> Generator[KeptBlock | None, None, None]:
         """Yield the blocks of some numbers as they are kept; None for one that was interrupted."""
-
-
-def blocks_of(plan: Plan, members: Members) -> Blocks:
-    """Divide members into blocks."""
-    many = plan.alone and bool(plan.model.code.taylor)
-    largest = _LARGEST_BLOCK
-    if many:
-        largest = _LARGEST_BATCHED if plan.kept.columns != () else _LARGEST_OF_NUMBERS
-    return Blocks(plan, members, max(1, min(largest, len(members) // _FEWEST_BLOCKS)))
 
 
 def run_members(

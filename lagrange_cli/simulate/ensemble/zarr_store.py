@@ -34,7 +34,7 @@ from lagrange_cli.simulate.ensemble.zarr_chunks import chunk, codecs, put
 from lagrange_cli.simulate.request import resolve
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.run import Blocks
+    from lagrange_cli.simulate.ensemble.plan import Blocks
 
 #: Names of the axes; ``t`` is also the array of sample times.
 _AXES = ("member", "t")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from lagrange_cli.errors import Mark
 from lagrange_cli.simulate.ensemble.blocks import MemberBlock
 from lagrange_cli.simulate.ensemble.enumeration import listed
-from lagrange_cli.simulate.ensemble.run import Blocks, Plan, Task, blocks_of
+from lagrange_cli.simulate.ensemble.plan import Blocks, Plan, Task, blocks_of
 
 
 def blocks_of_rows(plan: Plan, rows: Sequence[Sequence[str]]) -> Blocks:

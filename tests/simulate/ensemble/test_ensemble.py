@@ -26,13 +26,8 @@ from lagrange_cli.simulate.ensemble.members import (
     require_known_names,
 )
 from lagrange_cli.simulate.ensemble.opening import open_store
-from lagrange_cli.simulate.ensemble.run import (
-    REFUSED,
-    Plan,
-    Task,
-    run_block,
-    run_members,
-)
+from lagrange_cli.simulate.ensemble.plan import Plan, Task
+from lagrange_cli.simulate.ensemble.run import REFUSED, run_block, run_members
 from lagrange_cli.simulate.ensemble.store import parts_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order
