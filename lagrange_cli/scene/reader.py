@@ -180,7 +180,7 @@ def read_text(
         # Names are looked up only where every declaration was understood.
         scene = override_parameters(scene, parameters or {}, reading.problems)
         scene = override_initial(scene, initial or {}, reading.problems)
-        check_names(scene, reading.problems, reading.parts, reading.index_marks)
+        check_names(scene, reading.problems, reading.helpers.parts, reading.index_marks)
         if not reading.problems.errors:
             check_units(scene, reading.problems)
     reading.problems.raise_if_any()
@@ -251,7 +251,7 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
         digest=digest,
         coordinates_mark=mark,
         positive=frozenset(c.name for c in values.get("coordinates", ()) if c.positive),
-        links=tuple(reading.links),
+        links=tuple(reading.helpers.links),
         families=tuple(reading.families.items()),
         **values,
     )

@@ -40,9 +40,9 @@ from lagrange_cli.scene.language.families import (
 )
 from lagrange_cli.scene.language.grammar import parse_equation, parse_expression, parse_key
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
-from lagrange_cli.scene.language.templates import is_template, with_names_of, with_zero_indices
 from lagrange_cli.scene.language.tokens import IDENTIFIER
-from lagrange_cli.scene.model import FamilyIndex, Link, Point
+from lagrange_cli.scene.model import FamilyIndex, Point
+from lagrange_cli.scene.reading.helper_texts import HelperTexts
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 _BOOLEANS = {
@@ -69,10 +69,8 @@ class Reading:
         Sections with problems, and those that an unknown section may be meant to be.
     doubtful_bodies
         Names in such sections of particles and points, without indices.
-    parts
-        Expressions given to helpers, each with a description of its place.
-    links
-        The helpers between two bodies.
+    helpers
+        What helpers are written out to.
     overrides
         Values given beside the scene, by name; those of sizes are needed while reading.
     functions
@@ -92,8 +90,7 @@ class Reading:
     values: dict[str, Any] = field(default_factory=dict)
     doubtful: set[str] = field(default_factory=set)
     doubtful_bodies: set[str] = field(default_factory=set)
-    parts: list[tuple[Expression, str]] = field(default_factory=list)
-    links: list[Link] = field(default_factory=list)
+    helpers: HelperTexts = field(default_factory=HelperTexts)
     overrides: AbstractMapping[str, str] = field(default_factory=dict)
     sizes: dict[str, int] = field(default_factory=dict)
     indices: dict[str, int] = field(default_factory=dict)
@@ -105,7 +102,6 @@ class Reading:
         default_factory=dict
     )
     _keys: dict[Scalar, Expression] = field(default_factory=dict)
-    _templates: dict[str, Node] = field(default_factory=dict)
     functions: set[str] = field(default_factory=set)
     _bodies: frozenset[str] | None = None
 
@@ -197,7 +193,7 @@ class Reading:
         parsed = self._parsed(scalar)
         if parsed is None:
             return None
-        with self._writing_out(*parsed, what):
+        with self.writing_out(*parsed, what):
             return written_expression(parsed[0], self.indices, self.budget)
         return None
 
@@ -212,7 +208,7 @@ class Reading:
         return self._expressions.get(scalar)
 
     @contextmanager
-    def _writing_out(self, expression: Expression, terms: int, what: str) -> Iterator[None]:
+    def writing_out(self, expression: Expression, terms: int, what: str) -> Iterator[None]:
         """Charge the terms of a family's element to the budget; record problems raised inside."""
         with self.problems.collect(what), self.problems.collect_at(expression, what):
             if self.in_family:
@@ -225,40 +221,6 @@ class Reading:
     def in_family(self) -> bool:
         """An element of a family is being read."""
         return len(self.indices) > len(self.sizes)
-
-    def charge(self, terms: int, mark: Mark) -> None:
-        """Count names and numbers that a helper is written out to, before that is done.
-
-        Raises
-        ------
-        InputError
-            All together would be more than a scene may be written out to.
-        """
-        at = Expression(Name("", (0, 0)), "", mark, exact=False)
-        with self._writing_out(at, 0, ""):
-            self.budget.charge(terms, (0, 0))
-
-    def helper_expression(self, text: str, mark: Mark) -> Expression:
-        """The expression that a helper at ``mark`` stands for."""
-        key = with_zero_indices(text)
-        if key in self._templates:
-            return Expression(with_names_of(self._templates[key], text), text, mark, exact=False)
-        parsed = parse_expression(text, mark, exact=False, limited=False, functions=self.functions)
-        if is_template(parsed.node, text, self.indices):
-            self._templates[key] = parsed.node
-        return written_expression(parsed, self.indices, self.budget)
-
-    def helper_equation(self, text: str, mark: Mark) -> Equation:
-        """The equation that a helper at ``mark`` stands for."""
-        parsed = parse_equation(text, mark, exact=False, limited=False, functions=self.functions)
-        return written_equation(parsed, self.indices, self.budget)
-
-    def part(self, node: SourceNode, key: str, what: str) -> Expression | None:
-        """An expression that is given to the helper of ``what`` at ``key``."""
-        expression = self.expression(node, f"'{key}' of {what}")
-        if expression:
-            self.parts.append((expression, what))
-        return expression
 
     def equation(
         self, node: SourceNode, what: str, relations: tuple[Relation, ...] = ("=",)
@@ -283,7 +245,7 @@ class Reading:
         if key not in self._equations:
             return None
         equation, terms = self._equations[key]
-        with self._writing_out(equation.left, terms, what):
+        with self.writing_out(equation.left, terms, what):
             return written_equation(equation, self.indices, self.budget)
         return None
 

@@ -29,7 +29,7 @@ _TERMS_OF_PAIR = 16
 def newton(node: Mapping, what: str, reading: Reading) -> str | None:
     """V = −G m₁ m₂/r over all pairs of particles, or one pair; ``masses`` are those of points."""
     fields = reading.fields(node, what, ("newton", "between", "masses"))
-    strength = reading.part(fields["newton"], "newton", what)
+    strength = reading.helpers.part(fields["newton"], "newton", what, reading)
     masses = {p.name: p.mass for p in _particles(reading)}
     for name, mass in _amounts(fields.get("masses"), "masses", what, reading):
         if name in masses:
@@ -52,7 +52,7 @@ def newton(node: Mapping, what: str, reading: Reading) -> str | None:
 def coulomb(node: Mapping, what: str, reading: Reading) -> str | None:
     """V = k q₁ q₂/r over all pairs of charged particles and points."""
     fields = reading.fields(node, what, ("coulomb", "charges"), required=("coulomb", "charges"))
-    strength = reading.part(fields["coulomb"], "coulomb", what)
+    strength = reading.helpers.part(fields["coulomb"], "coulomb", what, reading)
     charges = dict(_amounts(fields.get("charges"), "charges", what, reading))
     return _over_pairs(node, "", strength, charges, what, reading)
 
@@ -73,7 +73,7 @@ def _amounts(
     for name, value in mapping.entries if mapping else ():
         for element in reading.elements(name):
             body = known_body(element, what, key, reading)
-            amount = reading.part(value, key, what)
+            amount = reading.helpers.part(value, key, what, reading)
             if body is not None and amount is not None:
                 amounts.append((body, amount))
     return amounts
@@ -92,7 +92,7 @@ def _over_pairs(
         return None
     moving = {p.name for p in _particles(reading)}
     pairs = len(amounts) * (len(amounts) - 1) // 2
-    reading.charge(_TERMS_OF_PAIR * pairs, place_of(node))
+    reading.helpers.charge(_TERMS_OF_PAIR * pairs, place_of(node), reading)
     terms = [
         f"{as_factor(strength)}*{as_factor(amounts[a])}*{as_factor(amounts[b])}"
         f"/norm({', '.join(differences(a, b))})"
@@ -111,7 +111,7 @@ def _over_pairs(
 def drag(key: Scalar, node: Mapping, what: str, reading: Reading) -> tuple[Force, ...]:
     """A force −c v on a body, or −c q̇ on a coordinate."""
     fields = reading.fields(node, what, ("drag", "on"), required=("drag", "on"))
-    coefficient = reading.part(fields["drag"], "drag", what)
+    coefficient = reading.helpers.part(fields["drag"], "drag", what, reading)
     on = fields.get("on")
     if on is not None and not isinstance(on, Scalar):
         reading.expected("a particle, point or coordinate", f"'on' of {what}", on)
@@ -135,11 +135,11 @@ def damper(key: Scalar, node: Mapping, what: str, reading: Reading) -> tuple[For
     pair = body_pair(fields["damper"], "damper", what, reading)
     coefficient = None
     if "coefficient" in fields:
-        coefficient = reading.part(fields["coefficient"], "coefficient", what)
+        coefficient = reading.helpers.part(fields["coefficient"], "coefficient", what, reading)
     if pair is None or coefficient is None:
         return ()
     along = differences(*pair)
-    reading.links.append(Link("damper", pair, coefficient))
+    reading.helpers.links.append(Link("damper", pair, coefficient))
     rate = " + ".join(f"({d})*dot({d})" for d in along)
     square = " + ".join(f"({d})^2" for d in along)
     size = f"{as_factor(coefficient)}*({rate})"
@@ -159,5 +159,5 @@ def damper(key: Scalar, node: Mapping, what: str, reading: Reading) -> tuple[For
 def _force(
     key: Scalar, on: str, at: SourceNode, parts: Sequence[str], node: Mapping, reading: Reading
 ) -> Force:
-    components = tuple(reading.helper_expression(part, place_of(node)) for part in parts)
+    components = tuple(reading.helpers.expression(part, place_of(node), reading) for part in parts)
     return Force(key.text, key.mark, on, at.mark, components)
