@@ -9,7 +9,7 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.algebra.plain_sums import plain_sum
+from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
 from lagrange_cli.mechanics.certify.certificate import Evidence, explained
 from lagrange_cli.mechanics.certify.printed import (
     certify_energy,
@@ -160,7 +160,7 @@ def _sources(
     entries = [entry for row in derivation.mass for entry in row.values()]
     terms = sum(map(len, [*entries, *derivation.forcing]))
     return DerivationSources(
-        sp.Add(derivation.extra, *(-reduced.resolve(u) for u in positional)),
+        plain_sum((derivation.extra, *(negative(reduced.resolve(u)) for u in positional))),
         forcing,
         terms if derivation.collected else None,
         evidence.states[0],

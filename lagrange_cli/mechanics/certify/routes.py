@@ -9,6 +9,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.algebra.plain_sums import plain_sum
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.raw_terms import raw_terms
 from lagrange_cli.mechanics.free_symbols import symbols_in
@@ -84,7 +85,7 @@ class Tapes:
         self.terms = raw_terms(reduced)
         self.raw = [*self.symbols, *(q for q in self.q if q not in number)]
         self.potential = Tape(
-            [sp.Add(*self.terms.positional)], [*self.raw, self.t, *self.parameters]
+            [plain_sum(self.terms.positional)], [*self.raw, self.t, *self.parameters]
         )
         self.extra = Tape([derivation.extra], self.moving)
         self.dissipation = Tape([derivation.dissipation], self.moving)
