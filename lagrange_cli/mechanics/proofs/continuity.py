@@ -24,6 +24,8 @@ _CONTINUOUS = (
     *(sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh, sp.tanh),
     *(sp.asin, sp.acos, sp.atan, sp.asinh, sp.acosh),
 )
+#: Functions, real analytic everywhere, that are smooth wherever their argument is.
+_ANALYTIC = (sp.sin, sp.cos, sp.sinh, sp.cosh, sp.tanh, sp.asinh)
 #: Functions that are infinite somewhere.
 _INFINITE = (sp.tan, sp.log, sp.atanh)
 #: Inverse functions, which bend where a periodic function in them turns.
@@ -81,13 +83,13 @@ def _is_polynomial(expression: sp.Expr) -> bool:
 
 
 def _within_terms(expression: sp.Expr) -> Iterator[sp.Expr]:
-    """Yield what sums and products are made of that is neither, each object once."""
+    """Yield what sums, products and analytic functions are made of, each object once."""
     stack, seen = [expression], set[int]()
     while stack:
         for part in stack.pop().args:
             if id(part) not in seen:
                 seen.add(id(part))
-                if part.is_Add or part.is_Mul:
+                if part.is_Add or part.is_Mul or part.func in _ANALYTIC:
                     stack.append(part)
                 else:
                     yield part
@@ -110,7 +112,8 @@ class _Natures:
         return known
 
     def _nature(self, e: sp.Expr) -> _Nature | None:
-        if (e.is_Add or e.is_Mul) and all(self.nature(p) is _SMOOTH for p in _within_terms(e)):
+        is_passed = e.is_Add or e.is_Mul or e.func in _ANALYTIC
+        if is_passed and all(self.nature(p) is _SMOOTH for p in _within_terms(e)):
             return _SMOOTH
         if e.is_number or self.moving.isdisjoint(symbols_in(e)):
             return _SMOOTH
