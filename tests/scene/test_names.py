@@ -34,6 +34,8 @@ def rules(text: str) -> list[str]:
         "initial: {x: 1, r: 2, dot(theta): 1, dot(z_bob): 0}\n",
         BOB + "potentials: {v: 'abs(x) + max(x, y) + sign(z)'}\n",
         BOB + "expect: {cyclic: [x], conserved: [energy, jacobi, p_x]}\n",
+        # Exact beside rounded: 2^1200 is no double.
+        BOB + "parameters: {a: sqrt(4), b: 2, c: a^2, d: b^2, e: d^100, f: e^6/e^6}\n",
     ],
 )
 def test_accepted(text: str) -> None:

@@ -180,9 +180,10 @@ class Names:
         self, expression: Expression, rate: Rate | None
     ) -> tuple[sp.Expr, Element | None]:
         """Convert an expression, and say of which shape it is if its names alone tell that."""
+        # Also of those whose shape is known: the names of others may have short definitions.
+        self._require_length(expression)
 
         def converted() -> sp.Expr:
-            self._require_length(expression)
             if rate is None:
                 return to_sympy(expression, self.lookup, None, self._functions)
             return self._converted_with_rate(expression, rate, {})

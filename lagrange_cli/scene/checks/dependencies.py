@@ -126,7 +126,7 @@ class TraitsByShape:
     def __init__(self) -> None:
         #: A shape and the ``id`` of its names' traits → these, which keeps them, and its own.
         self._known: dict[Hashable, tuple[list[ExpressionTraits], ExpressionTraits]] = {}
-        #: One object for all traits that are equal.
+        #: One object for all traits that are equal, but those of constants with a value.
         self._distinct: dict[ExpressionTraits, ExpressionTraits] = {}
 
     def of(self, node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTraits:
@@ -136,7 +136,9 @@ class TraitsByShape:
         key = shape, *map(id, traits)
         if key not in self._known:
             whole = traits_of(node, names)
-            self._known[key] = traits, self._distinct.setdefault(whole, whole)
+            if whole.extent.value is None:  # an exact number equals the one it is rounded to
+                whole = self._distinct.setdefault(whole, whole)
+            self._known[key] = traits, whole
         return self._known[key][1]
 
 

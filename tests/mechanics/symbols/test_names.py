@@ -36,3 +36,15 @@ def test_what_doubles_with_each_definition_is_refused(first: str, use: str, time
 def test_definitions_that_few_name_are_written_out() -> None:
     equations = derived(f"{SCENE}{doubled('x', 6)}potentials: {{v: d5 + d6}}\n")
     assert equations.certificate.mismatch < 1e-25
+
+
+def test_length_counts_beside_an_element_of_the_same_shape() -> None:
+    """Names of positions are symbols: the shape does not tell how long their meaning is."""
+    long = "+".join(["x"] * 9990)
+    scene = f"""
+particles: {{a: {{mass: 1, position: [x, 0, 0]}}, b: {{mass: 1, position: [y, 0, 0]}}}}
+points: {{c: ["{long}", 0, 0], d: ["{long}+y", 0, 0]}}
+coordinates: [x, y]
+potentials: {{short: x_a*(x_a - x_b)^2, long: x_c*(x_c - x_d)^2}}
+"""
+    assert refusal(scene).rule == "too-large"
