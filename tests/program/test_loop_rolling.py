@@ -9,7 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.program.graph.operands import Cell, FunctionCall, Product, Sum, Variable, rebuilt
+from lagrange_cli.program.graph.operands import (
+    Cell,
+    Constant,
+    FunctionCall,
+    Product,
+    Sum,
+    Variable,
+    rebuilt,
+)
 from lagrange_cli.program.systems.loop_rolling import LoopNest, Statement, roll_loops
 
 pytestmark = pytest.mark.slow
@@ -45,6 +53,33 @@ def repeated(loop, counters):
             return variable if cell is None else Variable(f"{cell.array}{cell.number}")
 
         yield Statement(target, rebuilt(statement.operand, moved))
+
+
+def counted(statements):
+    """Statements with variables #2, #3, … in the place of all whole numbers from 2 on."""
+    return [Statement(s.target, with_counts(s.operand)) for s in statements]
+
+
+def with_counts(operand):
+    if isinstance(operand, Constant):
+        return Variable(f"#{operand.value}") if operand.value >= 2 else operand
+    if isinstance(operand, Sum):
+        return Sum(tuple(term_with_count(c, with_counts(part)) for c, part in operand.terms))
+    if isinstance(operand, Product):
+        above, below = (
+            tuple(map(with_counts, parts)) for parts in (operand.numerator, operand.denominator)
+        )
+        return Product(above, below)
+    return operand
+
+
+def term_with_count(coefficient, part):
+    if abs(coefficient) < 2:
+        return coefficient, part
+    number, sign = Variable(f"#{abs(coefficient)}"), -1 if coefficient < 0 else 1
+    if isinstance(part, Product):
+        return sign, Product((number, *part.numerator), part.denominator)
+    return sign, Product((number, part), ())
 
 
 def times(*names):
@@ -124,6 +159,46 @@ def test_independent_statements_may_change_places():
     assert list(expanded(roll_loops(rows, locate))) == rows
 
 
+def test_numbers_advance_with_the_cells():
+    """(n - max(i, j)) a[i] b[j] of a chain, and what holds each number alone."""
+    n = 12
+    statements = [
+        Statement(
+            Cell("work", i * n + j),
+            Product((Constant(Fraction(n - j)), Variable(f"a{i}"), Variable(f"b{j}")), ()),
+        )
+        for i in range(n)
+        for j in range(i, n)
+    ]
+    nest, *others = roll_loops(statements, locate, independent=True)
+    assert [(count.base, count.steps) for count in nest.counts] == [(8, ()), (11, (-1,))]
+    assert Counter(counted(expanded([nest, *others]))) == Counter(counted(statements))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_coefficients_advance_with_the_cells(sign):
+    statements = [
+        Statement(
+            Cell("w", k), Sum(((1, Variable(f"a{k}")), (sign * (9 - k), times("t", f"b{k}"))))
+        )
+        for k in range(10)
+    ]
+    items = roll_loops(statements, locate)
+    loop = items[0]
+    assert loop.counts[0].base == 8
+    assert len(items) == 3  # 9, 8, …, 2; then 1 and 0
+    assert counted(expanded(items)) == counted(statements)
+
+
+def test_numbers_that_are_rounded_stay():
+    statements = [
+        Statement(Cell("w", k), Product((Constant(value), Variable(f"a{k}")), ()))
+        for k, value in enumerate([2**60, 2**60 + 1, Fraction(5, 2), Fraction(7, 2)] * 3)
+    ]
+    items = roll_loops(statements, locate)
+    assert items == statements
+
+
 cells = st.builds(Cell, st.sampled_from("ab"), st.integers(0, 5))
 names = st.builds(lambda cell: Variable(f"{cell.array}{cell.number}"), cells)
 operands = st.one_of(
@@ -132,6 +207,9 @@ operands = st.one_of(
     st.tuples(names, st.just(Variable("t"))).map(
         lambda ab: Sum(((Fraction(2), ab[0]), (Fraction(-1), ab[1])))
     ),
+    st.tuples(names, st.integers(-4, 4).filter(bool), st.integers(1, 4)).map(
+        lambda abc: Sum(((abc[1], abc[0]), (1, Product((Constant(abc[2]), abc[0]), ()))))
+    ),
 )
 
 
@@ -139,7 +217,8 @@ operands = st.one_of(
 @given(st.lists(st.builds(Statement, cells, operands), max_size=40), st.integers(1, 5))
 def test_loops_repeat_the_statements(statements, times_over):
     statements = statements * times_over
-    assert list(expanded(roll_loops(statements, locate))) == statements
-    assert Counter(expanded(roll_loops(statements, locate, independent=True))) == Counter(
-        statements
+    written = counted(statements)
+    assert counted(expanded(roll_loops(statements, locate))) == written
+    assert Counter(counted(expanded(roll_loops(statements, locate, independent=True)))) == Counter(
+        written
     )

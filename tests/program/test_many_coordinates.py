@@ -98,10 +98,22 @@ def test_the_perturbed_right_hand_side_differs_by_its_factors_alone():
     assert 0 < np.abs(moved - rhs).max() < 1e-10 * np.abs(rhs).max()
 
 
+#: Equal links: the masses below each are whole numbers times m.
+EQUAL = """
+sizes: {{n: {links}}}
+parameters: {{m: 1, g: 9.81, l: 1}}
+particles:
+  "p[i=1..n]": {{mass: m, position: ["sum(l*sin(q[j]), j=1..i)", 0, "-sum(l*cos(q[j]), j=1..i)"]}}
+coordinates: ["q[i=1..n]"]
+potentials: {{w: {{gravity: g}}}}
+"""
+
+
 @pytest.mark.slow
-def test_code_of_many_links_does_not_grow_with_them():
+@pytest.mark.parametrize("text", [chain_text, lambda links: EQUAL.format(links=links)])
+def test_code_of_many_links_does_not_grow_with_them(text):
     def lines(links):
-        program = build_program(chain(links), ["acceleration"])
+        program = build_program(derive(read_text(text(links))), ["acceleration"])
         return library_source({"rhs": program, "disturbed": perturb(program)}).count("\n")
 
     assert lines(32) < lines(24) + 10

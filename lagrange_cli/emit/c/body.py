@@ -36,6 +36,7 @@ from lagrange_cli.program.printing import expression_text
 from lagrange_cli.program.program import Program, ProgramKind, dependents
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.systems.loop_rolling import (
+    COUNTED,
     AffineIndex,
     ArrayAccess,
     LoopNest,
@@ -298,6 +299,8 @@ class _Writer:
         if place is None:
             return None
         array, index = place
+        if array == COUNTED:
+            return f"({self.real.name})({_index(index)})"
         name = (self.names.parameter_array or "c") if array == "p" else array
         return f"{name}[{_index(index)}]"
 

@@ -4,18 +4,20 @@ Values live in numbered cells of a few arrays. Consecutive statements of one
 shape whose cells advance by constant steps become a loop; consecutive loops
 whose bounds and cells advance by constant steps become a loop of loops, and so
 on (a special case of Ketterlin and Clauss, "Prediction and trace compression
-of data access addresses through nested loop recognition", CGO 2008). The
+of data access addresses through nested loop recognition", CGO 2008). Whole numbers
+in the statements, as the masses below each link of a chain, may advance like cells. The
 statements are executed in their order, so that no value changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from lagrange_cli.program.graph.operands import (
     Cell,
+    Coefficient,
     Constant,
     FunctionCall,
     Operand,
@@ -23,11 +25,18 @@ from lagrange_cli.program.graph.operands import (
     Sum,
     Variable,
     cell_named,
+    magnitude,
     variables,
 )
 
 #: Fewer repetitions than this stay written out.
 _FEWEST = 4
+
+#: Whole numbers from 2 to this may advance: no type of emitted code rounds them.
+_LARGEST_COUNTED = 2**24
+
+#: What stands for a number that advances: the array of its place, and its name in an operand.
+COUNTED = "#"
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +60,7 @@ class AffineIndex:
 
 
 ArrayAccess: TypeAlias = tuple[str, AffineIndex]
-"""An array and an index into it."""
+"""An array and an index into it; with :data:`COUNTED` for an array, the index as a number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +68,7 @@ class LoopStatement:
     """A statement within loops.
 
     ``places``: those of the target and of each variable of ``operand`` from left
-    to right (None: a scalar).
+    to right (None: a scalar). A number that advances is a variable, :data:`COUNTED`.
     """
 
     places: tuple[ArrayAccess | None, ...]
@@ -160,9 +169,11 @@ def _single(
             if cell is not None:
                 numbers.append(cell.number)
         elif isinstance(operand, Sum):
-            # Coefficients come before what they multiply.
-            shape += [Sum, *[c for c, _ in operand.terms], None]
-            stack.extend([part for _, part in operand.terms[::-1]])
+            shape += [Sum, len(operand.terms)]
+            for coefficient, part in operand.terms[::-1]:
+                # Coefficients come before what they multiply.
+                shape.append(coefficient < 0)
+                stack += [part, Constant(magnitude(coefficient))]
         elif isinstance(operand, Product):
             shape += [Product, len(operand.numerator), len(operand.denominator)]
             stack.extend(operand.denominator[::-1])
@@ -170,10 +181,18 @@ def _single(
         elif isinstance(operand, FunctionCall):
             shape += [operand.function, len(operand.arguments)]
             stack.extend(operand.arguments[::-1])
+        elif _is_counted(operand.value):
+            shape.append(COUNTED)
+            numbers.append(int(operand.value))
         else:
             shape += [Constant, operand.value]
     number = shapes.setdefault(tuple(shape), len(shapes))
     return _Run(number, (), tuple(numbers), statement)
+
+
+def _is_counted(value: Coefficient) -> bool:
+    """Tell whether a number may advance from statement to statement."""
+    return 2 <= value <= _LARGEST_COUNTED and value == int(value)
 
 
 def _resettled(runs: Sequence[_Run], key: Callable[[_Run], tuple[int, ...]]) -> list[_Run]:
@@ -248,10 +267,61 @@ def _finished(run: _Run, locate: Callable[[str], Cell | None]) -> Statement | Lo
         AffineIndex(base, tuple(run.steps[depth - 1 - k][n - k - 1] for k in range(min(n, depth))))
         for n, base in enumerate(run.numbers)
     ]
-    indices = iter(affine[depth:])
-    cells = [run.first.target, *(locate(v.name) for v in variables(run.first.operand))]
-    places = tuple(None if cell is None else (cell.array, next(indices)) for cell in cells)
-    return LoopNest(tuple(affine[:depth]), (LoopStatement(places, run.first.operand),))
+    counting = _Counting(iter(affine[depth:]), locate)
+    target = (run.first.target.array, next(counting.indices))
+    operand = counting.placed(run.first.operand)
+    return LoopNest(tuple(affine[:depth]), (LoopStatement((target, *counting.places), operand),))
+
+
+@dataclass
+class _Counting:
+    """Finds the places of an operand within loops, and its numbers that advance.
+
+    Attributes
+    ----------
+    indices
+        Those of the cells and numbers that are still to be met, from left to right.
+    places
+        Those of the variables met, and of the numbers that became some.
+    """
+
+    indices: Iterator[AffineIndex]
+    locate: Callable[[str], Cell | None]
+    places: list[ArrayAccess | None] = field(default_factory=list)
+
+    def placed(self, operand: Operand) -> Operand:
+        """Return an operand with variables in the place of numbers that advance."""
+        if isinstance(operand, Variable):
+            cell = self.locate(operand.name)
+            self.places.append(None if cell is None else (cell.array, next(self.indices)))
+            return operand
+        if isinstance(operand, Constant):
+            return self._number(operand)
+        if isinstance(operand, Sum):
+            return Sum(tuple([self._term(c, part) for c, part in operand.terms]))
+        if isinstance(operand, Product):
+            numerator = tuple([self.placed(factor) for factor in operand.numerator])
+            return Product(numerator, tuple([self.placed(d) for d in operand.denominator]))
+        arguments = tuple([self.placed(argument) for argument in operand.arguments])
+        return FunctionCall(operand.function, arguments)
+
+    def _number(self, constant: Constant) -> Constant | Variable:
+        if not _is_counted(constant.value):
+            return constant
+        index = next(self.indices)
+        if not any(index.steps):
+            return constant
+        self.places.append((COUNTED, index))
+        return Variable(COUNTED)
+
+    def _term(self, coefficient: Coefficient, part: Operand) -> tuple[Coefficient, Operand]:
+        number, part = self._number(Constant(magnitude(coefficient))), self.placed(part)
+        if isinstance(number, Constant):
+            return coefficient, part
+        sign = -1 if coefficient < 0 else 1
+        if isinstance(part, Product):
+            return sign, Product((number, *part.numerator), part.denominator)
+        return sign, Product((number, part), ())
 
 
 def _paired(items: Sequence[Statement | LoopNest]) -> list[Statement | LoopNest]:
