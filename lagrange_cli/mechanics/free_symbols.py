@@ -15,7 +15,7 @@ _SYMBOLS: dict[int, tuple[sp.Basic, frozenset[sp.Symbol]]] = {}
 
 
 def symbols_in(expr: sp.Basic) -> frozenset[sp.Symbol]:
-    """Return the free symbols of an expression, as ``free_symbols`` does each time anew."""
+    """Return the symbols of an expression; nothing here binds any, so that all are free."""
     known = _SYMBOLS.get(id(expr))
     if known is None:
         if len(_SYMBOLS) >= _KEPT:

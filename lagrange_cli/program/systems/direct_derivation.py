@@ -250,7 +250,10 @@ class DirectDerivation:
             self.values.define(entry, value)
 
     def agrees(self) -> bool:
-        """Compare M a − f with the residuals of the certificate, at one of its states."""
+        """Compare M a − f with the residuals of the certificate, at one of its states.
+
+        The upper triangle of M stands for both: they hold the same nodes.
+        """
         values, equations, sources = self.values.copy(), self._equations, self._sources
 
         def given(name: str) -> ScaledNode:

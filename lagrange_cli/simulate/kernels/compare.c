@@ -22,7 +22,8 @@ void lagrange_compare(int64_t samples, int64_t n, const double *run, const doubl
     int64_t i;
     for (; run < end; run += 2*n, one += 2*n, two += 2*n) {
         for (i = 0; i < 2*n; ++i) {
-            /* Rounded by itself: what is chosen is fused with no sum. */
+            /* Rounded by itself: what is chosen is fused with no sum. The first weight is a power
+             * of two, with which a fused sum rounds as two operations do. */
             const double other = larger(0.0, second*fabs(two[i] - run[i]));
             largest[i] = larger(largest[i], first*fabs(one[i] - run[i]) + other);
         }
