@@ -19,16 +19,14 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     ModeChange,
     NearContact,
 )
-from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples.rows import RowSequence
 
 #: Seconds between two looks at the clock, roughly: what a person takes for at once.
 _GLANCE = 0.02
 
-#: Numbers of the states in the steps until the first look, in Python and in machine code; set by
-#: hand.
-FIRST_LOOK, FIRST_LOOK_COMPILED = 1024, 8192
+#: Numbers of the states in the steps until the first look; set by hand.
+FIRST_LOOK = 1024
 
 #: Most steps until the next look: the cheapest ones take about a glance.
 _MOST_PACE = 2**16
@@ -90,9 +88,8 @@ class Run:
         self._samples = problem.samples()
         self._samples.unfilled(0, 1)[0] = problem.real.doubles(first)
         self.filled = 1
+        self._pace = max(1, FIRST_LOOK // len(first))
         rhs = problem.rhs if rhs is None else rhs
-        numbers = FIRST_LOOK_COMPILED if isinstance(rhs, NativeRhs) else FIRST_LOOK
-        self._pace = max(1, numbers // len(first))
         try:
             self._integrator = start_integrator(
                 method, rhs, problem.start, first, problem.until, control

@@ -131,7 +131,6 @@ def test_a_pulse_in_a_quiet_motion_is_not_passed_over(width):
 def looked_at_often(monkeypatch):
     """Runs are looked at often, so that they can be stopped at many places."""
     monkeypatch.setattr(run, "FIRST_LOOK", 32)
-    monkeypatch.setattr(run, "FIRST_LOOK_COMPILED", 32)
     monkeypatch.setattr(run, "FASTER", 1.0)
 
 

@@ -115,7 +115,6 @@ def test_an_attempt_that_misses_early_is_given_up_where_another_may_follow():
 def test_attempts_that_share_a_run_go_on(attempts, monkeypatch, tmp_path):
     """Bit for bit, wherever the runs were interrupted."""
     monkeypatch.setattr(run, "FIRST_LOOK", 64)
-    monkeypatch.setattr(run, "FIRST_LOOK_COMPILED", 64)
     monkeypatch.setattr(run, "FASTER", 1.0)
     pendulum = model("pendulums/double_pendulum", "minimal")
     whole = simulate(pendulum, accuracy=1e-6, until=15.0)

@@ -74,7 +74,6 @@ SCENES = {"pendulum": PENDULUM, "ball": BALL, "rod": ROD, "driven": DRIVEN}
 def _many_looks(monkeypatch):
     """Runs are looked at often, so that they can be stopped at many places."""
     monkeypatch.setattr(run, "FIRST_LOOK", 16)
-    monkeypatch.setattr(run, "FIRST_LOOK_COMPILED", 16)
     monkeypatch.setattr(run, "FASTER", 1.0)
 
 
