@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import mpmath
 import numpy as np
@@ -110,10 +111,11 @@ def test_a_wrong_row_among_many_is_caught(row: int) -> None:
 def test_a_wrong_energy_of_many_is_caught() -> None:
     right = derivation()
     first = right.reduced.coordinates[50]
-    for part in ("kinetic", "potential"):
-        wrong = getattr(right, part) + first.v**2 / 10**20
+    shown = {"kinetic": right.kinetic, "potential": right.potential}
+    for part in shown:
+        wrong = SimpleNamespace(**shown | {part: shown[part] + first.v**2 / 10**20})
         with pytest.raises(InternalError):
-            certify(replace(right, **{part: wrong}), 30, 8)
+            certify(replace(right, energies=wrong), 30, 8)
 
 
 @pytest.mark.slow
