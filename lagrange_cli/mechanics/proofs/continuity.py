@@ -52,6 +52,7 @@ class _Nature:
     bent: bool = False
 
 
+#: One object stands for all that is smooth; another one for what was not looked at yet.
 _SMOOTH, _UNKNOWN = _Nature(), _Nature()
 
 
