@@ -10,6 +10,7 @@ from lagrange_cli.api.derivation import Derivation
 from lagrange_cli.api.values import GivenValues, texts
 
 if TYPE_CHECKING:
+    from lagrange_cli.cache import Cache
     from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.scene.model import Scene
@@ -88,6 +89,7 @@ class LoadedScene:
         forces: bool = False,
         formulation: Formulation | None = "auto",
         steps: Way | None = None,
+        cache: Cache | None = None,
     ) -> Derivation:
         """Derive and certify the equations of motion.
 
@@ -104,6 +106,8 @@ class LoadedScene:
         steps
             Keep the derivation's steps, which text, LaTeX and JSON then write, too: by
             ``lagrange``'s equations or by ``dalembert``'s principle.
+        cache
+            Holds derivations of earlier runs, and takes this one; None to derive anew.
 
         Raises
         ------
@@ -119,11 +123,17 @@ class LoadedScene:
         Equations of motion
           θ   l θ̈ + g sin θ = 0 ...
         """
-        from lagrange_cli.mechanics import derive
+        from lagrange_cli.mechanics.stored_derivation import stored_derivation
 
         wanted = self.scene.simulate.formulation_for(formulation)
-        equations = derive(
-            self.scene, digits=digits, forces=forces, formulation=wanted, steps=steps
+        equations = stored_derivation(
+            self.scene,
+            self.source,
+            cache,
+            digits=digits,
+            forces=forces,
+            formulation=wanted,
+            steps=steps,
         )
         return Derivation(equations, self.source, wanted, forces)
 

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 from lagrange_cli.check.distributed import on_cluster
-from lagrange_cli.check.expectations import CHECKS
 from lagrange_cli.check.model import Report, SceneOutcome, SceneReport
+from lagrange_cli.check.stored_reports import ReportStore
 from lagrange_cli.check.walk import name_of, scenes_in
 from lagrange_cli.check.workers import in_processes
 from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Mark, Problem
 from lagrange_cli.files import read_bytes, read_recording
-from lagrange_cli.mechanics import derive
-from lagrange_cli.scene import expected_error, read_text
+from lagrange_cli.scene import expected_error
 from lagrange_cli.scene.conditions import ErrorExpectation
+from lagrange_cli.scene.reader import SceneText
 
 if TYPE_CHECKING:
+    from lagrange_cli.cache import Cache
     from lagrange_cli.simulate.cluster.tasks import Cluster
 
 _OutcomeOfScene = tuple[SceneOutcome, tuple[Problem, ...]]
@@ -32,6 +33,7 @@ def check_paths(
     strict: bool = False,
     jobs: int = 1,
     cluster: Cluster | None = None,
+    cache: Cache | None = None,
     progress: Callable[[SceneReport], None] | None = None,
 ) -> Report:
     """Check every scene that the paths name.
@@ -49,6 +51,9 @@ def check_paths(
         for standard input).
     cluster
         Workers that check the scenes in place of this machine.
+    cache
+        Holds outcomes and derivations of earlier runs, which are not worked out again, and takes
+        those of this one; None to check everything anew. A cluster uses none.
     progress
         Called with each scene's report as it is ready.
 
@@ -59,15 +64,16 @@ def check_paths(
         are in the report.
     """
     scenes = scenes_in(paths)
+    store = None if cache is None else ReportStore.of_run(cache, parameters, strict)
     reports: dict[str, SceneReport] = {}
     running: Iterable[SceneReport]
     if cluster is not None:
         check = partial(check_text, parameters=parameters, strict=strict)
         running = on_cluster(cluster, scenes, parameters, check)
     else:
-        job = partial(check_scene, parameters=parameters, strict=strict)
+        job = partial(check_scene, parameters=parameters, strict=strict, store=store)
         side_by_side = jobs > 1 and "-" not in scenes
-        running = in_processes(scenes, jobs, job) if side_by_side else map(job, scenes)
+        running = _in_processes(scenes, jobs, job, store) if side_by_side else map(job, scenes)
     for report in running:
         reports[report.path] = report
         if progress is not None:
@@ -75,8 +81,30 @@ def check_paths(
     return Report(tuple(reports[path] for path in scenes))
 
 
+def _in_processes(
+    scenes: Sequence[str],
+    jobs: int,
+    job: Callable[[str], SceneReport],
+    store: ReportStore | None,
+) -> Iterator[SceneReport]:
+    """Yield reports from the store, then those of processes, which start if any is missing."""
+    missing = []
+    for path in scenes:
+        report = None if store is None else store.recall_path(path)
+        if report is None:
+            missing.append(path)
+        else:
+            yield report
+    if missing:
+        yield from in_processes(missing, jobs, job)
+
+
 def check_scene(
-    path: str, *, parameters: Mapping[str, str] | None = None, strict: bool = False
+    path: str,
+    *,
+    parameters: Mapping[str, str] | None = None,
+    strict: bool = False,
+    store: ReportStore | None = None,
 ) -> SceneReport:
     """Check one scene; errors of any kind become part of its report."""
     started = perf_counter()
@@ -84,7 +112,7 @@ def check_scene(
         data = read_bytes(path)
     except InputError as error:
         return SceneReport(path, "invalid", perf_counter() - started, error.problems)
-    return check_text(path, data, parameters=parameters, strict=strict)
+    return check_text(path, data, parameters=parameters, strict=strict, store=store)
 
 
 def check_text(
@@ -93,31 +121,41 @@ def check_text(
     *,
     parameters: Mapping[str, str] | None = None,
     strict: bool = False,
+    store: ReportStore | None = None,
 ) -> SceneReport:
     """Check the text of the scene at a path, as :func:`check_scene`."""
     started = perf_counter()
+    if store is not None:
+        report = store.recall(path, data)
+        if report is not None:
+            return report
     trace = ""
+    text = SceneText(name_of(path), data, parameters or {})
     try:
-        outcome, problems = _check(path, data, parameters, strict)
+        outcome, problems = _check(text, strict, None if store is None else store.cache)
     except MemoryError:
         outcome, problems = "invalid", (_out_of_memory(path),)
     except Exception as error:
         outcome, problems = "crash", (_crash(error),)
         trace = "".join(traceback.format_exception(error))
+    else:
+        if store is not None:
+            store.keep(path, data, outcome, problems)
     return SceneReport(path, outcome, perf_counter() - started, problems, trace)
 
 
-def _check(
-    path: str, data: bytes, parameters: Mapping[str, str] | None, strict: bool
-) -> _OutcomeOfScene:
+def _check(text: SceneText, strict: bool, cache: Cache | None) -> _OutcomeOfScene:
     """Read, derive and compare a scene."""
-    file = name_of(path)
+    # Mathematics is imported here: stored reports need none of it.
+    from lagrange_cli.check.expectations import CHECKS
+    from lagrange_cli.mechanics.stored_derivation import stored_derivation
+
     try:
-        scene = read_text(data, file, parameters=parameters)
+        scene = text.read()
     except InputError as error:
-        return _refused(error, expected_error(data, file))
+        return _refused(error, expected_error(text.data, text.file))
     try:
-        equations = derive(scene)
+        equations = stored_derivation(scene, text, cache)
         equations.textbook()  # which is certified when it is written
         for recording in filter(None, (entry.recording for entry in equations.inputs)):
             read_recording(recording)

@@ -50,6 +50,7 @@ def _checked(
             strict=session.strict,
             jobs=jobs or 1,
             cluster=cluster,
+            cache=session.cache,
             progress=tell,
         )
 

@@ -127,7 +127,11 @@ def derivation_of_scene(
     )
     when_read(loaded)
     derivation = loaded.derive(
-        digits=digits, forces=scene.forces, formulation=scene.formulation, steps=scene.steps
+        digits=digits,
+        forces=scene.forces,
+        formulation=scene.formulation,
+        steps=scene.steps,
+        cache=session.cache,
     )
     announce("")
     session.tell(derivation.equations.warnings, derivation.equations.remarks)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cache, partial
 
 import mpmath
@@ -309,14 +309,14 @@ def _indices(derivation: Uncertified) -> Iterator[tuple[str, str]]:
             yield closure.name, shown
 
 
-def _units(derivation: Uncertified, chart: ReplacedChart | None) -> Callable[[], Units]:
-    """What finds the units of everything that a trajectory has a column of."""
+def _units(derivation: Uncertified, chart: ReplacedChart | None) -> Units:
+    """Return the units of everything that a trajectory has a column of."""
     reduced = derivation.reduced
     coordinates = (*reduced.coordinates, *(() if chart is None else chart.coordinates))
     angles = {c.name for c in coordinates if c.is_angle}
     names = [c.name for c in coordinates] + [symbol.name for symbol in reduced.resolved]
     names += [output.name for output in reduced.scene.outputs]
-    return partial(units, reduced.scene, angles, names)
+    return units(reduced.scene, angles, names)
 
 
 def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:

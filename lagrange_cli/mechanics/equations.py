@@ -473,8 +473,7 @@ class Equations:
     indices
         LaTeX of the scene for the names of closures and contacts below a letter.
     units
-        Finds the units of coordinates, Cartesian names, outputs and their rates, of ``t`` and
-        ``energy``.
+        Units of coordinates, Cartesian names, outputs and their rates, of ``t`` and ``energy``.
     sources
         The sources of another derivation of mass matrix and forcing.
     depiction
@@ -532,7 +531,7 @@ class Equations:
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
     latex: Mapping[str, str] = field(default_factory=dict)
     indices: Mapping[str, str] = field(default_factory=dict)
-    units: Callable[[], Units] = Units
+    units: Units = field(default_factory=Units)
     sources: DerivationSources | None = field(default=None, compare=False, repr=False)
     depiction: Depiction | None = field(default=None, compare=False, repr=False)
 

@@ -10,7 +10,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from lagrange_cli.check import check, check_paths, check_scene, scenes_in
+from lagrange_cli import mechanics
+from lagrange_cli.cache import open_cache
+from lagrange_cli.check import check_paths, check_scene, scenes_in
 from lagrange_cli.check.expectations import CHECKS
 from lagrange_cli.errors import InputError, InternalError, Problem
 
@@ -285,14 +287,14 @@ def test_parameters_replace_those_of_the_scenes(tmp_path):
 
 def test_a_crash_stays_within_its_scene(tmp_path, monkeypatch):
     first, second = (written(tmp_path, BEAD, "  dof: 1\n", n) for n in ("a.yaml", "b.yaml"))
-    derive = check.derive
+    derive = mechanics.derive
 
-    def broken(scene):
+    def broken(scene, **options):
         if scene.file == first:
             raise ZeroDivisionError("no such luck")
-        return derive(scene)
+        return derive(scene, **options)
 
-    monkeypatch.setattr(check, "derive", broken)
+    monkeypatch.setattr(mechanics, "derive", broken)
     report = check_paths([first, second])
     assert [scene.outcome for scene in report.scenes] == ["crash", "pass"]
     assert "ZeroDivisionError: no such luck (test_check.py:" in report.scenes[0].problems[0].message
@@ -301,10 +303,10 @@ def test_a_crash_stays_within_its_scene(tmp_path, monkeypatch):
 
 
 def test_an_internal_error_is_a_crash(tmp_path, monkeypatch):
-    def broken(scene):
+    def broken(scene, **options):
         raise InternalError(Problem("the certificate does not hold"))
 
-    monkeypatch.setattr(check, "derive", broken)
+    monkeypatch.setattr(mechanics, "derive", broken)
     report = check_scene(written(tmp_path, BEAD, "  dof: 1\n"))
     assert (report.outcome, report.problems[0].message) == (
         "crash",
@@ -396,3 +398,48 @@ potentials: {weight: m*g*z}
 def test_equations_with_multipliers(second, found, tmp_path):
     expect = f"  dof: 1\n  equations:\n    - m*ddot(x) = 2*x*lambda_rod\n    - {second}\n"
     assert outcome(tmp_path, expect, PENDULUM).outcome == found
+
+
+RECORDED = """\
+name: driven
+parameters: {m: 1.0}
+particles: {p: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+inputs: {F: {file: f.csv, column: F, interpolation: linear}}
+forces: {push: {on: p, force: [F, 0, 0]}}
+initial: {x: 0.0, dot(x): 0.0}
+simulate: {until: 1.0, accuracy: 1e-6}
+expect:
+  state: {t: 1.0, x: 0.5, within: 1e-5}
+"""
+
+
+def test_an_outcome_is_recalled_until_anything_it_rests_on_changes(tmp_path, cache_folder):
+    """Neither the wrong derivation below nor another recording is noticed through the cache."""
+    scene, recording = tmp_path / "driven.yaml", tmp_path / "f.csv"
+    scene.write_text(RECORDED, encoding="utf-8")
+    recording.write_text("t,F\n0,1\n2,1\n")
+
+    def outcomes(**options: object) -> list[str]:
+        report = check_paths([str(tmp_path)], cache=open_cache(), **options)
+        return [scene.outcome for scene in report.scenes]
+
+    assert outcomes() == ["pass"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mechanics, "derive", None)
+        assert outcomes() == outcomes(jobs=2) == ["pass"]
+        assert outcomes(strict=True) == ["crash"]
+    recording.write_text("t,F\n0,2\n2,2\n")
+    assert outcomes() == outcomes() == ["fail"]
+    recording.write_text("t,F\n0,1\n2,1\n")
+    assert outcomes() == ["pass"]
+    scene.write_text(RECORDED.replace("0.5", "0.6"), encoding="utf-8")
+    assert outcomes() == outcomes() == ["fail"]
+
+
+def test_crashes_are_not_stored(tmp_path, cache_folder, monkeypatch):
+    path = written(tmp_path, BEAD, "  dof: 1\n")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mechanics, "derive", None)
+        assert check_paths([path], cache=open_cache()).scenes[0].outcome == "crash"
+    assert check_paths([path], cache=open_cache()).scenes[0].outcome == "pass"

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lagrange_cli.mechanics import derive
+from lagrange_cli.cache import open_cache
+from lagrange_cli.files import read_bytes
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.scene import read_file
+from lagrange_cli.mechanics.stored_derivation import stored_derivation
+from lagrange_cli.scene.reader import SceneText
 from lagrange_cli.simulate import Trajectory, simulate
 
 Array = NDArray[np.float64]
@@ -38,7 +40,10 @@ every_smooth_scene = pytest.mark.parametrize("name", [n for n in SCENES if n not
 
 @cache
 def derived(name: str) -> Equations:
-    return derive(read_file(str(SCENES[name])))
+    """The equations of a scene, which all processes of a run derive once."""
+    path = str(SCENES[name])
+    text = SceneText(path, read_bytes(path))
+    return stored_derivation(text.read(), text, open_cache())
 
 
 @cache

@@ -82,7 +82,7 @@ def labels_of(equations: Equations) -> Labels:
     latex = {c.name: c.latex for c in equations.coordinates}
     latex |= {c.name: c.latex for c in equations.cartesian_names}
     latex |= {p.name: p.latex for p in equations.parameters}
-    found = equations.units()
+    found = equations.units
     given = {p.name: p.unit for p in equations.parameters if p.unit is not None}
     is_jacobi = any(c.kind == "jacobi" for c in equations.conserved)
     return Labels(
