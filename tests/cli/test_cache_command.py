@@ -33,14 +33,15 @@ def test_what_commands_leave_is_counted_and_cleared(cache_folder):
     succeed("emit", BEAD, "--to", "python")
     Cache(str(cache_folder)).put(digest("x"), bytes(5000), ".so")
     found = report()
-    assert found["entries"] == {"answers": 2, "compiled": 1}
+    # Two commands left their answers, and the first the equations and their textbook form.
+    assert found["entries"] == {"answers": 4, "compiled": 1}
     assert found["bytes"] == sum(path.stat().st_size for path in cache_folder.iterdir())
     text = succeed("cache")
     assert f"Folder   {cache_folder}\n" in text
-    assert "2 answers, 1 compiled" in text
+    assert "4 answers, 1 compiled" in text
     assert re.search(r"[\d.]+ KiB of at most 256\.0 MiB", text)
     cleared = report("--clear")
-    assert cleared["removed"] == {"files": 3, "bytes": found["bytes"]}
+    assert cleared["removed"] == {"files": 5, "bytes": found["bytes"]}
     assert (cleared["entries"], cleared["bytes"]) == ({"answers": 0, "compiled": 0}, 0)
     assert os.listdir(cache_folder) == []
     assert succeed("cache", "--clear") == "removed 0 files, 0 bytes\n"
@@ -49,7 +50,7 @@ def test_what_commands_leave_is_counted_and_cleared(cache_folder):
 def test_clearing_leaves_what_is_not_ours(cache_folder):
     succeed("derive", BEAD)
     (cache_folder / "notes.txt").write_text("kept")
-    assert succeed("cache", "--clear").startswith("removed 1 file, ")
+    assert succeed("cache", "--clear").startswith("removed 3 files, ")
     assert os.listdir(cache_folder) == ["notes.txt"]
 
 
@@ -73,7 +74,7 @@ def test_what_cannot_be_removed_is_told(cache_folder, monkeypatch):
     monkeypatch.setattr(os, "unlink", refuse)
     done = lagrange("cache", "--clear")
     assert done.returncode == 2
-    assert done.stderr == f"1 file in '{cache_folder}' cannot be removed\n"
+    assert done.stderr == f"3 files in '{cache_folder}' cannot be removed\n"
 
 
 def test_a_name_of_the_folder_does_not_steer_the_terminal(tmp_path, monkeypatch):

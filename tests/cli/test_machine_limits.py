@@ -163,10 +163,12 @@ def test_other_errors_of_the_system_are_still_defects(scene, monkeypatch):
 
 
 def test_a_scene_that_takes_all_memory_is_invalid_where_many_are_checked(scene, monkeypatch):
+    monkeypatch.setenv("LAGRANGE_CACHE", "off")
+
     def fails(*arguments, **more):
         raise MemoryError
 
-    monkeypatch.setattr("lagrange_cli.check.check.derive", fails)
+    monkeypatch.setattr("lagrange_cli.mechanics.derive", fails)
     done = lagrange("check", "scene.yaml", cwd=scene)
     assert done.returncode == 1
     assert "scene.yaml:1:1: out of memory" in done.stdout
