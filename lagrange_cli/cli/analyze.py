@@ -16,7 +16,8 @@ from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.analyze import ENDINGS, FORMATS, analysis_json, npz_of
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, deliver, page_encoding
+from lagrange_cli.cli.terminal.command import Command, heading
+from lagrange_cli.cli.terminal.output import deliver, page_encoding
 from lagrange_cli.emit.base import completed
 from lagrange_cli.emit.document_options import ANALYZED
 from lagrange_cli.files import ending_of, write_file
@@ -28,52 +29,63 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @options.scene
+@heading("Parts; without any of these options, the first four")
 @click.option(
     "--symmetries",
     is_flag=True,
-    help="Displacements linear in the coordinates that change nothing, and what they conserve."
-    "  [default: all parts that can be found]",
+    help="Symmetries that are linear in the coordinates, and what they conserve.",
 )
 @click.option(
     "--equilibria",
     is_flag=True,
-    help="Configurations of rest, and their stability.  [default: as before]",
+    help="Configurations of rest, and their stability.",
 )
 @click.option(
     "--linearization",
     is_flag=True,
-    help="M, C, K at an equilibrium, and A, B, C, D of first order.  [default: as before]",
+    help="M, C, K at an equilibrium, and A, B, C, D of first order.",
 )
 @click.option(
     "--modes",
     is_flag=True,
-    help="Frequencies and shapes; poles where there is damping.  [default: as before]",
+    help="Frequencies and shapes; poles where there is damping.",
+)
+@click.option(
+    "--steady",
+    is_flag=True,
+    help="Steady motions, in which cyclic coordinates turn, in place of equilibria.",
+)
+@click.option(
+    "--branches",
+    callback=options.value_range,
+    metavar="NAME=FROM..TO",
+    help="Branches of equilibria, and their stability, as a parameter varies.",
 )
 @click.option(
     "--lyapunov",
     type=float,
     metavar="UNTIL",
-    help="Lyapunov exponents of the motion until this time.  [default: none]",
+    help="Lyapunov exponents of the motion until this time.",
 )
 @click.option(
     "--along",
     type=float,
     metavar="UNTIL",
-    help="A(t), B(t), C(t), D(t) along the motion until this time, in place of those at an "
-    "equilibrium.  [default: none]",
+    help="A(t), B(t), C(t), D(t) along the motion until this time.",
 )
 @click.option(
     "--response",
     callback=options.frequencies,
     metavar="FROM..TO",
-    help="Frequency responses of outputs to inputs between two angular frequencies, with largest "
-    "gains; alone unless other parts are named.  [default: none]",
+    help="Responses of outputs to inputs between two angular frequencies.",
 )
+@heading("State and parameters")
+@options.at
+@options.parameters
 @options.number(
     "--accuracy",
     "EPS",
-    "With --along: largest error of the motion and of the matrices, as a part of their scales.  "
-    "[default: 1e-6]",
+    "With --along: largest error, as a part of scales.  [default: 1e-6]",
 )
 @click.option(
     "--samples",
@@ -81,49 +93,37 @@ if TYPE_CHECKING:
     metavar="N",
     help="With --along: number of samples.  [default: the scene's, or 501]",
 )
-@click.option(
-    "--steady",
-    is_flag=True,
-    help="Steady motions in place of equilibria: cyclic coordinates turn, the others rest."
-    "  [default: off]",
-)
-@options.at
-@options.plot(
-    "With --modes: draw the shapes of the modes; with --response: its Bode diagram; both as .svg,"
-    " .pdf or .png, by matplotlib. With --branches: draw the bifurcation diagram, also as .pgf, or"
-    " as .tex for pgfplots.",
-    "tex",
-)
-@options.file(
-    "--animate",
-    "With --modes: draw the modes moving, as .svg, or as .gif by matplotlib.  [default: none]",
-    callback=options.writable_as(".svg", ".gif"),
-)
-@click.option(
-    "--branches",
-    callback=options.value_range,
-    metavar="NAME=FROM..TO",
-    help="Branches of equilibria as a parameter varies, with folds, branch points, flutter and the"
-    " stability of each part.  [default: none]",
-)
-@options.plot(
-    "With --branches: draw root loci, the poles along each branch in the complex plane.",
-    "tex",
-    name="--loci",
-)
+@heading("Output")
+@options.analysis_path
 @click.option(
     "--format",
     "format_",
     type=click.Choice(list(FORMATS)),
     default="text",
     show_default=True,
-    help="What to write.",
+    metavar="FORMAT",
+    help=f"What to write: {', '.join(FORMATS)}.",
 )
-@options.of_formats(ANALYZED)
-@click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]")
-@options.parameters
 @options.json_flag("The same as --format json.")
-@options.analysis_path
+@click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.")
+@heading("Pictures")
+@options.plot(
+    "Draw the shapes of --modes or the Bode diagram of --response, as .svg, .pdf or .png; the"
+    " bifurcation diagram of --branches also as .pgf or .tex.",
+    "tex",
+)
+@options.file(
+    "--animate",
+    "Draw the modes of --modes moving, as .svg or .gif.",
+    callback=options.writable_as(".svg", ".gif"),
+)
+@options.plot(
+    "Draw the root loci of --branches, as .pdf, .svg, .png, .pgf or .tex.",
+    "tex",
+    name="--loci",
+)
+@heading("Documents")
+@options.of_formats(ANALYZED)
 @options.common
 @click.pass_context
 def analyze(

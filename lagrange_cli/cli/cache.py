@@ -8,7 +8,8 @@ from lagrange_cli.cache import Cache, Removed
 from lagrange_cli.cli import options
 from lagrange_cli.cli.reports.cache import FORMATS, file_count
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, print_text
+from lagrange_cli.cli.terminal.command import Command
+from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.errors import InputError, Problem
 
 
@@ -33,7 +34,7 @@ def _cleared(cache: Cache) -> Removed:
 
 
 @click.command(cls=Command)
-@click.option("--clear", is_flag=True, help="Remove all that is kept.  [default: off]")
+@click.option("--clear", is_flag=True, help="Remove all that is kept.")
 @options.json_flag("Report as JSON.")
 @options.traceback
 @click.pass_obj

@@ -12,7 +12,8 @@ from lagrange_cli.cli.guard import guard_scenes
 from lagrange_cli.cli.reports.check import FORMATS
 from lagrange_cli.cli.reports.check import junit as junit_xml
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, deliver
+from lagrange_cli.cli.terminal.command import Command
+from lagrange_cli.cli.terminal.output import deliver
 from lagrange_cli.files import write_file
 from lagrange_cli.stages import Listener, heard_by
 
@@ -68,7 +69,7 @@ def _checked(
     help="How to report: for a person, as GitHub annotations, as JSON.",
 )
 @options.json_flag("The same as --format json.")
-@options.file("--junit", "Write a JUnit XML report to this file as well.  [default: none]")
+@options.file("--junit", "Write a JUnit XML report to this file as well.")
 @click.option(
     "-j",
     "--jobs",

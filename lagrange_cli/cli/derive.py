@@ -12,9 +12,10 @@ from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.derive import FORMATS
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, deliver, page_encoding
+from lagrange_cli.cli.terminal.command import Command, heading
+from lagrange_cli.cli.terminal.output import deliver, page_encoding
 from lagrange_cli.emit.base import completed
-from lagrange_cli.emit.document_options import FORM, FORMS
+from lagrange_cli.emit.document_options import FORMS
 from lagrange_cli.emit.registry import DERIVED
 from lagrange_cli.notation.page import USUAL_WIDTH, Page
 from lagrange_cli.stages import announce
@@ -26,27 +27,20 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @options.scene
-@click.option(
-    "--format",
-    "format_",
-    type=click.Choice(list(FORMATS)),
-    default="text",
-    show_default=True,
-    help="What to write.",
-)
-@options.json_flag("The same as --format json.")
+@heading("Derivation")
+@options.parameters
 @click.option(
     "--form",
     type=click.Choice([*FORMS, "multiplier"]),
     default="lagrange",
     show_default=True,
-    help=f"{FORM.help}; multiplier, with all constraints beside Cartesian names, each with its "
-    "multiplier.",
+    metavar="FORM",
+    help=f"The form of the equations: {', '.join(FORMS)}, multiplier.",
 )
 @click.option(
     "--forces",
     is_flag=True,
-    help="Constraint forces and multipliers too.  [default: off]",
+    help="Constraint forces and multipliers too.",
 )
 @options.steps
 @click.option(
@@ -54,25 +48,35 @@ if TYPE_CHECKING:
     "brackets",
     multiple=True,
     metavar="'F, G'",
-    help="With --form hamiltonian: the Poisson bracket of two functions of coordinates, momenta "
-    "(p_x), what linear symmetries conserve (L_z), H; repeatable.  [default: none]",
+    help="With --form hamiltonian: a Poisson bracket, as 'L_x, L_y'; repeatable.",
 )
-@options.of_formats(DERIVED)
 @click.option(
     "--digits",
     type=click.IntRange(15, 1000),
     default=30,
     show_default=True,
-    help="Decimal digits of the arithmetic that certifies the derivation.",
+    metavar="N",
+    help="Decimal digits of the certificate.",
 )
-@click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.  [default: off]")
+@heading("Output")
+@options.file("-o --output", "Write to this file.  [default: standard output]", metavar="PATH")
+@click.option(
+    "--format",
+    "format_",
+    type=click.Choice(list(FORMATS)),
+    default="text",
+    show_default=True,
+    metavar="FORMAT",
+    help=f"What to write: {', '.join(FORMATS)}.",
+)
+@options.json_flag("The same as --format json.")
+@click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.")
 @options.plot(
-    "With --form routhian: draw the effective potential of the coordinate that is left, with the "
-    "turning points at the initial energy, as .pdf, .svg, .png or .pgf, or as .tex for pgfplots.",
+    "With --form routhian: draw the effective potential, as .pdf, .svg, .png, .pgf or .tex.",
     "tex",
 )
-@options.parameters
-@options.file("-o --output", "Write to this file.  [default: standard output]", metavar="PATH")
+@heading("Documents")
+@options.of_formats(DERIVED)
 @options.common
 @click.pass_obj
 def derive(

@@ -13,7 +13,8 @@ from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.reports.emit import listed_formats
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, print_text
+from lagrange_cli.cli.terminal.command import Command, heading
+from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.emit.base import Emitter
 from lagrange_cli.emit.registry import EMITTERS, emitter
 from lagrange_cli.files import write_files
@@ -42,13 +43,15 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
 
 @click.command(cls=Command)
 @options.scene
+@heading("Output")
 @click.option(
     "--to",
     "to",
     type=click.Choice(list(EMITTERS)),
     required=True,
     show_default=True,
-    help="The format.",
+    metavar="FORMAT",
+    help=f"The format: {', '.join(EMITTERS)}.",
 )
 @click.option(
     "--list",
@@ -56,19 +59,20 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
     is_eager=True,
     expose_value=False,
     callback=_list,
-    help="List the formats and stop.  [default: off]",
+    help="List the formats, say what each is, and stop.",
 )
-@options.of_formats({name: format_.options for name, format_ in EMITTERS.items()})
-@options.steps
-@options.formulation("auto", "auto")
-@options.parameters
 @options.file(
     "-o --output",
-    "Write into this folder, made where it is missing.  "
-    "[default: standard output, for formats of one file]",
+    "Write into this folder.  [default: standard output, for formats of one file]",
     callback=options.not_empty,
     metavar="PATH",
 )
+@heading("Derivation")
+@options.parameters
+@options.formulation("auto", "auto")
+@options.steps
+@heading("Documents and code")
+@options.of_formats({name: format_.options for name, format_ in EMITTERS.items()})
 @options.common
 @click.pass_obj
 def emit(

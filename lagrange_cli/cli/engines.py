@@ -38,8 +38,7 @@ def on(what: str) -> Callable[[_Command], _Command]:
         "scheduler",
         callback=_scheduler,
         metavar="ENGINE",
-        help=f"{what} on this machine, local, or on the workers of the Dask scheduler at an "
-        "address, tcp://HOST:PORT.  [default: local]",
+        help=f"{what} on this machine or on a Dask cluster, tcp://HOST:PORT.  [default: local]",
     )
 
 

@@ -14,6 +14,7 @@ from lagrange_cli.cli import engines
 from lagrange_cli.cli import options as shared
 from lagrange_cli.cli.models import RememberedMembers, SimulationRequest, model_of_scene
 from lagrange_cli.cli.session import INTERRUPTED, Session
+from lagrange_cli.cli.terminal.command import heading
 from lagrange_cli.cli.terminal.interrupts import Terminated
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
@@ -64,44 +65,43 @@ def _columns(
 #: The options of a command that runs ensembles.
 ensemble_options = shared.in_order(
     (
+        heading("Many runs"),
         shared.file(
             "--ensemble member_file",
-            "Simulate a member for each row of a .csv file, whose header names parameters and "
-            "initial values, or of a .yaml list of such mappings.  [default: none]",
+            "Simulate a member for each row of a .csv file or entry of a .yaml list.",
             callback=None,
         ),
         click.option(
             "--vary",
             multiple=True,
             metavar="NAME=RANGE",
-            help="Simulate a member for each value of linspace(a,b,n), logspace(a,b,n), "
-            "geomspace(a,b,n) or [x,y,...]; repeated, for each combination.  [default: none]",
+            help="Simulate a member for each value of [x,y,...] or linspace, logspace, "
+            "geomspace(a,b,n); repeatable.",
         ),
         click.option(
             "--sample",
             multiple=True,
             metavar="'NAME ~ DIST'",
-            help="Draw each member's value from uniform(a,b), loguniform(a,b) or normal(mean,"
-            "deviation), with --members; repeated for several names.  [default: none]",
+            help="Draw values from uniform(a,b), loguniform(a,b) or normal(mean,deviation); "
+            "repeatable.",
         ),
         click.option(
             "--members",
             "number",
             metavar="N",
             callback=_count,
-            help="Members that are drawn, as 1000 or 1e6.  [default: none]",
+            help="Number of draws of --sample, as 1000 or 1e6.",
         ),
         click.option(
             "--seed",
             type=click.IntRange(0, 2**64 - 1),
             metavar="N",
-            help="Number that members are drawn by: the same ones by the same number."
-            "  [default: 0]",
+            help="Seed of the draws.  [default: 0]",
         ),
         click.option(
             "--final",
             is_flag=True,
-            help="Keep of members their end, not their samples.  [default: with more than "
+            help="Keep only the end of each member.  [default: beyond "
             f"{MOST_WITH_SAMPLES:,} members]",
         ),
         click.option(
@@ -109,37 +109,25 @@ ensemble_options = shared.in_order(
             "kept_columns",
             callback=_columns,
             metavar="NAMES",
-            help="Keep only these columns of members' samples, with commas between them, or all."
-            "  [default: all]",
+            help="Keep only these columns of each member.  [default: all]",
         ),
         click.option(
             "--reduce",
             "reductions",
             multiple=True,
             metavar="CALL",
-            help="Keep a number of each member's motion: max, min or mean of an expression, or "
-            "first of a condition, a time: 'max(abs(theta2))', 'first(abs(theta2) > pi)'; "
-            "repeated.  [default: none]",
+            help="Keep a number of each motion, as 'max(abs(theta2))' or the time "
+            "'first(abs(theta2) > pi)'; repeatable.",
         ),
         click.option(
             "--map",
             "map_names",
             callback=_columns,
             metavar="NAME,NAME",
-            help="Draw into the file of --plot the number of --reduce over the plane of two names "
-            "that vary; --plot-of names another one, or a column whose end is drawn.  "
-            "[default: none]",
+            help="With --plot: draw a number of --reduce over two names that vary.",
         ),
-        shared.jobs("Members that are simulated"),
+        shared.jobs("Members simulated"),
         engines.on("Simulate members"),
-        click.option(
-            "--resume",
-            is_flag=False,
-            flag_value="",
-            metavar="[FILE]",
-            help="Go on with what was interrupted: a run from the FILE of its --checkpoint; an "
-            "ensemble, which takes no FILE, from what stands beside -o.  [default: off]",
-        ),
     )
 )
 

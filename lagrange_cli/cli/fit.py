@@ -12,7 +12,8 @@ from lagrange_cli.cli.models import SceneRequest, derivation_of_scene
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.reports.fit import FORMATS
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, print_report
+from lagrange_cli.cli.terminal.command import Command
+from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.files import ending_of, write_file
 
 if TYPE_CHECKING:

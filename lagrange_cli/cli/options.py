@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.command import heading
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, is_address
 
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 #: Names of formulations.
 FORMULATIONS = ("auto", "minimal", "multiplier")
+
+#: Letters of choices that stand in brackets after an option; longer ones follow its explanation.
+_MOST_CHOICES = 12
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -175,14 +179,15 @@ def formulation(default: str | None, said: str) -> Callable[[_Command], _Command
         "--formulation",
         type=click.Choice(FORMULATIONS),
         default=default,
-        help="Few coordinates, or Cartesian names with the constraints beside them and a "
-        f"multiplier each; auto chooses.  [default: {said}]",
+        metavar="FORM",
+        help="minimal: few coordinates; multiplier: Cartesian names and a multiplier for each "
+        f"constraint; auto chooses.  [default: {said}]",
     )
 
 
 def plot(said: str, *formats: str, name: str = "--plot") -> Callable[[_Command], _Command]:
     """``--plot FILE``; ``formats`` are endings of files that are made without matplotlib."""
-    return file(name, f"{said}  [default: none]", callback=_plottable(*formats))
+    return file(name, said, callback=_plottable(*formats))
 
 
 def frequencies(
@@ -228,7 +233,7 @@ def cores() -> int:
 
 def json_flag(help: str) -> Callable[[_Command], _Command]:
     """``--json``."""
-    return click.option("--json", "as_json", is_flag=True, help=f"{help}  [default: off]")
+    return click.option("--json", "as_json", is_flag=True, help=help)
 
 
 def _session_flag(
@@ -246,7 +251,7 @@ def _session_flag(
         expose_value=False,
         is_eager=True,
         callback=note,
-        help=f"{help}  [default: off]",
+        help=help,
     )
 
 
@@ -287,20 +292,19 @@ def _with_further(
         f"{name} ({', '.join(format_ for format_, _ in taken)}): {taken[0][1].help}"
         for name, taken in declared.items()
     ]
-    several = ". With commas between them" if len(declared) > 1 else ""
     return click.option(
         "--with",
         "further",
-        metavar="LIST" if several else next(iter(declared)),
+        metavar="LIST" if len(declared) > 1 else next(iter(declared)),
         expose_value=False,
         callback=chosen,
-        help=f"{'; '.join(meanings)}{several}.  [default: none]",
+        help=f"{'; '.join(meanings)}.",
     )
 
 
 def _of_formats(name: str, declared: list[tuple[str, Option]]) -> Callable[[_Command], _Command]:
     """Make the Click option of an option that one or more formats declare."""
-    help = "; ".join(_meanings(declared))
+    help = " ".join(_meanings(declared))
     first = declared[0][1]
     if first.is_flag:
         flag = f"--{name.replace('_', '-')}"
@@ -308,17 +312,23 @@ def _of_formats(name: str, declared: list[tuple[str, Option]]) -> Callable[[_Com
     if first.metavar:
         return click.option(f"--{name}", name, metavar=first.metavar, help=help)
     choices = list(dict.fromkeys(c for _, option in declared for c in option.choices))
-    return click.option(f"--{name}", name, type=click.Choice(choices), help=help)
+    metavar = name.upper() if _has_long_choices(first) else None
+    return click.option(f"--{name}", name, type=click.Choice(choices), metavar=metavar, help=help)
+
+
+def _has_long_choices(option: Option) -> bool:
+    """Say whether the choices of an option stand in its text, since there is no room before it."""
+    return not option.metavar and len("|".join(option.choices)) > _MOST_CHOICES
 
 
 def _meanings(declared: list[tuple[str, Option]]) -> Iterator[str]:
-    """What an option means, once for the formats in which it means the same."""
+    """Merge identical help texts of several formats, each after the names of its formats."""
     formats: dict[str, list[str]] = {}
     for format_, option in declared:
-        listed = f": {', '.join(option.choices)}" if option.metavar and option.choices else ""
-        told = f"{option.help}{listed}  [default: {option.shown_default}]"
-        formats.setdefault(told, []).append(format_)
-    return (f"{', '.join(names)}: {told}" for told, names in formats.items())
+        listed = f": {', '.join(option.choices)}" if _has_long_choices(option) else ""
+        default = "" if option.is_flag else f"  [default: {option.shown_default}]"
+        formats.setdefault(f"{option.help}{listed}.{default}", []).append(format_)
+    return (f"{', '.join(names)}: {text}" for text, names in formats.items())
 
 
 def asks_for_forces(chosen: Mapping[str, str | bool]) -> bool:
@@ -331,27 +341,26 @@ scene = click.argument("scene", type=click.Path(allow_dash=True))
 
 #: ``--until T``.
 end_time = click.option(
-    "--until", metavar="T", help="End time, a number or expression.  [default: the scene's]"
+    "--until", metavar="T", help="End time, as 10 or 20*pi.  [default: the scene's]"
 )
 
 #: ``-p NAME=VALUE``.
 parameters = _assignments_to(
     "-p --parameter parameters",
-    "Set a parameter or a size; repeatable.  [default: the scene's values]",
+    "Set a parameter or a size; repeatable.",
 )
 
 #: ``-i NAME=VALUE``.
 initial = _assignments_to(
     "-i --initial initial",
-    "Set an initial value, of NAME or 'dot(NAME)'; repeatable.  [default: the scene's values]",
+    "Start value of NAME or 'dot(NAME)'; repeatable.",
 )
 
 #: ``--at NAME=VALUE``.
 at = _assignments_to(
     "--at at",
-    "Linearize at the equilibrium with this value of a coordinate, or hold an input at it; with"
-    " --steady also a momentum or rate, p_phi or 'dot(phi)'; repeatable."
-    "  [default: the stable equilibrium nearest to the initial configuration]",
+    "Linearize at the equilibrium with this value of a coordinate, input or, with --steady, p_phi"
+    " or 'dot(phi)'; repeatable.  [default: the stable one nearest to the start]",
 )
 
 #: ``--steps`` and ``--by WAY``; see :func:`way_of`.
@@ -360,27 +369,26 @@ steps = in_order(
         click.option(
             "--steps",
             is_flag=True,
-            help="Every step from positions to equations, as on a board.  [default: off]",
+            help="Every step from positions to equations, as on a board.",
         ),
         click.option(
             "--by",
             type=click.Choice(["lagrange", "dalembert"]),
-            help="The steps by Lagrange's equations or by d'Alembert's principle; implies"
-            " --steps.  [default: lagrange]",
+            metavar="WAY",
+            help="Steps by lagrange or dalembert (d'Alembert's principle); implies --steps."
+            "  [default: lagrange]",
         ),
     )
 )
 
 #: ``-o FILE.json``.
-report_path = file(
-    "-o --output", "Write the report, as .json.  [default: none]", callback=writable_as(".json")
-)
+report_path = file("-o --output", "Write the report, as .json.", callback=writable_as(".json"))
 
 #: ``-o FILE.json``, ``FILE.npz`` or, in place of what is printed, a file of the format.
 analysis_path = file(
     "-o --output",
-    "Write the report, as .json, or the matrices, as .npz; or, in place of printing it, what"
-    " --format says, as .txt, .tex, .md or .typ.  [default: none]",
+    "Write the report, as .json, the matrices, as .npz, or what --format says, as .txt, .tex, .md"
+    " or .typ.",
     callback=writable_as(".json", ".npz", ".txt", ".tex", ".md", ".typ"),
 )
 
@@ -392,6 +400,7 @@ traceback = _session_flag(
 #: The flags of every subcommand that reads a scene.
 common = in_order(
     (
+        heading("Messages"),
         _session_flag("--strict", "strict", True, "Refuse what would be a warning."),
         _session_flag("-q --quiet", "verbosity", -1, "No warnings and remarks."),
         _session_flag(

@@ -12,7 +12,8 @@ from lagrange_cli.cli.models import SceneRequest, path_models_of_scene
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.reports.path import FORMATS
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, print_report
+from lagrange_cli.cli.terminal.command import Command
+from lagrange_cli.cli.terminal.output import print_report
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Scene
@@ -62,7 +63,7 @@ if TYPE_CHECKING:
 @options.parameters
 @options.file(
     "-o --output",
-    "Write the report, as .json, or the samples of all paths, as .csv.  [default: none]",
+    "Write the report, as .json, or the samples of all paths, as .csv.",
     callback=options.writable_as(".json", ".csv"),
 )
 @options.plot(

@@ -7,7 +7,8 @@ import json
 import click
 
 from lagrange_cli.cli import options
-from lagrange_cli.cli.terminal.output import Command, print_text
+from lagrange_cli.cli.terminal.command import Command
+from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.files import write_file
 from lagrange_cli.scene.schema import scene_schema
 

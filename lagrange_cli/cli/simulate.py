@@ -18,9 +18,10 @@ from lagrange_cli.cli.models import SceneRequest, SimulationRequest, model_of_sc
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.reports.simulate import FORMATS, Simulated
 from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.deadline import OverdueError, within
 from lagrange_cli.cli.terminal.interrupts import Interrupts, noted_interrupts
-from lagrange_cli.cli.terminal.output import Command, print_report
+from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, sole_writer
 from lagrange_cli.simulate.options import SimulationOptions
@@ -75,6 +76,7 @@ def _further_columns(
 
 @click.command(cls=Command)
 @options.scene
+@heading("Run")
 @options.end_time
 @click.option(
     "--from", "start", metavar="T", help="Start time, likewise.  [default: the scene's, or 0]"
@@ -82,8 +84,7 @@ def _further_columns(
 @options.number(
     "--accuracy",
     "EPS",
-    "Largest error of any coordinate or velocity at any sample, as a part of its scale.  "
-    "[default: the scene's, or 1e-6]",
+    "Largest error of the motion, as a part of its scales.  [default: the scene's, or 1e-6]",
 )
 @click.option(
     "--method",
@@ -95,13 +96,11 @@ def _further_columns(
 @options.number(
     "--rtol", "X", "Relative tolerance of a step, with --method.  [default: the scene's]"
 )
-@options.number(
-    "--atol", "X", "Absolute tolerance of a step, with --method.  [default: rtol/100 of each scale]"
-)
+@options.number("--atol", "X", "Absolute tolerance, likewise.  [default: rtol/100 of each scale]")
 @options.number(
     "--step",
     "H",
-    "Time between samples; the step of methods of fixed step.  [default: the scene's]",
+    "Step of methods of fixed step; time between samples.  [default: the scene's]",
 )
 @click.option(
     "--samples",
@@ -109,63 +108,58 @@ def _further_columns(
     metavar="N",
     help="Number of samples, both ends included.  [default: the scene's, or 501]",
 )
-@options.number(
-    "--budget", "SECONDS", "Stop after this time and keep what is done.  [default: none]"
-)
+@options.number("--budget", "SECONDS", "Stop after this time and keep what is done.")
 @options.formulation(None, "the scene's, or auto")
-@options.parameters
+@heading("Start and parameters")
 @options.initial
+@options.parameters
+@heading("Output")
 @click.option(
     "--with",
     "columns",
     callback=_further_columns,
     metavar="NAMES",
-    help="Further columns of the file, their last values shown: energy; forces, those of "
-    "constraints and their multipliers; momenta of the coordinates; conserved, whatever analyze "
-    "finds conserved, with its drift; positions, which are there anyway. With commas between "
-    "them.  [default: none]",
+    help="Further columns, with commas between them: energy, forces, momenta, conserved, "
+    "positions.",
 )
 @click.option(
     "--sensitivity",
     callback=_names,
     metavar="NAMES",
-    help="Derivatives of the motion by the starts of these coordinates, as theta or dot(theta), "
-    "and by these parameters, as further columns. With commas between them.  [default: none]",
+    help="Derivatives of the motion by starts and parameters, as theta,dot(theta),m.",
 )
 @options.file(
     "-o --output",
-    "Write the samples, as .csv or .npz; of an ensemble as .npz, .parquet, or .zarr, a path or an "
-    "address.  [default: none]",
+    "Write the samples, as .csv or .npz; of many runs as .npz, .parquet or .zarr.",
     callback=options.writable_as(*_FILES, *_FILES_OF_MEMBERS),
-)
-@options.plot(
-    "Draw coordinates, velocities and energy over time, as .pdf, .svg, .png or .pgf, by "
-    "matplotlib, or as .tex for pgfplots.",
-    "tex",
-)
-@click.option(
-    "--plot-of",
-    metavar="CURVES",
-    help="Draw these instead: 'z:x, dot(theta):theta' is z over x in one panel and a phase "
-    "portrait in another, 'theta1 + theta2' are two curves over the time in one.  "
-    "[default: none]",
 )
 @click.option(
     "--section",
     metavar="CONDITION",
-    help="Find the points of a Poincaré section instead of samples: 'theta2 = 0, dot(theta2) > 0' "
-    "is one equation and any inequalities, over the state, the time and names of the scene. -o, "
-    "--plot and --json then have its points, of all members with --ensemble and --vary.  "
-    "[default: none]",
+    help="Points of a Poincaré section in place of samples, as 'x=0, dot(x)>0'.",
 )
-@options.file(
-    "--checkpoint",
-    "Write the state of the run now and then, and when it is stopped, for --resume FILE.  "
-    "[default: none]",
-    callback=options.not_empty,
+@options.json_flag("Report as JSON.")
+@heading("Pictures")
+@options.plot("Draw the motion, as .pdf, .svg, .png, .pgf or .tex.", "tex")
+@click.option(
+    "--plot-of",
+    metavar="CURVES",
+    help="Draw these curves, as 'z:x, dot(theta):theta'.",
 )
 @ensemble.ensemble_options
-@options.json_flag("Report as JSON.")
+@heading("Interruptions")
+@options.file(
+    "--checkpoint",
+    "Write the state of the run now and then and at a stop.",
+    callback=options.not_empty,
+)
+@click.option(
+    "--resume",
+    is_flag=False,
+    flag_value="",
+    metavar="[FILE]",
+    help="Go on from the FILE of --checkpoint, or with the many runs of -o.",
+)
 @options.common
 @click.pass_context
 def simulate(

@@ -13,7 +13,8 @@ from lagrange_cli.cli.models import SceneRequest
 from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.reports.stress import FORMATS
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.output import Command, print_report
+from lagrange_cli.cli.terminal.command import Command
+from lagrange_cli.cli.terminal.output import print_report
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation

@@ -45,6 +45,8 @@ class Option:
         Values that it takes; none if it is a flag.
     default
         One of the choices; False for a flag.
+    default_text
+        The default as help pages say it, if not by its value.
     further
         A flag that asks for further functions: ``--with NAME``.
     metavar
@@ -60,6 +62,7 @@ class Option:
     help: str
     choices: tuple[str, ...] = ()
     default: OptionValue = False
+    default_text: str = ""
     further: bool = False
     metavar: str = ""
     accepted: Callable[[str], bool] | None = None
@@ -72,7 +75,7 @@ class Option:
     @property
     def shown_default(self) -> OptionValue:
         """The default as help pages say it."""
-        return self.default or "off"
+        return self.default_text or self.default
 
     def wrong(self, value: OptionValue) -> str | None:
         """The part of a value that the option does not take, None if it takes all of it."""

@@ -28,35 +28,24 @@ SECTIONS = (
 #: Those that a document has if nothing else is asked for; of ``forces`` only those derived.
 DEFAULT_SECTIONS = ",".join(s for s in SECTIONS if s not in ("sketch", "result", "initial"))
 
-#: Form of the equations → what it is, as help says.
-FORMS = {
-    "lagrange": "Lagrange's equations",
-    "explicit": "solved for the accelerations and multipliers where closed forms are short",
-    "first-order": "the same with velocities as unknowns of their own",
-    "hamiltonian": "Hamilton's canonical equations",
-    "routhian": "Routh's, with cyclic coordinates ignored and an effective potential",
-    "small-oscillations": "linear ones about the nearest stable equilibrium, with normal modes",
-}
+#: Forms of the equations.
+FORMS = ("lagrange", "explicit", "first-order", "hamiltonian", "routhian", "small-oscillations")
 
-FORM = Option(
-    "form",
-    "; ".join(f"{name}, {told}" if name != "lagrange" else told for name, told in FORMS.items()),
-    choices=tuple(FORMS),
-    default="lagrange",
-)
+FORM = Option("form", "the form of the equations", choices=FORMS, default="lagrange")
 
 _SECTIONS = Option(
     "sections",
-    "the parts, with commas between them and always in this order",
+    f"the parts, with commas between them: {', '.join(SECTIONS)}; sketch in LaTeX alone",
     choices=SECTIONS,
     default=DEFAULT_SECTIONS,
+    default_text="all but sketch, result and initial",
     metavar="LIST",
 )
 
 
 _MACROS = Option(
     "macros",
-    "a macro for each symbol, so that a letter is changed at one place",
+    "a macro for each symbol",
 )
 
 _LANGUAGE = Option(
@@ -69,7 +58,7 @@ _LANGUAGE = Option(
 
 _WRITTEN_OUT = Option(
     "written_out",
-    "elements of indexed families in place of sums and indices, and expressions of any length",
+    "no sums and indices, and expressions of any length",
 )
 
 
@@ -82,7 +71,7 @@ def _sections_without_sketch(why: str) -> Option:
 LATEX_OPTIONS = (
     Option(
         "style",
-        "a complete document, frames for a lecture, or the equations alone for your own",
+        "the kind of text",
         choices=("document", "beamer", "snippet"),
         default="document",
     ),
@@ -90,8 +79,7 @@ LATEX_OPTIONS = (
     _SECTIONS,
     Option(
         "width",
-        "the width of lines, a length as 8.6cm, or page or column; a document with column has two"
-        " columns",
+        "the width of lines, a length as 8.6cm; column makes two columns",
         default="page",
         metavar="page|column|LENGTH",
         accepted=is_width,

@@ -70,19 +70,19 @@ def _svg(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, 
 
 _JACOBIAN = Option(
     "jacobian",
-    "derivatives of the accelerations by state, inputs and parameters",
+    "derivatives of accelerations",
     further=True,
 )
 
 _LINEARIZATION = Option(
     "linearization",
-    "A, B, C, D of first order at any state, with outputs as in the scene",
+    "A, B, C, D at any state",
     further=True,
 )
 
 _CANONICAL = Option(
     "canonical",
-    "Hamilton's equations and H over coordinates and momenta",
+    "Hamilton's equations and H",
     further=True,
 )
 
@@ -146,8 +146,7 @@ EMITTERS: dict[str, Emitter] = {
             options=(
                 Option(
                     "style",
-                    "what the functions run over: numbers and arrays of NumPy, arrays of JAX,"
-                    " symbols of CasADi",
+                    "the package that computes",
                     choices=("numpy", "jax", "casadi"),
                     default="numpy",
                 ),

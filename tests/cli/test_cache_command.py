@@ -85,9 +85,3 @@ def test_a_name_of_the_folder_does_not_steer_the_terminal(tmp_path, monkeypatch)
 
 def test_an_argument_is_refused():
     assert lagrange("cache", "clear").returncode == 2
-
-
-def test_every_option_states_its_default():
-    options = re.split(r"\n  (?=-)", succeed("cache", "--help").partition("Options:")[2])[1:]
-    assert len(options) == 4
-    assert all(re.search(r"\[default: off\]|Show this message", option) for option in options)

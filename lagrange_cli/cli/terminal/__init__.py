@@ -4,4 +4,13 @@ Text and progress go in; what a person sees comes out, and what a program reads 
 stays apart from it. Nothing here knows of mechanics. Read :mod:`.output` first.
 """
 
-__all__ = ["appearance", "deadline", "display", "interrupts", "output", "progress", "streams"]
+__all__ = [
+    "appearance",
+    "command",
+    "deadline",
+    "display",
+    "interrupts",
+    "output",
+    "progress",
+    "streams",
+]

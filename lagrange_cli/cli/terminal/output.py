@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Mapping
-from typing import Any, TextIO, TypeVar
-
-import click
+from typing import TextIO, TypeVar
 
 from lagrange_cli.cli.terminal.appearance import painter, window_width
-from lagrange_cli.cli.terminal.streams import results, results_apart
+from lagrange_cli.cli.terminal.streams import results
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, write_file
 from lagrange_cli.notation.page import UNBROKEN, Page
@@ -19,14 +17,6 @@ _Report = TypeVar("_Report")
 
 #: Exit code that a shell reports for a process that SIGPIPE ended.
 _CLOSED_PIPE = 141
-
-
-class Command(click.Command):
-    """A subcommand: while it works, packages print to stderr."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        with results_apart():
-            return super().invoke(ctx)
 
 
 def stdout_encoding() -> str:
