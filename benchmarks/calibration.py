@@ -2,7 +2,7 @@
 
 ``--references`` makes the references that are missing or stale (references.py); without it every
 scene is simulated at each accuracy and judged by them, in each formulation that it has. The
-table of docs/calibration.md is made by ``--docs``.
+table of docs/quality/calibration.md is made by ``--docs``.
 """
 
 from __future__ import annotations

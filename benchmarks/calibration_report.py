@@ -105,7 +105,7 @@ Every scene of `systems/` that has an initial state and an end (but those that a
 refused) is simulated at four accuracies, in each formulation that it has, and compared with a
 reference. This page is the output of
 
-    python benchmarks/calibration.py --docs docs/calibration.md
+    python benchmarks/calibration.py --docs docs/quality/calibration.md
 
 {summary}
 
@@ -118,7 +118,7 @@ tolerances and says how far these are apart, {worst:.0e} of the scales at most. 
 state and the parameters are what the scenes write, to 40 digits.
 
 The error is the largest of any coordinate or velocity at {samples} or more samples of a run (fewer
-of large systems), over the scales that [accuracy.md](accuracy.md) states; among these are, of each
+of large systems), over the [scales](../accuracy.md#scales) of the promise; among these are, of each
 number, the one where it changes fastest. With contacts, times of events count over the whole time.
 
 Cells hold the true error and, behind the slash, the estimate. `to t` is how long the accuracy

@@ -1,8 +1,8 @@
 """Extremes: exact motions at the edge of what can be computed, and shipped scenes under stress.
 
 The first part runs all cases of tests/extremes, also those that take long, against motions in 40
-digits and more; the second is ``lagrange stress`` on shipped scenes. ``--docs docs/extremes.md``
-writes the table.
+digits and more; the second is ``lagrange stress`` on shipped scenes.
+``--docs docs/quality/extremes.md`` writes the table.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ HEAD = """\
 Results at the edge of what can be computed are right to the accuracy that was asked for, kept as
 far as they are right, or refused with a reason. This page is the output of
 
-    python benchmarks/extremes.py --docs docs/extremes.md
+    python benchmarks/extremes.py --docs docs/quality/extremes.md
 
 - {total}
 
@@ -81,7 +81,7 @@ STRESS_HEAD = """\
 ## Scenes under stress
 
 `lagrange stress SCENE --budget {budget:g}` on scenes of different character, the error of each
-point measured against long doubles and another method ([how](accuracy.md#extremes)).
+point measured against long doubles and another method ([how](../accuracy.md#extremes)).
 {said}
 
 | scene | runs | right | degraded | refused | silently wrong | nothing to compare with |

@@ -156,7 +156,7 @@ _PAGE = """\
 A pendulum of amplitude {amplitude} rad over {periods:,} periods, by symplectic methods of fixed
 step. This page is the output of
 
-    python benchmarks/long_run.py --docs docs/long-runs.md
+    python benchmarks/long_run.py --docs docs/quality/long-runs.md
 
 {table}
 

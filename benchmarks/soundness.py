@@ -3,7 +3,7 @@
 Each is a program of its own, which this one runs in full, one after the other, and whose last
 table it writes into a page. CI runs a slice of each (tests/soundness).
 
-    python benchmarks/soundness.py -j 2 --docs docs/soundness.md
+    python benchmarks/soundness.py -j 2 --docs docs/quality/soundness.md
     python benchmarks/soundness.py --only grazes kills
 """
 
@@ -22,9 +22,12 @@ FOLDER = Path(__file__).parent
 INTRODUCTION = """\
 # Soundness
 
-What campaigns over generated scenes, hostile texts and killed processes showed last. What must be
-zero is zero, or stands here. `python benchmarks/soundness.py -j 2 --docs docs/soundness.md` makes
-this page anew; each part can be run alone (`--only NAME`), and CI runs a seeded slice of each.
+Campaigns over generated scenes, hostile texts and killed processes look for false statements. All
+counts that should be zero are; exceptions are listed. This page is the output of
+
+    python benchmarks/soundness.py -j 2 --docs docs/quality/soundness.md
+
+Each part can be run alone (`--only NAME`), and CI runs a seeded slice of each.
 """
 
 

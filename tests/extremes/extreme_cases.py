@@ -1,7 +1,7 @@
 """Extremes with their exact motions: what is asked for, what is found, how far it is off.
 
-``python benchmarks/extremes.py`` runs all of them for the table in docs/extremes.md; tests run
-those that take a moment.
+``python benchmarks/extremes.py`` runs all of them for the table in docs/quality/extremes.md;
+tests run those that take a moment.
 """
 
 from __future__ import annotations
