@@ -5,12 +5,37 @@ from __future__ import annotations
 import gc
 import itertools
 import os
+import signal
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from lagrange_cli.cli.main import COLLECTION
+
+# Tests and the processes that they start share compiled bytecode, even if the environment asks for
+# none: each of some hundred processes would compile every module that it imports.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
+
+def _restore_signals() -> None:
+    """Let child processes have the usual signals where this one ignores them.
+
+    Processes in the background or under nohup inherit that SIGINT or SIGHUP is ignored, and pass it
+    on; a handler is not passed on. SIGHUP still does nothing here.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, lambda number, frame: None)
+
+
+def pytest_configure() -> None:
+    _restore_signals()
+    # Garbage is collected as seldom as in the command.
+    gc.set_threshold(*COLLECTION)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -22,8 +47,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Collect garbage as seldom as the command does, and never what is there before any test."""
-    gc.set_threshold(*COLLECTION)
+    """Leave what is there before any test to no collection of garbage."""
     gc.freeze()
 
 
