@@ -60,10 +60,19 @@ class Entry(NamedTuple):
 
 
 class Removed(NamedTuple):
-    """The number of files that were removed, and their bytes."""
+    """Outcome of clearing a cache.
+
+    Attributes
+    ----------
+    files, size
+        Number of removed files, and their bytes.
+    failures
+        Number of files that the system refused to remove.
+    """
 
     files: int
     size: int
+    failures: int = 0
 
 
 class Cache:
@@ -123,14 +132,22 @@ class Cache:
         return sorted(entries, key=lambda entry: (-entry.used, entry.name))
 
     def clear(self) -> Removed:
-        """Remove every file of the cache, and no other; return how many, and their bytes."""
-        files = size = 0
+        """Remove every file of the cache, and no other; return how many, and their bytes.
+
+        Other processes may fill or clear the cache at the same time. A file that one of them
+        removes first, or writes anew, is no failure.
+        """
+        files = size = failures = 0
         for entry in list(self._files()):
             if _is_entry(entry.name) or is_temporary(entry.name):
-                length = _remove(entry.path)
-                if length is not None:
-                    files, size = files + 1, size + length
-        return Removed(files, size)
+                try:
+                    size += _unlinked(entry.path)
+                    files += 1
+                except FileNotFoundError:
+                    continue
+                except OSError:
+                    failures += 1
+        return Removed(files, size, failures)
 
     def _files(self) -> Iterator[os.DirEntry[str]]:
         if self.folder is None:
@@ -194,23 +211,26 @@ def _is_inert(folder: str) -> bool:
     return bool(_NO_EXECUTION and os.statvfs(folder).f_flag & _NO_EXECUTION)
 
 
-def _remove(path: str) -> int | None:
-    """Remove a path named like an entry; return its size, None if it stays.
+def _unlinked(path: str) -> int:
+    """Remove a path named like an entry; return its size.
 
     A folder goes with all that is in it. No link is followed.
     """
-    try:
-        status = os.lstat(path)
-        if stat.S_ISDIR(status.st_mode):
-            # Here and not above: it is slow to import, and hardly ever needed.
-            from shutil import rmtree
+    status = os.lstat(path)
+    if stat.S_ISDIR(status.st_mode):
+        # Here and not above: it is slow to import, and hardly ever needed.
+        from shutil import rmtree
 
-            rmtree(path)
-        else:
-            os.unlink(path)
-    except OSError:
-        return None
+        rmtree(path)
+    else:
+        os.unlink(path)
     return status.st_size
+
+
+def _remove(path: str) -> None:
+    """Remove a path named like an entry where the system allows it."""
+    with suppress(OSError):
+        _unlinked(path)
 
 
 def _verified(path: str) -> bytes | None:

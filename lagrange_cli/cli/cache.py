@@ -23,13 +23,10 @@ def _cleared(cache: Cache) -> Removed:
     """
     if cache.folder is None:
         raise InputError(Problem(f"there is no cache to clear: {cache.reason}", rule="cache"))
-    before = {entry.name for entry in cache.entries()}
     removed = cache.clear()
-    left = sum(entry.name in before for entry in cache.entries())
-    if left:
-        raise InputError(
-            Problem(f"{file_count(left)} in '{cache.folder}' cannot be removed", rule="cache")
-        )
+    if removed.failures:
+        stuck = f"{file_count(removed.failures)} in '{cache.folder}' cannot be removed"
+        raise InputError(Problem(stuck, rule="cache"))
     return removed
 
 

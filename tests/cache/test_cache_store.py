@@ -190,7 +190,7 @@ def test_a_folder_that_cannot_be_removed_is_no_failure(cache, folder_in_place, m
     assert cache.get(KEY) is None
     assert not cache.put(KEY, b"x")
     assert "cannot be written" in cache.reason
-    assert cache.clear().files == 0
+    assert cache.clear() == (0, 0, 1)
 
 
 def test_an_entry_of_another_user_is_not_used(cache, monkeypatch):
@@ -235,7 +235,7 @@ def test_a_folder_that_disappears_is_no_failure(cache):
     os.rmdir(cache.folder)
     assert not cache.put(KEY, b"x")
     assert "No such file" in cache.reason
-    assert (cache.get(KEY), cache.entries(), cache.clear()) == (None, [], (0, 0))
+    assert (cache.get(KEY), cache.entries(), cache.clear()) == (None, [], (0, 0, 0))
 
 
 def test_least_recently_used_entries_go_beyond_the_largest_number(cache, monkeypatch):
@@ -288,9 +288,25 @@ def test_clearing_removes_our_files_and_no_other(cache):
     for name in others:
         (Path(cache.folder) / name).write_bytes(b"kept")
     (Path(cache.folder) / "folder").mkdir()
-    assert cache.clear() == (3, 11)
+    assert cache.clear() == (3, 11, 0)
     assert {path.name for path in files(cache)} == {*others, "folder"}
-    assert cache.clear() == (0, 0)
+    assert cache.clear() == (0, 0, 0)
+
+
+def test_what_others_remove_or_write_meanwhile_is_no_failure_to_clear(cache, monkeypatch):
+    for text in ("removed by another", "written again"):
+        cache.put(digest(text), text.encode())
+    unlink = os.unlink
+
+    def meanwhile(path):
+        unlink(path)
+        if Path(path).name.startswith(digest("removed by another")):
+            raise FileNotFoundError(2, "No such file or directory")
+        cache.put(digest("written again"), b"written again")
+
+    monkeypatch.setattr(os, "unlink", meanwhile)
+    assert cache.clear() == (1, len("written again"), 0)
+    assert len(files(cache)) == 1
 
 
 WORK = """
