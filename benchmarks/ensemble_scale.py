@@ -35,10 +35,10 @@ import numpy as np
 from double_pendulum import GRAVITY, Array, reference, slopes
 
 from lagrange_cli.scene import SceneText
-from lagrange_cli.simulate.ensemble.batched_results import batched_results
-from lagrange_cli.simulate.ensemble.kept import Kept
-from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
-from lagrange_cli.simulate.ensemble.sampling import SampledMembers, sampled
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
+from lagrange_cli.simulate.ensemble.plan.sampling import SampledMembers, sampled
+from lagrange_cli.simulate.ensemble.reduce.selection import Kept
+from lagrange_cli.simulate.ensemble.run.batched_results import batched_results
 from lagrange_cli.simulate.options import SimulationOptions
 
 ACCURACY, UNTIL = 1e-6, 10.0

@@ -25,7 +25,7 @@ from lagrange_cli.files import read_bytes
 from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.cluster.connection import connected
 from lagrange_cli.simulate.cluster.tasks import Cluster
-from lagrange_cli.simulate.ensemble.members import Recipe
+from lagrange_cli.simulate.ensemble.plan.recipe import Recipe
 from lagrange_cli.studies.stress.measure import Stress, stress
 from lagrange_cli.studies.stress.runs import StressRun
 

@@ -20,7 +20,7 @@ from calibration import ACCURACIES, SYSTEMS, system
 from references import FOLDER, Array
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate.ensemble.batched_results import BatchedResults, batched_results
+from lagrange_cli.simulate.ensemble.run.batched_results import BatchedResults, batched_results
 from lagrange_cli.simulate.integrators.native.batched_taylor import TaylorSteps
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions

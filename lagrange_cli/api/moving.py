@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
-    from lagrange_cli.simulate.ensemble.cluster import ClusterEngine
-    from lagrange_cli.simulate.ensemble.enumeration import Members
-    from lagrange_cli.simulate.ensemble.kept import MotionFunction
-    from lagrange_cli.simulate.ensemble.result import Ensemble
-    from lagrange_cli.simulate.ensemble.variants import Variants
+    from lagrange_cli.simulate.ensemble.plan.enumeration import Members
+    from lagrange_cli.simulate.ensemble.plan.variants import Variants
+    from lagrange_cli.simulate.ensemble.reduce.selection import MotionFunction
+    from lagrange_cli.simulate.ensemble.run.cluster import ClusterEngine
+    from lagrange_cli.simulate.ensemble.store.result import Ensemble
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.model.reductions import Reduction
     from lagrange_cli.simulate.model.sensitivities import SensitiveModels
@@ -44,7 +44,7 @@ def _engine(client: Client) -> ClusterEngine:
     import warnings
 
     from lagrange_cli.simulate.cluster.tasks import Cluster
-    from lagrange_cli.simulate.ensemble.cluster import ClusterEngine
+    from lagrange_cli.simulate.ensemble.run.cluster import ClusterEngine
 
     return ClusterEngine(Cluster(client, lambda text: warnings.warn(text, stacklevel=2)))
 
@@ -74,7 +74,7 @@ def sampled(distributions: Mapping[str, str], members: int, *, seed: int = 0) ->
     >>> derivation.ensemble(drawn, until=1.0, columns=[], final=True)
     <Ensemble of pendulum: 100 members, 401 samples; 100 ok>
     """
-    from lagrange_cli.simulate.ensemble.sampling import sampled as drawn
+    from lagrange_cli.simulate.ensemble.plan.sampling import sampled as drawn
 
     return drawn([f"{name} ~ {text}" for name, text in distributions.items()], members, seed)
 
@@ -87,8 +87,8 @@ def members_given(given: GivenMembers) -> Members:
     InputError
         Values are missing, or there are too many members.
     """
-    from lagrange_cli.simulate.ensemble.enumeration import Members
-    from lagrange_cli.simulate.ensemble.input_file import members_of
+    from lagrange_cli.simulate.ensemble.plan.enumeration import Members
+    from lagrange_cli.simulate.ensemble.plan.sources import members_of
 
     if isinstance(given, Members):
         return given
@@ -179,7 +179,7 @@ class Moving(Derived):
             simulate_past_singularities,
             simulate_with_sensitivities,
         )
-        from lagrange_cli.simulate.ensemble.members import MemberValues
+        from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues
         from lagrange_cli.simulate.options import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext
         from lagrange_cli.simulate.system.functions import KeptFunctions
@@ -299,8 +299,8 @@ class Moving(Derived):
         >>> swings.reduced["max(theta)"].round(9).tolist()
         [0.1, 0.2]
         """
-        from lagrange_cli.simulate.ensemble.kept import Kept
-        from lagrange_cli.simulate.ensemble.planning import simulate_members
+        from lagrange_cli.simulate.ensemble.reduce.selection import Kept
+        from lagrange_cli.simulate.ensemble.run.planning import simulate_members
         from lagrange_cli.simulate.model.reductions import read_reduction
         from lagrange_cli.simulate.options import SimulationOptions
 
@@ -353,8 +353,8 @@ class Moving(Derived):
 
     @cached_property
     def _sensitive_models(self) -> SensitiveModels:
-        from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
-        from lagrange_cli.simulate.ensemble.variants import variants_of
+        from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
+        from lagrange_cli.simulate.ensemble.plan.variants import variants_of
         from lagrange_cli.simulate.model.sensitivities import SensitiveModels
 
         recipe = Recipe(self.source, self.forces, self.equations.formulation)
@@ -380,8 +380,8 @@ class Moving(Derived):
         self,
     ) -> Callable[[frozenset[str], tuple[Reduction, ...], tuple[str, ...]], Variants]:
         """Driven inputs, reductions and further outputs → models with other values."""
-        from lagrange_cli.simulate.ensemble.members import Recipe
-        from lagrange_cli.simulate.ensemble.variants import variants_of
+        from lagrange_cli.simulate.ensemble.plan.recipe import Recipe
+        from lagrange_cli.simulate.ensemble.plan.variants import variants_of
 
         recipe = partial(Recipe, self.source, self.forces, self.formulation)
         return lru_cache(

@@ -194,8 +194,8 @@ class Studied(Analyzing):
         >>> round(float(section.columns["y"][1]), 6)
         0.342928
         """
-        from lagrange_cli.simulate.ensemble.members import Recipe
-        from lagrange_cli.simulate.ensemble.variants import variants_of
+        from lagrange_cli.simulate.ensemble.plan.recipe import Recipe
+        from lagrange_cli.simulate.ensemble.plan.variants import variants_of
         from lagrange_cli.simulate.model.sections import WrittenCondition
         from lagrange_cli.simulate.options import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext

@@ -22,10 +22,10 @@ from lagrange_cli.files import ending_of, write_file
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.cluster.tasks import Cluster
-    from lagrange_cli.simulate.ensemble.enumeration import Members
-    from lagrange_cli.simulate.ensemble.kept import Kept
-    from lagrange_cli.simulate.ensemble.planes import Plane
-    from lagrange_cli.simulate.ensemble.store import Store
+    from lagrange_cli.simulate.ensemble.plan.enumeration import Members
+    from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
+    from lagrange_cli.simulate.ensemble.reduce.selection import Kept
+    from lagrange_cli.simulate.ensemble.store.store import Store
     from lagrange_cli.simulate.model.reductions import Reduction
     from lagrange_cli.simulate.results.plane import PlaneMap
 
@@ -264,8 +264,8 @@ def chosen_members(choice: MemberChoice) -> Members:
     InputError
         Located: what is wrong with them.
     """
-    from lagrange_cli.simulate.ensemble.input_file import grid, read_members
-    from lagrange_cli.simulate.ensemble.sampling import sampled
+    from lagrange_cli.simulate.ensemble.plan.sampling import sampled
+    from lagrange_cli.simulate.ensemble.plan.sources import grid, read_members
 
     if choice.sample:
         return sampled(choice.sample, choice.number or 0, choice.seed or 0)
@@ -273,7 +273,7 @@ def chosen_members(choice: MemberChoice) -> Members:
 
 
 def _members(choice: MemberChoice, output: str | None) -> Members:
-    from lagrange_cli.simulate.ensemble.opening import ENDINGS, ending_of
+    from lagrange_cli.simulate.ensemble.store.opening import ENDINGS, ending_of
 
     if output is not None and ending_of(output) is None:
         raise _usage(f"an ensemble is written as {', '.join(ENDINGS)}", "-o ensemble.npz")
@@ -284,7 +284,7 @@ def _members(choice: MemberChoice, output: str | None) -> Members:
 
 def _kept(choice: MemberChoice, members: Members, output: str | None) -> Kept:
     """What is kept of each member; nothing but figures and reductions without a file."""
-    from lagrange_cli.simulate.ensemble.kept import Kept
+    from lagrange_cli.simulate.ensemble.reduce.selection import Kept
 
     columns, final = choice.columns, choice.final
     if output is None and ((final and not choice.map_names) or columns is not None):
@@ -313,12 +313,12 @@ def _simulate(
     session: Session, choice: MemberChoice, asked: SimulationRequest, cluster: Cluster | None
 ) -> int:
     from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
-    from lagrange_cli.simulate.ensemble.cluster import ClusterEngine
-    from lagrange_cli.simulate.ensemble.opening import open_store
-    from lagrange_cli.simulate.ensemble.plan import blocks_of
-    from lagrange_cli.simulate.ensemble.planning import plan_members
-    from lagrange_cli.simulate.ensemble.run import run_members
-    from lagrange_cli.simulate.ensemble.store import MemoryStore
+    from lagrange_cli.simulate.ensemble.plan.plan import blocks_of
+    from lagrange_cli.simulate.ensemble.run.cluster import ClusterEngine
+    from lagrange_cli.simulate.ensemble.run.planning import plan_members
+    from lagrange_cli.simulate.ensemble.run.run import run_members
+    from lagrange_cli.simulate.ensemble.store.opening import open_store
+    from lagrange_cli.simulate.ensemble.store.store import MemoryStore
 
     started = perf_counter()
     members = _members(choice, asked.output)
@@ -382,7 +382,7 @@ def _plane(choice: MemberChoice, members: Members, plot: str | None) -> Plane | 
     """Return the plane of a map; None if none is drawn."""
     if choice.map_names is None or plot is None:
         return None
-    from lagrange_cli.simulate.ensemble.planes import Plane
+    from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
     from lagrange_cli.simulate.results.plot import require_map_ending
 
     require_map_ending(ending_of(plot).lstrip("."))

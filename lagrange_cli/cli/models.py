@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cli.session import Session
     from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.scene.conditions import Formulation
-    from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
+    from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.model.reductions import Reduction
     from lagrange_cli.simulate.model.sections import WrittenCondition
@@ -67,7 +67,7 @@ class SceneRequest:
     def recipe(self) -> Recipe:
         """Return the same for runs of many models."""
         from lagrange_cli.scene import SceneText
-        from lagrange_cli.simulate.ensemble.members import Recipe
+        from lagrange_cli.simulate.ensemble.plan.recipe import Recipe
 
         texts = self.parameters, self.initial, self.times
         text = SceneText(self.source.file, self.source.data, *texts)
@@ -235,7 +235,7 @@ class RememberedMembers:
         """Tell if members differ from the model of one of them in numbers alone."""
 
         def work() -> Answer:
-            from lagrange_cli.simulate.ensemble.members import differ_in_numbers
+            from lagrange_cli.simulate.ensemble.plan.recipe import differ_in_numbers
 
             return Answer(differ_in_numbers(self.recipe, member, model))
 

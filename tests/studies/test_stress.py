@@ -11,7 +11,7 @@ import pytest
 
 from lagrange_cli.files import read_bytes
 from lagrange_cli.scene import SceneText
-from lagrange_cli.simulate.ensemble.members import Recipe
+from lagrange_cli.simulate.ensemble.plan.recipe import Recipe
 from lagrange_cli.studies.stress import runs as stress_runs
 from lagrange_cli.studies.stress.measure import stress
 from lagrange_cli.studies.stress.points import STRESS_AXES

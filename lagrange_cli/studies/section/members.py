@@ -10,10 +10,10 @@ from functools import cache
 import numpy as np
 
 from lagrange_cli.errors import InputError
-from lagrange_cli.simulate.ensemble.enumeration import MOST_LISTED, Members, too_many
-from lagrange_cli.simulate.ensemble.members import MemberValues, NumericMembers
-from lagrange_cli.simulate.ensemble.plan import Plan
-from lagrange_cli.simulate.ensemble.planning import MemberModels, plan_members
+from lagrange_cli.simulate.ensemble.plan.enumeration import MOST_LISTED, Members, too_many
+from lagrange_cli.simulate.ensemble.plan.plan import Plan
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, NumericMembers
+from lagrange_cli.simulate.ensemble.run.planning import MemberModels, plan_members
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.files import CarriedFile, Recording, carried_files, reading_carried
 from lagrange_cli.scene.dimensions import dimensions
-from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe, numeric_values
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe, numeric_values
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order

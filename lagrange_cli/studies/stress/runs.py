@@ -15,7 +15,7 @@ from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
-from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactEventKind, ModeChange
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions

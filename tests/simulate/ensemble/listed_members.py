@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.simulate.ensemble.blocks import MemberBlock
-from lagrange_cli.simulate.ensemble.enumeration import listed
-from lagrange_cli.simulate.ensemble.plan import Blocks, Plan, Task, blocks_of
+from lagrange_cli.simulate.ensemble.plan.enumeration import listed
+from lagrange_cli.simulate.ensemble.plan.plan import Blocks, Plan, Task, blocks_of
+from lagrange_cli.simulate.ensemble.store.blocks import MemberBlock
 
 
 def blocks_of_rows(plan: Plan, rows: Sequence[Sequence[str]]) -> Blocks:

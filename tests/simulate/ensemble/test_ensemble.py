@@ -15,20 +15,20 @@ from hypothesis import strategies as st
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
-from lagrange_cli.simulate.ensemble import run as ensemble
-from lagrange_cli.simulate.ensemble.enumeration import MOST_MEMBERS
-from lagrange_cli.simulate.ensemble.input_file import grid, read_members
-from lagrange_cli.simulate.ensemble.members import (
+from lagrange_cli.simulate.ensemble.plan.enumeration import MOST_MEMBERS
+from lagrange_cli.simulate.ensemble.plan.plan import Plan, Task
+from lagrange_cli.simulate.ensemble.plan.recipe import (
     MemberValues,
     NumericMembers,
     Recipe,
     differ_in_numbers,
     require_known_names,
 )
-from lagrange_cli.simulate.ensemble.opening import open_store
-from lagrange_cli.simulate.ensemble.plan import Plan, Task
-from lagrange_cli.simulate.ensemble.run import REFUSED, run_block, run_members
-from lagrange_cli.simulate.ensemble.store import parts_of
+from lagrange_cli.simulate.ensemble.plan.sources import grid, read_members
+from lagrange_cli.simulate.ensemble.run.run import REFUSED, run_block, run_members
+from lagrange_cli.simulate.ensemble.run.run import run as ensemble
+from lagrange_cli.simulate.ensemble.store.opening import open_store
+from lagrange_cli.simulate.ensemble.store.store import parts_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.simulation import simulate

@@ -9,8 +9,8 @@ import pytest
 from scipy import stats
 
 from lagrange_cli import load, sampled
-from lagrange_cli.simulate.ensemble.input_file import grid
-from lagrange_cli.simulate.ensemble.sampling import sampled as drawn
+from lagrange_cli.simulate.ensemble.plan.sampling import sampled as drawn
+from lagrange_cli.simulate.ensemble.plan.sources import grid
 
 KINDS = ["a ~ uniform(-pi, pi)", "dot(a)~normal(1, 2)", "b ~ loguniform(0.1, 10)"]
 

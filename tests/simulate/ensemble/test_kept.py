@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipj, ellipk
 
 from lagrange_cli import InputError, loads
-from lagrange_cli.simulate.ensemble.reducing import reduced
+from lagrange_cli.simulate.ensemble.reduce.reductions import reduced
 
 #: x = A cos t, and a column of its energy.
 OSCILLATOR = """

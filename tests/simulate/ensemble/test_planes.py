@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from lagrange_cli import InputError
-from lagrange_cli.simulate.ensemble.input_file import grid
-from lagrange_cli.simulate.ensemble.kept import Kept
-from lagrange_cli.simulate.ensemble.planes import Plane
-from lagrange_cli.simulate.ensemble.sampling import sampled
+from lagrange_cli.simulate.ensemble.plan.sampling import sampled
+from lagrange_cli.simulate.ensemble.plan.sources import grid
+from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
+from lagrange_cli.simulate.ensemble.reduce.selection import Kept
 from lagrange_cli.simulate.model.reductions import read_reduction
 from lagrange_cli.simulate.results.plot import draw_map
 from tests.simulate.ensemble.test_ensemble import PENDULUM, plan_of

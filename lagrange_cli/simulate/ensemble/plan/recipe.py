@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.defaults import SimulationDefaults
     from lagrange_cli.scene.model import Scene
     from lagrange_cli.scene.reader import SceneText
-    from lagrange_cli.simulate.ensemble.enumeration import Members
+    from lagrange_cli.simulate.ensemble.plan.enumeration import Members
     from lagrange_cli.simulate.model.reductions import Reduction
     from lagrange_cli.simulate.model.sections import WrittenCondition
 

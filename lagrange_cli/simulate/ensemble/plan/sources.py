@@ -18,7 +18,7 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.files import ending_of
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import DECIMAL_NUMBER, CsvRows, decoded, quoted_cell
-from lagrange_cli.simulate.ensemble.enumeration import (
+from lagrange_cli.simulate.ensemble.plan.enumeration import (
     MOST_LISTED,
     RULE,
     Axis,

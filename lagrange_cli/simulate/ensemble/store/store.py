@@ -21,16 +21,16 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import discard, whole_file
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.block_files import (
+from lagrange_cli.simulate.ensemble.store.block_files import (
     COLUMN,
     TEXTS,
     BlockFiles,
     arrays_of,
     written_name,
 )
-from lagrange_cli.simulate.ensemble.blocks import MemberBlock
-from lagrange_cli.simulate.ensemble.result import Ensemble
-from lagrange_cli.simulate.ensemble.summaries import (
+from lagrange_cli.simulate.ensemble.store.blocks import MemberBlock
+from lagrange_cli.simulate.ensemble.store.result import Ensemble
+from lagrange_cli.simulate.ensemble.store.summaries import (
     BlockSummary,
     Failure,
     InMemory,

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from lagrange_cli.simulate.ensemble.members import (
+from lagrange_cli.simulate.ensemble.plan.recipe import (
     MemberValues,
     NumericMembers,
     Recipe,

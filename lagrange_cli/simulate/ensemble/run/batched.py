@@ -27,7 +27,7 @@ from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, error_estimate
 from lagrange_cli.simulate.accuracy.measured import Measured, limiting_component
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.batched_runs import BatchedRuns
+from lagrange_cli.simulate.ensemble.run.batched_runs import BatchedRuns
 from lagrange_cli.simulate.integrators.native.batched_taylor import (
     BatchedMotions,
     BatchedSamples,

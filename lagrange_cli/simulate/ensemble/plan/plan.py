@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.enumeration import Members
-from lagrange_cli.simulate.ensemble.kept import Kept
-from lagrange_cli.simulate.ensemble.members import MemberValues, Recipe
+from lagrange_cli.simulate.ensemble.plan.enumeration import Members
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
+from lagrange_cli.simulate.ensemble.reduce.selection import Kept
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 

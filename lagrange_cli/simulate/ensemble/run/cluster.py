@@ -29,10 +29,10 @@ from lagrange_cli.files import (
 from lagrange_cli.simulate.cluster.refusals import ClusterError, refusal
 from lagrange_cli.simulate.cluster.tasks import Cluster
 from lagrange_cli.simulate.cluster.workers import exists
-from lagrange_cli.simulate.ensemble.plan import Blocks
-from lagrange_cli.simulate.ensemble.run import compile_ahead, run_block
-from lagrange_cli.simulate.ensemble.store import BlockWriter, Store
-from lagrange_cli.simulate.ensemble.summaries import KeptBlock
+from lagrange_cli.simulate.ensemble.plan.plan import Blocks
+from lagrange_cli.simulate.ensemble.run.run import compile_ahead, run_block
+from lagrange_cli.simulate.ensemble.store.store import BlockWriter, Store
+from lagrange_cli.simulate.ensemble.store.summaries import KeptBlock
 
 #: Seconds between two looks at whether the run still lasts.
 _GLANCE = 1.0

@@ -24,17 +24,17 @@ from numpy.typing import NDArray
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, discard, is_address, remove_abandoned_files
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.block_files import COLUMN, TEXTS, arrays_of, written_name
-from lagrange_cli.simulate.ensemble.blocks import MemberBlock
-from lagrange_cli.simulate.ensemble.description import Description
-from lagrange_cli.simulate.ensemble.result import Ensemble
-from lagrange_cli.simulate.ensemble.store import Store, refused
-from lagrange_cli.simulate.ensemble.summaries import KeptBlock
-from lagrange_cli.simulate.ensemble.zarr_chunks import chunk, codecs, put
+from lagrange_cli.simulate.ensemble.store.block_files import COLUMN, TEXTS, arrays_of, written_name
+from lagrange_cli.simulate.ensemble.store.blocks import MemberBlock
+from lagrange_cli.simulate.ensemble.store.description import Description
+from lagrange_cli.simulate.ensemble.store.result import Ensemble
+from lagrange_cli.simulate.ensemble.store.store import Store, refused
+from lagrange_cli.simulate.ensemble.store.summaries import KeptBlock
+from lagrange_cli.simulate.ensemble.store.zarr_chunks import chunk, codecs, put
 from lagrange_cli.simulate.request import resolve
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.plan import Blocks
+    from lagrange_cli.simulate.ensemble.plan.plan import Blocks
 
 #: Names of the axes; ``t`` is also the array of sample times.
 _AXES = ("member", "t")

@@ -12,19 +12,19 @@ from lagrange_cli.cache import digest, fingerprint
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.files import sole_writer
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.enumeration import MOST_LISTED, Members
-from lagrange_cli.simulate.ensemble.kept import Kept
-from lagrange_cli.simulate.ensemble.members import (
+from lagrange_cli.simulate.ensemble.plan.enumeration import MOST_LISTED, Members
+from lagrange_cli.simulate.ensemble.plan.plan import Plan, blocks_of
+from lagrange_cli.simulate.ensemble.plan.recipe import (
     MemberValues,
     Recipe,
     require_known_names,
     varied_parameters,
 )
-from lagrange_cli.simulate.ensemble.opening import open_store
-from lagrange_cli.simulate.ensemble.plan import Plan, blocks_of
-from lagrange_cli.simulate.ensemble.result import Ensemble
-from lagrange_cli.simulate.ensemble.run import Engine, run_members
-from lagrange_cli.simulate.ensemble.store import MemoryStore, Store
+from lagrange_cli.simulate.ensemble.reduce.selection import Kept
+from lagrange_cli.simulate.ensemble.run.run import Engine, run_members
+from lagrange_cli.simulate.ensemble.store.opening import open_store
+from lagrange_cli.simulate.ensemble.store.result import Ensemble
+from lagrange_cli.simulate.ensemble.store.store import MemoryStore, Store
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import resolve

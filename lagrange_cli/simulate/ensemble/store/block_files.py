@@ -15,8 +15,8 @@ import numpy as np
 
 from lagrange_cli.files import write_file
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.blocks import MEMBER_FIGURES, MEMBER_WORDS, MemberBlock
-from lagrange_cli.simulate.ensemble.summaries import KeptBlock
+from lagrange_cli.simulate.ensemble.store.blocks import MEMBER_FIGURES, MEMBER_WORDS, MemberBlock
+from lagrange_cli.simulate.ensemble.store.summaries import KeptBlock
 
 _BLOCK = re.compile(r"block-([0-9]{9})\.npz", re.ASCII)
 

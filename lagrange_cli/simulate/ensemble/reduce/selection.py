@@ -10,7 +10,7 @@ from uuid import uuid4
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.reducing import reduced
+from lagrange_cli.simulate.ensemble.reduce.reductions import reduced
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.model.reductions import Reduction, reduction_outputs
 from lagrange_cli.simulate.request import Request

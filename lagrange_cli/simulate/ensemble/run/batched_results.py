@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.batched import METHOD, BatchedMembers, batched_members
-from lagrange_cli.simulate.ensemble.batched_runs import BatchedRuns
-from lagrange_cli.simulate.ensemble.blocks import BlockPart
-from lagrange_cli.simulate.ensemble.kept import Keeper, Kept
+from lagrange_cli.simulate.ensemble.reduce.selection import Keeper, Kept
+from lagrange_cli.simulate.ensemble.run.batched import METHOD, BatchedMembers, batched_members
+from lagrange_cli.simulate.ensemble.run.batched_runs import BatchedRuns
+from lagrange_cli.simulate.ensemble.store.blocks import BlockPart
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import Request, resolve

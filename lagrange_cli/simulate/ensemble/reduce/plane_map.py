@@ -10,15 +10,15 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.description import unit_of
-from lagrange_cli.simulate.ensemble.enumeration import GridMembers
+from lagrange_cli.simulate.ensemble.plan.enumeration import GridMembers
+from lagrange_cli.simulate.ensemble.store.description import unit_of
 from lagrange_cli.simulate.model.labels import Label, Labels
 from lagrange_cli.simulate.results.picture import axis_label
 from lagrange_cli.simulate.results.plane import PlaneMap
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.enumeration import Members
-    from lagrange_cli.simulate.ensemble.plan import Plan
+    from lagrange_cli.simulate.ensemble.plan.enumeration import Members
+    from lagrange_cli.simulate.ensemble.plan.plan import Plan
 
 
 def _refused(message: str, hint: str = "") -> InputError:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.blocks import MemberBlock
+from lagrange_cli.simulate.ensemble.store.blocks import MemberBlock
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from lagrange_cli.simulate.request import resolve
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.plan import Blocks
+    from lagrange_cli.simulate.ensemble.plan.plan import Blocks
     from lagrange_cli.simulate.model.reductions import Reduction
 
 #: Libraries whose versions a result says.

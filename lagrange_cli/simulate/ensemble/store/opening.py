@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.files import cannot_write, is_temporary, write_file
-from lagrange_cli.simulate.ensemble.parquet_store import parquet_store
-from lagrange_cli.simulate.ensemble.store import (
+from lagrange_cli.simulate.ensemble.store.parquet_store import parquet_store
+from lagrange_cli.simulate.ensemble.store.store import (
     NpzStore,
     PartsStore,
     Store,
@@ -17,10 +17,10 @@ from lagrange_cli.simulate.ensemble.store import (
     parts_of,
     refused,
 )
-from lagrange_cli.simulate.ensemble.zarr_store import open_zarr_store
+from lagrange_cli.simulate.ensemble.store.zarr_store import open_zarr_store
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.plan import Blocks
+    from lagrange_cli.simulate.ensemble.plan.plan import Blocks
 
 _NOTE = "ensemble.json"
 

@@ -24,18 +24,22 @@ from lagrange_cli.files.rows import DECIMAL_NUMBER
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
-from lagrange_cli.simulate.ensemble.batched_results import BatchedResults, Missed, batched_results
-from lagrange_cli.simulate.ensemble.blocks import (
+from lagrange_cli.simulate.ensemble.plan.plan import Blocks, Plan, Task
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, NumericMembers
+from lagrange_cli.simulate.ensemble.reduce.selection import Keeper
+from lagrange_cli.simulate.ensemble.run.batched_results import (
+    BatchedResults,
+    Missed,
+    batched_results,
+)
+from lagrange_cli.simulate.ensemble.store.blocks import (
     MEMBER_FIGURES,
     MEMBER_WORDS,
     BlockBuilder,
     BlockPart,
     MemberBlock,
 )
-from lagrange_cli.simulate.ensemble.kept import Keeper
-from lagrange_cli.simulate.ensemble.members import MemberValues, NumericMembers
-from lagrange_cli.simulate.ensemble.plan import Blocks, Plan, Task
-from lagrange_cli.simulate.ensemble.summaries import KeptBlock
+from lagrange_cli.simulate.ensemble.store.summaries import KeptBlock
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
 from lagrange_cli.simulate.request import resolve
@@ -44,7 +48,7 @@ from lagrange_cli.simulate.simulation import RunContext, trajectory_of
 from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.store import Store
+    from lagrange_cli.simulate.ensemble.store.store import Store
 
 _Result = TypeVar("_Result")
 

@@ -14,14 +14,14 @@ import numpy as np
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.enumeration import (
+from lagrange_cli.simulate.ensemble.plan.enumeration import (
     MOST_MEMBERS,
     Cell,
     Members,
     refused,
     too_many,
 )
-from lagrange_cli.simulate.ensemble.input_file import call_of, constant, split_at_commas
+from lagrange_cli.simulate.ensemble.plan.sources import call_of, constant, split_at_commas
 
 #: Largest seed, and one.
 SEEDS = 2**64

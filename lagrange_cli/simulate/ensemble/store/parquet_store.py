@@ -12,13 +12,13 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.block_files import TEXTS, written_name
-from lagrange_cli.simulate.ensemble.description import Description
-from lagrange_cli.simulate.ensemble.result import Ensemble
-from lagrange_cli.simulate.ensemble.store import PartsStore, refused
+from lagrange_cli.simulate.ensemble.store.block_files import TEXTS, written_name
+from lagrange_cli.simulate.ensemble.store.description import Description
+from lagrange_cli.simulate.ensemble.store.result import Ensemble
+from lagrange_cli.simulate.ensemble.store.store import PartsStore, refused
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.plan import Blocks
+    from lagrange_cli.simulate.ensemble.plan.plan import Blocks
 
 #: Key in the table's metadata of what it says of itself.
 _FACTS = "lagrange"
