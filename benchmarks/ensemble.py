@@ -51,7 +51,8 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.ensemble.plan.enumeration import listed
 from lagrange_cli.simulate.ensemble.plan.plan import Plan, Task, blocks_of
-from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe, differ_in_numbers
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
+from lagrange_cli.simulate.ensemble.plan.variants import differ_in_numbers
 from lagrange_cli.simulate.ensemble.run.run import run_block, run_blocks
 from lagrange_cli.simulate.options import SimulationOptions
 

@@ -35,9 +35,9 @@ import numpy as np
 from double_pendulum import GRAVITY, Array, reference, slopes
 
 from lagrange_cli.scene import SceneText
+from lagrange_cli.simulate.ensemble.plan.plan import Selection
 from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
 from lagrange_cli.simulate.ensemble.plan.sampling import SampledMembers, sampled
-from lagrange_cli.simulate.ensemble.reduce.selection import Kept
 from lagrange_cli.simulate.ensemble.run.batched_results import batched_results
 from lagrange_cli.simulate.options import SimulationOptions
 
@@ -83,7 +83,7 @@ def alone(scene: str, number: int, jobs: int) -> dict[str, Any]:
     """Integrate numbers that are there, and keep nothing."""
     model = Recipe(SceneText("double_pendulum", scene.encode())).model(MemberValues())
     options = SimulationOptions(until=UNTIL, accuracy=ACCURACY)
-    batched = batched_results(model, options, (), Kept(()))
+    batched = batched_results(model, options, (), Selection(()))
     assert batched is not None
     values = np.array([p.value for p in model.parameters], dtype=float)
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
     from lagrange_cli.simulate.ensemble.plan.enumeration import Members
+    from lagrange_cli.simulate.ensemble.plan.plan import MotionFunction
     from lagrange_cli.simulate.ensemble.plan.variants import Variants
-    from lagrange_cli.simulate.ensemble.reduce.selection import MotionFunction
     from lagrange_cli.simulate.ensemble.run.cluster import ClusterEngine
     from lagrange_cli.simulate.ensemble.store.result import Ensemble
     from lagrange_cli.simulate.model.model import Model
@@ -299,8 +299,8 @@ class Moving(Derived):
         >>> swings.reduced["max(theta)"].round(9).tolist()
         [0.1, 0.2]
         """
-        from lagrange_cli.simulate.ensemble.reduce.selection import Kept
-        from lagrange_cli.simulate.ensemble.run.planning import simulate_members
+        from lagrange_cli.simulate.ensemble.plan.plan import Selection
+        from lagrange_cli.simulate.ensemble.run.run import simulate_members
         from lagrange_cli.simulate.model.reductions import read_reduction
         from lagrange_cli.simulate.options import SimulationOptions
 
@@ -320,7 +320,7 @@ class Moving(Derived):
             members_given(members),
             options,
             extra=tuple(extra),
-            kept=Kept(names, final, reductions, dict(functions or {})),
+            selection=Selection(names, final, reductions, dict(functions or {})),
             output=None if store is None else fspath(store),
             resume=resume,
             jobs=jobs,

@@ -23,8 +23,8 @@ from lagrange_cli.files import ending_of, write_file
 if TYPE_CHECKING:
     from lagrange_cli.simulate.cluster.tasks import Cluster
     from lagrange_cli.simulate.ensemble.plan.enumeration import Members
+    from lagrange_cli.simulate.ensemble.plan.plan import Selection
     from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
-    from lagrange_cli.simulate.ensemble.reduce.selection import Kept
     from lagrange_cli.simulate.ensemble.store.store import Store
     from lagrange_cli.simulate.model.reductions import Reduction
     from lagrange_cli.simulate.results.plane import PlaneMap
@@ -282,19 +282,19 @@ def _members(choice: MemberChoice, output: str | None) -> Members:
     return chosen_members(choice)
 
 
-def _kept(choice: MemberChoice, members: Members, output: str | None) -> Kept:
+def _selection(choice: MemberChoice, members: Members, output: str | None) -> Selection:
     """What is kept of each member; nothing but figures and reductions without a file."""
-    from lagrange_cli.simulate.ensemble.reduce.selection import Kept
+    from lagrange_cli.simulate.ensemble.plan.plan import Selection
 
     columns, final = choice.columns, choice.final
     if output is None and ((final and not choice.map_names) or columns is not None):
         raise _usage("--final and --columns say what a file keeps", "-o ensemble.npz")
     if columns is None and len(members) > MOST_WITH_SAMPLES:
         final = True
-    kept = None if columns == ("all",) else () if final else columns
+    names = None if columns == ("all",) else () if final else columns
     if output is None:
-        kept, final = (), choice.final
-    return Kept(kept, final, choice.reductions)
+        names, final = (), choice.final
+    return Selection(names, final, choice.reductions)
 
 
 def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationRequest) -> int:
@@ -313,9 +313,8 @@ def _simulate(
     session: Session, choice: MemberChoice, asked: SimulationRequest, cluster: Cluster | None
 ) -> int:
     from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
-    from lagrange_cli.simulate.ensemble.plan.plan import blocks_of
+    from lagrange_cli.simulate.ensemble.plan.plan import blocks_of, plan_members
     from lagrange_cli.simulate.ensemble.run.cluster import ClusterEngine
-    from lagrange_cli.simulate.ensemble.run.planning import plan_members
     from lagrange_cli.simulate.ensemble.run.run import run_members
     from lagrange_cli.simulate.ensemble.store.opening import open_store
     from lagrange_cli.simulate.ensemble.store.store import MemoryStore
@@ -323,8 +322,8 @@ def _simulate(
     started = perf_counter()
     members = _members(choice, asked.output)
     plane = _plane(choice, members, asked.plot)
-    kept = _kept(choice, members, asked.output)
-    if kept.final and not choice.final:
+    selection = _selection(choice, members, asked.output)
+    if selection.final and not choice.final:
         session.remark(
             f"more than {MOST_WITH_SAMPLES:,} members: their ends are kept, not their samples;"
             " --columns all keeps these"
@@ -334,7 +333,7 @@ def _simulate(
     extra = asked.columns
     if "energy" in (choice.columns or ()) and "energy" not in extra:
         extra = (*extra, "energy")
-    plan, times = plan_members(models, members, asked.options, extra=extra, kept=kept)
+    plan, times = plan_members(models, members, asked.options, extra=extra, selection=selection)
     if not plan.alone:
         session.remark("each member is derived by itself: its values may change the equations")
     drawn = None if plane is None else plane.drawn(plan, asked.plot_of)

@@ -235,7 +235,7 @@ class RememberedMembers:
         """Tell if members differ from the model of one of them in numbers alone."""
 
         def work() -> Answer:
-            from lagrange_cli.simulate.ensemble.plan.recipe import differ_in_numbers
+            from lagrange_cli.simulate.ensemble.plan.variants import differ_in_numbers
 
             return Answer(differ_in_numbers(self.recipe, member, model))
 

@@ -14,8 +14,8 @@ from lagrange_cli.notation.page import Page, Row, page, words
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.plan.enumeration import Members
     from lagrange_cli.simulate.ensemble.plan.plan import Plan
+    from lagrange_cli.simulate.ensemble.store.blocks import NumberRange
     from lagrange_cli.simulate.ensemble.store.store import Store
-    from lagrange_cli.simulate.ensemble.store.summaries import NumberRange
 
 #: Failures that the text lists.
 _MOST_SHOWN = 12

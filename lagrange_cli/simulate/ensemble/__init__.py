@@ -1,23 +1,8 @@
-"""Many motions of one scene, that differ in parameters and initial values.
+"""Many motions of one scene, whose members differ in parameters and initial values.
 
-A scene and values of its members go in; a result with an accuracy of its own for each comes out,
-stepped side by side in vectors where that is faster. Read :mod:`.plan`, then :mod:`.run`.
+A scene and the values of its members go in; an ensemble comes out, with an accuracy for each
+member. Members are stepped side by side in vector lanes where that is faster. Four rooms share the
+work: :mod:`.plan` divides members into blocks, :mod:`.run` runs these, :mod:`.reduce` makes numbers
+of motions, and :mod:`.store` keeps the finished blocks. Read :mod:`.plan.plan`, then
+:mod:`.run.run`.
 """
-
-__all__ = [
-    "cluster",
-    "enumeration",
-    "input_file",
-    "kept",
-    "members",
-    "opening",
-    "plan",
-    "planes",
-    "planning",
-    "result",
-    "run",
-    "sampling",
-    "store",
-    "summaries",
-    "variants",
-]

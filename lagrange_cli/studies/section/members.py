@@ -11,9 +11,9 @@ import numpy as np
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.ensemble.plan.enumeration import MOST_LISTED, Members, too_many
-from lagrange_cli.simulate.ensemble.plan.plan import Plan
-from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, NumericMembers
-from lagrange_cli.simulate.ensemble.run.planning import MemberModels, plan_members
+from lagrange_cli.simulate.ensemble.plan.plan import MemberModels, Plan, plan_members
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues
+from lagrange_cli.simulate.ensemble.plan.variants import NumericMembers
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order
@@ -71,7 +71,7 @@ def section_of_members(
     models
         Where their models come from, with the outputs of the section.
     members, options
-        As for :func:`.simulate.ensemble.planning.simulate_members`. The budget is that of all
+        As for :func:`.simulate.ensemble.run.run.simulate_members`. The budget is that of all
         members together.
     jobs
         Members at a time, see :func:`.simulate.parallel.in_any_order`.

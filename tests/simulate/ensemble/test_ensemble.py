@@ -17,18 +17,13 @@ from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.ensemble.plan.enumeration import MOST_MEMBERS
 from lagrange_cli.simulate.ensemble.plan.plan import Plan, Task
-from lagrange_cli.simulate.ensemble.plan.recipe import (
-    MemberValues,
-    NumericMembers,
-    Recipe,
-    differ_in_numbers,
-    require_known_names,
-)
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe, require_known_names
 from lagrange_cli.simulate.ensemble.plan.sources import grid, read_members
+from lagrange_cli.simulate.ensemble.plan.variants import NumericMembers, differ_in_numbers
+from lagrange_cli.simulate.ensemble.run import run as ensemble
 from lagrange_cli.simulate.ensemble.run.run import REFUSED, run_block, run_members
-from lagrange_cli.simulate.ensemble.run.run import run as ensemble
 from lagrange_cli.simulate.ensemble.store.opening import open_store
-from lagrange_cli.simulate.ensemble.store.store import parts_of
+from lagrange_cli.simulate.ensemble.store.part_files import parts_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.simulation import simulate

@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 
 from lagrange_cli import InputError
+from lagrange_cli.simulate.ensemble.plan.plan import Selection
 from lagrange_cli.simulate.ensemble.plan.sampling import sampled
 from lagrange_cli.simulate.ensemble.plan.sources import grid
 from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
-from lagrange_cli.simulate.ensemble.reduce.selection import Kept
 from lagrange_cli.simulate.model.reductions import read_reduction
 from lagrange_cli.simulate.results.plot import draw_map
 from tests.simulate.ensemble.test_ensemble import PENDULUM, plan_of
 
-KEPT = Kept((), True, (read_reduction("first(theta < 0)"),))
+KEPT = Selection((), True, (read_reduction("first(theta < 0)"),))
 
 
 @pytest.fixture(scope="module")
 def plan():
     scene = PENDULUM.replace("  m: 1\n", "  m: {value: 1, unit: kg}\n")
-    return plan_of(scene, ["theta", "m"], ["0.1", "1"], kept=KEPT)
+    return plan_of(scene, ["theta", "m"], ["0.1", "1"], selection=KEPT)
 
 
 def drawn(plan, members, names, value):
@@ -92,7 +92,7 @@ def test_what_can_be_drawn(plan):
     with pytest.raises(InputError, match="'thata' is no reduction") as refusal:
         plane.drawn(plan, "thata")
     assert "theta" in refusal.value.problems[0].hint
-    nothing = replace(plan, kept=Kept(()))
+    nothing = replace(plan, selection=Selection(()))
     with pytest.raises(InputError, match="what is the map of"):
         plane.drawn(nothing, None)
     with pytest.raises(InputError, match="'theta' is no reduction") as refusal:

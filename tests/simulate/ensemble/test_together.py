@@ -14,9 +14,10 @@ from lagrange_cli.api import loads
 from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.ensemble.plan.plan import Plan, Task
-from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe, differ_in_numbers
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
+from lagrange_cli.simulate.ensemble.plan.variants import differ_in_numbers
+from lagrange_cli.simulate.ensemble.run import batched as together
 from lagrange_cli.simulate.ensemble.run.batched_results import batched_results
-from lagrange_cli.simulate.ensemble.run.run import batched as together
 from lagrange_cli.simulate.ensemble.run.run import run_block, run_blocks
 from lagrange_cli.simulate.integrators.native.c_types import EXTENDED
 from lagrange_cli.simulate.model.build import model_of

@@ -5,14 +5,32 @@ How members are divided does not depend on where they are run.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+from uuid import uuid4
 
+import numpy as np
+
+from lagrange_cli.cache import digest, fingerprint
+from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.plan.enumeration import Members
-from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
-from lagrange_cli.simulate.ensemble.reduce.selection import Kept
+from lagrange_cli.simulate.ensemble.plan.recipe import (
+    MemberValues,
+    Recipe,
+    require_known_names,
+    varied_parameters,
+)
 from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.model.reductions import Reduction
 from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.request import resolve
+from lagrange_cli.simulate.system.inputs import digest_of_files
+
+if TYPE_CHECKING:
+    from lagrange_cli.scene.model import Scene
 
 #: Members of the largest block that is run one by one; set by hand.
 _LARGEST_BLOCK = 32
@@ -25,6 +43,62 @@ _LARGEST_OF_NUMBERS = 8192
 
 #: Blocks into which fewer members are divided; set by hand.
 _FEWEST_BLOCKS = 16
+
+#: Members that are tried until one can be derived.
+_MOST_TRIED = 3
+
+
+@dataclass(frozen=True)
+class MemberMotion:
+    """A motion of a member, for functions of it.
+
+    Attributes
+    ----------
+    t
+        Times of the samples, shape (samples,).
+    columns
+        Name → values, shape (samples,); NaN after the end of what is known.
+    """
+
+    t: Array
+    columns: Mapping[str, Array]
+
+
+#: A number of a motion.
+MotionFunction = Callable[[MemberMotion], float]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What is kept of each member beside its figures.
+
+    Attributes
+    ----------
+    columns
+        Names of the columns that are kept, None for all that there are.
+    final
+        All columns are kept at the last sample.
+    reductions
+        Numbers of the motion that are kept, each with an estimate of its error.
+    functions
+        Further numbers of the motion by name, without an estimate.
+    """
+
+    columns: tuple[str, ...] | None = None
+    final: bool = False
+    reductions: tuple[Reduction, ...] = ()
+    functions: Mapping[str, MotionFunction] = field(default_factory=dict)
+
+    @property
+    def key(self) -> object:
+        """Plain values that tell it from others; with functions it is like no other."""
+        texts = [reduction.text for reduction in self.reductions]
+        return self.columns, self.final, texts, self._token
+
+    @cached_property
+    def _token(self) -> str | None:
+        """Return what no other has: that two functions of one name are the same cannot be told."""
+        return uuid4().hex if self.functions else None
 
 
 @dataclass(frozen=True)
@@ -49,7 +123,7 @@ class Plan:
         What is asked for of each.
     extra
         Further columns.
-    kept
+    selection
         What is kept of each beside figures.
     """
 
@@ -62,7 +136,7 @@ class Plan:
     samples: int = field(compare=False)
     options: SimulationOptions = field(compare=False)
     extra: tuple[str, ...] = field(compare=False, default=())
-    kept: Kept = field(compare=False, default=Kept())
+    selection: Selection = field(compare=False, default=Selection())
 
 
 @dataclass(frozen=True)
@@ -108,6 +182,11 @@ class Blocks:
     def __len__(self) -> int:
         return -(-len(self.members) // self.size)
 
+    @property
+    def note(self) -> dict[str, str | int]:
+        """The values on which two runs agree if one goes on with the blocks of the other."""
+        return {"key": self.plan.key, "members": len(self.members), "size": self.size}
+
     def first(self, number: int) -> int:
         """Return the number of the first member of a block."""
         return number * self.size
@@ -128,5 +207,157 @@ def blocks_of(plan: Plan, members: Members) -> Blocks:
     many = plan.alone and bool(plan.model.code.taylor)
     largest = _LARGEST_BLOCK
     if many:
-        largest = _LARGEST_BATCHED if plan.kept.columns != () else _LARGEST_OF_NUMBERS
+        largest = _LARGEST_BATCHED if plan.selection.columns != () else _LARGEST_OF_NUMBERS
     return Blocks(plan, members, max(1, min(largest, len(members) // _FEWEST_BLOCKS)))
+
+
+class MemberModels(Protocol):
+    """Models of a scene with the values of members, made or kept from before."""
+
+    @property
+    def recipe(self) -> Recipe:
+        """The scene, and what options say of all members."""
+
+    def of(self, member: MemberValues) -> Model:
+        """Return the model of a member; refuses as :meth:`.recipe.Recipe.model`."""
+
+    def differ_in_numbers(self, member: MemberValues, model: Model) -> bool:
+        """Answer :func:`.variants.differ_in_numbers` for the model that :meth:`of` returned."""
+
+
+def plan_members(
+    models: MemberModels,
+    members: Members,
+    options: SimulationOptions,
+    *,
+    extra: tuple[str, ...] = (),
+    selection: Selection = Selection(),
+) -> tuple[Plan, Array]:
+    """Plan the runs of all members; return the times of the samples as well, shape (samples,).
+
+    Parameters
+    ----------
+    models
+        Where models come from.
+    members
+        Values of all members.
+    options
+        What is asked for of each. The budget is that of all together, and no part of the plan.
+    extra
+        Further columns.
+    selection
+        What is kept of each beside figures.
+
+    Raises
+    ------
+    InputError
+        Located: the scene, the members or the options are wrong.
+    """
+    recipe = models.recipe
+    scene = recipe.scene()
+    require_known_names(members, scene)
+    _require_common_times(scene, MemberValues.of(members.values(0), scene), members)
+    values, model = _first_model(models, members, scene)
+    options = replace(options, budget=None)
+    _require_columns(selection, model, extra)
+    times = np.asarray(resolve(model, options).times)
+    plan = Plan(
+        key=_key(recipe, model, options, extra, members, selection),
+        recipe=recipe,
+        names=members.names,
+        member=values,
+        model=model,
+        alone=models.differ_in_numbers(values, model),
+        samples=len(times),
+        options=options,
+        extra=extra,
+        selection=selection,
+    )
+    return plan, times
+
+
+def _require_columns(selection: Selection, model: Model, extra: tuple[str, ...]) -> None:
+    """Refuse names of columns that a motion of the model does not have."""
+    places = [form.format(name) for name in model.cartesian for form in ("{}", "dot({})")]
+    known = [*model.state_names, *places, *model.outputs]
+    if "energy" in extra:
+        known.append("energy")
+    if "forces" in extra:
+        known += [*model.symbols, *model.forces]
+    for name in selection.columns or ():
+        if name not in known:
+            hint = nearest(name, known)
+            raise InputError(Problem(f"there is no column '{name}'", hint=hint, rule="ensemble"))
+
+
+def _require_common_times(scene: Scene, values: MemberValues, members: Members) -> None:
+    """Refuse sample times that differ between members."""
+    from lagrange_cli.scene.language.expression import names_in
+
+    different = varied_parameters(scene, values)
+    for entry in fields(scene.simulate):
+        expression = getattr(scene.simulate, entry.name)
+        node = getattr(expression, "node", None)
+        if node is not None and {name.name for name in names_in(node)} & different:
+            raise InputError(
+                Problem(
+                    f"'{entry.name}' differs between members: it rests on what they vary,"
+                    f" {', '.join(members.names)}",
+                    expression.mark(),
+                    hint="give a number, as --until 10",
+                    rule="ensemble",
+                )
+            )
+
+
+def _first_model(
+    models: MemberModels, members: Members, scene: Scene
+) -> tuple[MemberValues, Model]:
+    """Return the values and the model of a member that can be derived, of the few that are tried.
+
+    Raises
+    ------
+    InputError
+        None of them can; that of the first, located at its values.
+    """
+    refusals = []
+    for member in list(dict.fromkeys((0, len(members) - 1, len(members) // 2)))[:_MOST_TRIED]:
+        values = MemberValues.of(members.values(member), scene)
+        try:
+            return values, models.of(values)
+        except InputError as refusal:
+            refusals.append(_located(refusal, members, member, scene))
+    raise refusals[0]
+
+
+def _located(refusal: InputError, members: Members, member: int, scene: Scene) -> InputError:
+    """Put the problems with a member's values at their places in the file or range."""
+    from lagrange_cli.scene import declares
+
+    problems = []
+    for problem in refusal.problems:
+        mark = problem.mark or Mark("", 0, 0)
+        option, _, name = mark.file.partition(" ")
+        if option in ("-p", "-i") and name in members.names:
+            head = members.heads[members.names.index(name)]
+            wrong_name = mark.column == 1 and not declares(scene, name)
+            problem = replace(problem, mark=head if wrong_name else members.mark(member, name))
+        problems.append(problem)
+    return InputError(*problems)
+
+
+def _key(
+    recipe: Recipe,
+    model: Model,
+    options: SimulationOptions,
+    extra: tuple[str, ...],
+    members: Members,
+    selection: Selection,
+) -> str:
+    """Hash all that results depend on."""
+    text = recipe.text
+    values = [sorted(texts.items()) for texts in (text.parameters, text.initial, text.times)]
+    question = [values, recipe.formulation, extra, sorted(vars(options).items())]
+    named = [members.identity(), selection.key]
+    inputs = digest_of_files(model.recordings)
+    return digest("ensemble", fingerprint(), text.data, inputs, *map(repr, (question, named)))

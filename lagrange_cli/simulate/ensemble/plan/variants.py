@@ -2,21 +2,225 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.errors import InputError
+from lagrange_cli.files.rows import DECIMAL_NUMBER
+from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.plan.recipe import (
     MemberValues,
-    NumericMembers,
     Recipe,
-    differ_in_numbers,
+    numeric_values,
+    used_names,
+    varied_parameters,
 )
 from lagrange_cli.simulate.model.model import Model
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.scene.defaults import SimulationDefaults
+    from lagrange_cli.scene.model import Scene
+
+
+def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> bool:
+    """Tell if members differ from the ``model`` of one of them in numbers alone."""
+    scene = recipe.scene(member)
+    initial_names = [(value.name, value.order) for value in scene.initial]
+    if not {size.name for size in scene.sizes}.isdisjoint(member.parameters):
+        return False
+    simple = not (model.multipliers or model.contacts or model.chart)
+    if not simple or not {name for name, _ in initial_names} <= set(model.coordinates):
+        return False
+    if not {p.name for p in model.parameters} <= {p.name for p in scene.parameters}:
+        return False  # a constant of integration follows the start
+    if model.initial is None or not {(name, 0) for name in model.coordinates} <= set(initial_names):
+        return False
+    if NumericMembers(recipe, member, model).of(member) != model:
+        return False
+    try:
+        without = recipe.derived(_without_values(scene), "minimal")
+    except InputError:
+        return False
+    return _equations(without) == _equations(model)
+
+
+def _without_values(scene: Scene) -> Scene:
+    """Remove the values of a scene, so that none can choose anything."""
+    from lagrange_cli.scene.conditions import WrittenDefaults
+
+    parameters = tuple(replace(p, value=None) for p in scene.parameters)
+    return replace(scene, parameters=parameters, initial=(), near=(), simulate=WrittenDefaults())
+
+
+def _equations(model: Model) -> Model:
+    """Remove the numbers of a model, and labels, which say of values what units they are in."""
+    return replace(
+        model,
+        parameters=(),
+        initial=None,
+        defaults=type(model.defaults)(),
+        suggested=(),
+        labels=type(model.labels)(),
+    )
+
+
+class NumericMembers:
+    """Models of members that differ from one in numbers alone.
+
+    Parameters
+    ----------
+    recipe
+        That of all of them.
+    member, model
+        Values and model of one member.
+    """
+
+    def __init__(self, recipe: Recipe, member: MemberValues, model: Model) -> None:
+        self._scene, self._model = recipe.scene(member), model
+        assert model.initial is not None
+        self._values, self._start = [p.value for p in model.parameters], model.initial
+        self._parameters = {p.name: k for k, p in enumerate(model.parameters)}
+        self._place = {name: k for k, name in enumerate(model.coordinates)}
+        varied = varied_parameters(self._scene, member)
+        resting = varied - set(member.parameters)
+        referenced = set[str]().union(*(used_names(value.value) for value in self._scene.initial))
+        self._plain = not resting and not referenced & set(member.parameters)
+        self._timed = any(used_names(entry) & varied for entry in self._scene.simulate.numbers)
+
+    def of(self, member: MemberValues) -> Model | None:
+        """Make the model of a member; None if a parameter has another sign, which may matter.
+
+        Raises
+        ------
+        InputError
+            Located: a value that is none.
+        """
+        numbers = self.values(member)
+        if numbers is None:
+            return None
+        values, start = numbers
+        texts = {**member.parameters, **member.initial} if self._is_plain(member) else None
+        pairs = zip(self._model.parameters, values, strict=True)
+        parameters = tuple(
+            replace(p, value=value, decimal="" if texts is None else texts.get(p.name, p.decimal))
+            for p, value in pairs
+        )
+        named = zip(self._model.state_names, self._model.initial_decimals, strict=False)
+        decimals = () if texts is None else tuple(texts.get(name, kept) for name, kept in named)
+        return replace(
+            self._model,
+            parameters=parameters,
+            initial=start,
+            initial_decimals=decimals,
+            defaults=self._defaults(member) if self._timed else self._model.defaults,
+        )
+
+    def _defaults(self, member: MemberValues) -> SimulationDefaults:
+        """Evaluate the section ``simulate``, which depends on values."""
+        from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
+        from lagrange_cli.mechanics.symbols.values import ParameterValues
+
+        scene = self._with_values(member)
+        return simulation_defaults(scene, ParameterValues(scene))
+
+    def _is_plain(self, member: MemberValues) -> bool:
+        """Tell if the values of a member are numbers that nothing else depends on."""
+        texts = [*member.parameters.values(), *member.initial.values()]
+        return self._plain and all(DECIMAL_NUMBER.fullmatch(text) for text in texts)
+
+    def values(
+        self, member: MemberValues
+    ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
+        """Evaluate the parameters and the start of a member; None as in :meth:`of`.
+
+        Raises
+        ------
+        InputError
+            Located: a value that is none.
+        """
+        if self._is_plain(member):
+            parameters = {name: float(text) for name, text in member.parameters.items()}
+            initial = {name: float(text) for name, text in member.initial.items()}
+        else:
+            parameters, initial = self._evaluated(member)
+        return self._with(parameters, initial)
+
+    def of_all(self, given: Mapping[str, Array]) -> tuple[NDArray[np.int64], Array, Array] | None:
+        """Find the parameters and the starts of members that are given by plain numbers.
+
+        Parameters
+        ----------
+        given
+            Name → number of each member, shape (members,).
+
+        Returns
+        -------
+        Which members have them, as :meth:`of`; their parameters, shape (m, parameters); and their
+        starts, (m, 2n). None if further values depend on these.
+        """
+        if not self._plain:
+            return None
+        count = len(next(iter(given.values())))
+        own = np.ones(count, bool)
+        values = np.tile([value or 0.0 for value in self._values], (count, 1))
+        starts = np.tile(np.array(self._start, dtype=float), (count, 1))
+        for name, numbers in given.items():
+            if name in self._parameters:
+                k = self._parameters[name]
+                own &= np.sign(numbers) == np.sign(values[:, k])
+                own &= self._values[k] is not None
+                values[:, k] = numbers
+            else:
+                starts[:, self._number(name)] = numbers
+        return np.flatnonzero(own).astype(np.int64), values[own], starts[own]
+
+    def _evaluated(self, member: MemberValues) -> tuple[dict[str, float], dict[str, float]]:
+        """Evaluate all values as the scene's expressions give them."""
+        values, start = numeric_values(self._with_values(member))
+        return (
+            {name: value for name, value in values.items() if value is not None},
+            {name: value for name, value in start.items() if value is not None},
+        )
+
+    def _with_values(self, member: MemberValues) -> Scene:
+        """Replace values of the scene."""
+        from lagrange_cli.scene.language.problems import Problems
+        from lagrange_cli.scene.reading.overrides import override_initial, override_parameters
+
+        problems = Problems()
+        scene = override_parameters(self._scene, member.parameters, problems)
+        scene = override_initial(scene, member.initial, problems)
+        problems.raise_if_any()
+        return scene
+
+    def _with(
+        self, parameters: Mapping[str, float], initial: Mapping[str, float]
+    ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
+        values, start = list(self._values), list(self._start)
+        for name, value in parameters.items():
+            k = self._parameters[name]
+            if _sign(values[k]) != _sign(value):
+                return None
+            values[k] = value
+        for name, value in initial.items():
+            start[self._number(name)] = value
+        return tuple(values), tuple(start)
+
+    def _number(self, name: str) -> int:
+        """Return the number of ``q`` or ``dot(q)`` in a state."""
+        if name in self._place:
+            return self._place[name]
+        return len(self._place) + self._place[name.removeprefix("dot(").removesuffix(")")]
+
+
+def _sign(value: float | None) -> Sequence[bool]:
+    return (value is None, value is not None and value > 0, value is not None and value < 0)
 
 
 class Variants:
@@ -45,8 +249,8 @@ class Variants:
         return self.recipe.model(MemberValues(), "multiplier")
 
     def of(self, member: MemberValues) -> Model:
-        """Return the model of other values; refuses as :meth:`.members.Recipe.model`."""
-        names = _names(member)
+        """Return the model of other values; refuses as :meth:`.recipe.Recipe.model`."""
+        names = member.names
         if not names:
             return self.model
         if names in self._numeric:
@@ -62,19 +266,15 @@ class Variants:
 
     def with_multipliers(self, member: MemberValues) -> Model:
         """Return the model of the multiplier formulation."""
-        return self.recipe.model(member, "multiplier") if _names(member) else self._multiplier_model
+        return self.recipe.model(member, "multiplier") if member.names else self._multiplier_model
 
     def differ_in_numbers(self, member: MemberValues, model: Model) -> bool:
-        """Answer :func:`.members.differ_in_numbers` for the model that :meth:`of` returned."""
-        numeric = self._numeric[_names(member)]
+        """Answer :func:`differ_in_numbers` for the model that :meth:`of` returned."""
+        numeric = self._numeric[member.names]
         if numeric is None or numeric.values(member) is not None:
             return numeric is not None
         # Other signs than those that were asked about may lead to other equations.
         return differ_in_numbers(self.recipe, member, model)
-
-
-def _names(member: MemberValues) -> frozenset[str]:
-    return frozenset({*member.parameters, *member.initial})
 
 
 def variants_of(equations: Equations, recipe: Recipe, make: Callable[[], Model]) -> Variants:
@@ -92,7 +292,7 @@ def variants_of(equations: Equations, recipe: Recipe, make: Callable[[], Model])
     Raises
     ------
     InputError
-        As :meth:`.members.Recipe.prepared`.
+        As :meth:`.recipe.Recipe.prepared`.
     """
     from lagrange_cli.simulate.model.build import model_of
 

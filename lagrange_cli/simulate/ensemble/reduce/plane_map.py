@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.plan.enumeration import GridMembers
-from lagrange_cli.simulate.ensemble.store.description import unit_of
+from lagrange_cli.simulate.ensemble.store.result import unit_of
 from lagrange_cli.simulate.model.labels import Label, Labels
 from lagrange_cli.simulate.results.picture import axis_label
 from lagrange_cli.simulate.results.plane import PlaneMap
@@ -81,7 +81,7 @@ class Plane:
         InputError
             There is no such number, or it is not said which one.
         """
-        reductions = [reduction.text for reduction in plan.kept.reductions]
+        reductions = [reduction.text for reduction in plan.selection.reductions]
         if wanted is None:
             if len(reductions) != 1:
                 hint = "--reduce 'max(theta)' once, or --plot-of with a reduction or a column"
@@ -89,11 +89,11 @@ class Plane:
             return f"reduced/{reductions[0]}"
         if wanted in reductions:
             return f"reduced/{wanted}"
-        columns = plan.model.columns if plan.kept.final else ()
+        columns = plan.model.columns if plan.selection.final else ()
         if wanted in columns:
             return f"final/{wanted}"
         hint = nearest(wanted, [*reductions, *columns])
-        hint = hint or ("" if plan.kept.final else "--final keeps the ends of columns")
+        hint = hint or ("" if plan.selection.final else "--final keeps the ends of columns")
         raise _refused(f"'{wanted}' is no reduction and no column whose end is kept", hint)
 
     def map_of(self, arrays: Mapping[str, Any], name: str, plan: Plan, until: float) -> PlaneMap:
@@ -160,5 +160,5 @@ def _label(labels: Labels, name: str, plan: Plan, until: float) -> Label:
         label = axis_label(labels, [own])
         at = f" at t = {until:g}"
         return Label(label.latex + at, label.plain + at)
-    unit = unit_of(name, labels, {of.text: of for of in plan.kept.reductions})
+    unit = unit_of(name, labels, {of.text: of for of in plan.selection.reductions})
     return Label(own, own) if unit is None else Label(f"{own} in {unit}", f"{own} in {unit}")

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.reduce.selection import Keeper, Kept
+from lagrange_cli.simulate.ensemble.plan.plan import Selection
+from lagrange_cli.simulate.ensemble.reduce.selection import Selector
 from lagrange_cli.simulate.ensemble.run.batched import METHOD, BatchedMembers, batched_members
 from lagrange_cli.simulate.ensemble.run.batched_runs import BatchedRuns
 from lagrange_cli.simulate.ensemble.store.blocks import BlockPart
@@ -64,7 +65,7 @@ class BatchedResults:
     request: Request
     members: BatchedMembers
     extra: tuple[str, ...]
-    keeper: Keeper
+    selector: Selector
 
     def run(
         self, starts: Array, parameters: Array, between: Callable[[], None] = lambda: None
@@ -92,7 +93,7 @@ class BatchedResults:
     @cached_property
     def _of_samples(self) -> bool:
         """Whether something is found of every sample, but for what energies tell."""
-        return "energy" in self.extra or bool(self.keeper.needed(self.names))
+        return "energy" in self.extra or bool(self.selector.needed(self.names))
 
     def _runs(
         self, starts: Array, parameters: Array, between: Callable[[], None]
@@ -119,7 +120,7 @@ class BatchedResults:
         scales = (
             {} if eps is None else dict(zip(self.model.state_names, runs.scales.T, strict=True))
         )
-        columns, numbers = self._kept(runs.states, parameters, energy, scales)
+        columns, numbers = self._selected(runs.states, parameters, energy, scales)
         members = runs.numbers.tolist()
         yield _only(BlockPart(members, columns, numbers, {}, scales, figures, words), sure)
 
@@ -147,18 +148,18 @@ class BatchedResults:
                 sure[some] = ~doubtful
         return energy, drifts, sure
 
-    def _kept(
+    def _selected(
         self, states: Array, parameters: Array, energy: Array, scales: Mapping[str, Array]
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the columns and the numbers that are kept, no others are evaluated."""
-        keeper, names = self.keeper, self.names
-        columns = self._columns(keeper.needed(names), states, parameters, energy)
-        numbers = keeper.numbers(columns, scales)
-        if keeper.kept.final:
+        selector, names = self.selector, self.names
+        columns = self._columns(selector.needed(names), states, parameters, energy)
+        numbers = selector.numbers(columns, scales)
+        if selector.selection.final:
             at_end = states[:, -1:], parameters, energy[:, -1:]
-            ends = self._columns(keeper.own(names), *at_end, at_end=True)
+            ends = self._columns(selector.own(names), *at_end, at_end=True)
             numbers |= {f"final/{name}": values[:, 0].copy() for name, values in ends.items()}
-        return {name: columns[name] for name in keeper.written(names)}, numbers
+        return {name: columns[name] for name in selector.written(names)}, numbers
 
     def _energies(self, states: Array, parameters: Array) -> tuple[Array, Array]:
         """Evaluate :func:`.verification.disproof.energies` of each member, (members, samples)."""
@@ -270,7 +271,7 @@ def batched_results(
     model: Model,
     options: SimulationOptions,
     extra: tuple[str, ...],
-    kept: Kept = Kept(),  # noqa: B008
+    selection: Selection = Selection(),  # noqa: B008
 ) -> BatchedResults | None:
     """Return the batched runs of a model's members; None if that cannot be.
 
@@ -280,8 +281,8 @@ def batched_results(
         What is asked for of each.
     extra
         Further columns.
-    kept
-        What is kept of each.
+    selection
+        Columns and numbers to store of each.
     """
     request = resolve(model, options)
     chosen = request.method is None and request.atol is None
@@ -298,4 +299,4 @@ def batched_results(
     members = batched_members(model, problem, open_cache())
     if members is None:
         return None
-    return BatchedResults(model, request, members, extra, Keeper.of(request, model, kept))
+    return BatchedResults(model, request, members, extra, Selector.of(request, model, selection))

@@ -31,8 +31,8 @@ from lagrange_cli.simulate.cluster.tasks import Cluster
 from lagrange_cli.simulate.cluster.workers import exists
 from lagrange_cli.simulate.ensemble.plan.plan import Blocks
 from lagrange_cli.simulate.ensemble.run.run import compile_ahead, run_block
+from lagrange_cli.simulate.ensemble.store.blocks import FinishedBlock
 from lagrange_cli.simulate.ensemble.store.store import BlockWriter, Store
-from lagrange_cli.simulate.ensemble.store.summaries import KeptBlock
 
 #: Seconds between two looks at whether the run still lasts.
 _GLANCE = 1.0
@@ -81,7 +81,7 @@ class _BlockWork:
         with reading_carried(self.files):
             compile_ahead(self.blocks.plan)
 
-    def __call__(self, number: int) -> KeptBlock | None:
+    def __call__(self, number: int) -> FinishedBlock | None:
         with reading_carried(self.files):
             block = run_block(self.blocks.task(number), _Now(self.running))
         return None if block is None else self.writer(block)
@@ -116,7 +116,7 @@ class ClusterEngine:
 
     def __call__(
         self, blocks: Blocks, numbers: Iterable[int], store: Store
-    ) -> Generator[KeptBlock | None, None, None]:
+    ) -> Generator[FinishedBlock | None, None, None]:
         """Yield the blocks of some numbers as they are kept.
 
         Raises

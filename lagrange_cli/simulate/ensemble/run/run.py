@@ -1,8 +1,8 @@
 """Run the members of an ensemble in blocks, on several cores.
 
 Each member is the motion that :func:`.charts.simulation.simulate_past_singularities` gives for it
-alone, with an accuracy of its own. Members that cannot be run are listed with the reason. Finished
-blocks are kept beside the result (:mod:`.store`), so that an interrupted run goes on from them.
+alone, with an accuracy of its own. Members that cannot be run are listed with the reason. The store
+keeps finished blocks beside the result, so that an interrupted run goes on from them.
 """
 
 from __future__ import annotations
@@ -19,14 +19,25 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.errors import InputError
+from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.files import sole_writer
 from lagrange_cli.files.rows import DECIMAL_NUMBER
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
-from lagrange_cli.simulate.ensemble.plan.plan import Blocks, Plan, Task
-from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, NumericMembers
-from lagrange_cli.simulate.ensemble.reduce.selection import Keeper
+from lagrange_cli.simulate.ensemble.plan.enumeration import MOST_LISTED, Members
+from lagrange_cli.simulate.ensemble.plan.plan import (
+    Blocks,
+    MemberModels,
+    Plan,
+    Selection,
+    Task,
+    blocks_of,
+    plan_members,
+)
+from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues
+from lagrange_cli.simulate.ensemble.plan.variants import NumericMembers
+from lagrange_cli.simulate.ensemble.reduce.selection import Selector
 from lagrange_cli.simulate.ensemble.run.batched_results import (
     BatchedResults,
     Missed,
@@ -37,10 +48,14 @@ from lagrange_cli.simulate.ensemble.store.blocks import (
     MEMBER_WORDS,
     BlockBuilder,
     BlockPart,
+    FinishedBlock,
     MemberBlock,
 )
-from lagrange_cli.simulate.ensemble.store.summaries import KeptBlock
+from lagrange_cli.simulate.ensemble.store.opening import open_store
+from lagrange_cli.simulate.ensemble.store.result import Ensemble
+from lagrange_cli.simulate.ensemble.store.store import MemoryStore, Store
 from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.parallel import Aside, in_any_order, in_threads
 from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.results.trajectory import Trajectory
@@ -65,7 +80,7 @@ class _Runner:
         self._numbers = NumericMembers(plan.recipe, plan.member, plan.model) if plan.alone else None
         self.functions = KeptFunctions()
         request = resolve(plan.model, plan.options)
-        self._keeper = Keeper.of(request, plan.model, plan.kept)
+        self._selector = Selector.of(request, plan.model, plan.selection)
         sizes = {size.name for size in self.scene.sizes}
         self._parameters = sizes | {p.name for p in self.scene.parameters}
 
@@ -74,12 +89,14 @@ class _Runner:
         """The results of members stepped in lanes; None if each is run by itself."""
         if not self.plan.alone:
             return None
-        return batched_results(self.plan.model, self.plan.options, self.plan.extra, self.plan.kept)
+        return batched_results(
+            self.plan.model, self.plan.options, self.plan.extra, self.plan.selection
+        )
 
     def gathering(self, task: Task) -> BlockBuilder:
         """Return an empty block for the members of a task."""
         plan = self.plan
-        expected = () if self.batched is None else self._keeper.written(self.batched.names)
+        expected = () if self.batched is None else self._selector.written(self.batched.names)
         return BlockBuilder(plan.names, len(task.rows), plan.samples, expected)
 
     def decide(self, task: Task, builder: BlockBuilder, between: Callable[[], None]) -> None:
@@ -167,7 +184,7 @@ class _Runner:
         figures = {name: getattr(result, name) for name in MEMBER_FIGURES}
         return BlockPart(
             [number],
-            {name: columns[name][None] for name in self._keeper.written(columns)},
+            {name: columns[name][None] for name in self._selector.written(columns)},
             self._of_motion(columns, scales),
             self._varied(texts, values),
             scales,
@@ -182,9 +199,9 @@ class _Runner:
         whole = {name: np.full((1, self.plan.samples), np.nan) for name in columns}
         for name, column in columns.items():
             whole[name][0, : len(column)] = column
-        numbers = self._keeper.numbers(whole, scales)
-        if self.plan.kept.final:
-            own = self._keeper.own(columns)
+        numbers = self._selector.numbers(whole, scales)
+        if self.plan.selection.final:
+            own = self._selector.own(columns)
             numbers |= {f"final/{name}": whole[name][:, -1] for name in own}
         return numbers
 
@@ -290,7 +307,7 @@ class Engine(Protocol):
 
     def __call__(
         self, blocks: Blocks, numbers: Iterable[int], store: Store, /
-    ) -> Generator[KeptBlock | None, None, None]:
+    ) -> Generator[FinishedBlock | None, None, None]:
         """Yield the blocks of some numbers as they are kept; None for one that was interrupted."""
 
 
@@ -320,8 +337,8 @@ def run_members(
     waiting = (k for k in range(len(blocks)) if k not in store.finished)
     run = (engine or partial(_run_here, jobs))(blocks, waiting, store)
     try:
-        for kept in _kept(run):
-            store.finish(kept)
+        for block in _finished(run):
+            store.finish(block)
             if progress is not None:
                 progress(len(store.finished) / len(blocks))
             if budget is not None and time.perf_counter() - started > budget:
@@ -355,15 +372,66 @@ def _run_and_keep(keep: Callable[[MemberBlock], _Result], task: Task) -> _Result
 
 def _run_here(
     jobs: int | None, blocks: Blocks, numbers: Iterable[int], store: Store
-) -> Generator[KeptBlock | None, None, None]:
+) -> Generator[FinishedBlock | None, None, None]:
     """Run blocks on this machine."""
     return run_blocks(blocks.plan, map(blocks.task, numbers), jobs, store.writer)
 
 
-def _kept(run: Generator[KeptBlock | None, None, None]) -> Iterator[KeptBlock]:
-    """Yield what is known of each block as soon as it is kept."""
-    with closing(run) as finished:
-        for kept in finished:
-            if kept is None:
+def _finished(run: Generator[FinishedBlock | None, None, None]) -> Iterator[FinishedBlock]:
+    """Yield each block as soon as it is stored; an interrupted one raises KeyboardInterrupt."""
+    with closing(run) as blocks:
+        for block in blocks:
+            if block is None:
                 raise KeyboardInterrupt
-            yield kept
+            yield block
+
+
+def simulate_members(
+    models: MemberModels,
+    members: Members,
+    options: SimulationOptions,
+    *,
+    extra: tuple[str, ...] = (),
+    selection: Selection = Selection(),  # noqa: B008
+    output: str | None = None,
+    resume: bool = False,
+    jobs: int | None = 1,
+    engine: Engine | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Ensemble:
+    """Simulate all members.
+
+    Parameters
+    ----------
+    models, members, options, extra, selection
+        As for :func:`.plan.plan.plan_members`.
+    output, resume
+        As for :func:`.opening.open_store`; None for a result in memory.
+    jobs, engine, progress
+        As for :func:`run_members`.
+
+    Raises
+    ------
+    InputError
+        As :func:`.plan.plan.plan_members` and :func:`.opening.open_store`; or samples of more
+        members are asked for than memory may hold; or a run with functions of motions is resumed.
+    """
+    if resume and selection.functions:
+        message = "an ensemble with functions of motions does not go on from an interrupted run"
+        hint = "whether they are the same functions cannot be told: run it without resume=True"
+        raise InputError(Problem(message, Mark("functions", 1, 1), hint, "ensemble"))
+    if output is None and len(members) > MOST_LISTED and selection.columns != ():
+        message = f"more than {MOST_LISTED:,} members, whose samples are to be in memory"
+        hint = "columns=[] with final=True keeps a few numbers of each; store='out.zarr' all"
+        raise InputError(Problem(message, Mark("members", 1, 1), hint, "ensemble"))
+    plan, times = plan_members(models, members, options, extra=extra, selection=selection)
+    blocks = blocks_of(plan, members)
+    with sole_writer(output):
+        if output is None:
+            store: Store = MemoryStore(blocks.size)
+        else:
+            store = open_store(output, blocks, resume=resume)
+        if not run_members(blocks, store, jobs=jobs, engine=engine, progress=progress):
+            raise KeyboardInterrupt
+        store.complete(times)
+    return store.ensemble(plan.model.name, times)

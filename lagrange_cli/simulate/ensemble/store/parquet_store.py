@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -10,12 +9,11 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
-from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.store.block_files import TEXTS, written_name
-from lagrange_cli.simulate.ensemble.store.description import Description
-from lagrange_cli.simulate.ensemble.store.result import Ensemble
-from lagrange_cli.simulate.ensemble.store.store import PartsStore, refused
+from lagrange_cli.simulate.ensemble.store.blocks import TEXTS, written_name
+from lagrange_cli.simulate.ensemble.store.part_files import PartsStore
+from lagrange_cli.simulate.ensemble.store.result import Description, Ensemble
+from lagrange_cli.simulate.ensemble.store.store import refused, require_package
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.plan.plan import Blocks
@@ -120,12 +118,8 @@ def parquet_store(output: str, blocks: Blocks) -> ParquetStore:
     InputError
         pyarrow is not installed, or samples are kept, of which a row has no place.
     """
-    if importlib.util.find_spec("pyarrow") is None:
-        hint = "pip install pyarrow"
-        raise InputError(
-            Problem("a result as .parquet needs pyarrow", hint=hint, rule="missing-extra")
-        )
-    if blocks.plan.kept.columns != ():
+    require_package("pyarrow", ".parquet", "pyarrow")
+    if blocks.plan.selection.columns != ():
         raise refused(
             "a table has a row for each member, and no place for samples",
             "--final (from Python columns=[], final=True); -o ensemble.zarr has samples",

@@ -7,53 +7,82 @@ each finished block. Otherwise they are kept in memory, or in a store of many fi
 
 from __future__ import annotations
 
+import importlib.util
 import math
-import zipfile
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import BinaryIO, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import discard, whole_file
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.store.block_files import (
+from lagrange_cli.simulate.ensemble.store.blocks import (
     COLUMN,
     TEXTS,
-    BlockFiles,
+    BlockSummary,
+    Failure,
+    FinishedBlock,
+    InMemory,
+    MemberBlock,
+    NumberRange,
+    Summarized,
     arrays_of,
     written_name,
 )
-from lagrange_cli.simulate.ensemble.store.blocks import MemberBlock
 from lagrange_cli.simulate.ensemble.store.result import Ensemble
-from lagrange_cli.simulate.ensemble.store.summaries import (
-    BlockSummary,
-    Failure,
-    InMemory,
-    KeptBlock,
-    NumberRange,
-    Summarized,
-)
 
 #: Name, shape, and parts along the first axis, of an array.
 _Entry: TypeAlias = tuple[str, tuple[int, ...], Iterable[Array]]
 
 #: Keeps a block where it is run, in this process or another one; what is told of it comes back.
-BlockWriter: TypeAlias = Callable[[MemberBlock], KeptBlock]
-
-
-def parts_of(output: str) -> Path:
-    """Name the folder of the blocks of a result."""
-    return Path(f"{output}.parts")
+BlockWriter: TypeAlias = Callable[[MemberBlock], FinishedBlock]
 
 
 def refused(message: str, hint: str = "") -> InputError:
     """Return the refusal to begin, or to go on with, a result."""
     return InputError(Problem(message, hint=hint, rule="resume"))
+
+
+def require_resumable(
+    place: object, note: object, plan_note: object, resume: bool, anew: str
+) -> None:
+    """Refuse to go on with the blocks of another ensemble, or without ``resume``.
+
+    Parameters
+    ----------
+    place
+        Folder or address of the blocks.
+    note, plan_note
+        Notes of the run that wrote them and of this one (:attr:`.plan.plan.Blocks.note`).
+    anew
+        Hint that says how to begin again.
+
+    Raises
+    ------
+    InputError
+        The two runs differ, or it was not asked for.
+    """
+    if not resume:
+        raise refused(
+            f"'{place}' has the members that an interrupted run finished",
+            f"--resume goes on with the others; {anew}",
+        )
+    if note != plan_note:
+        raise refused(
+            f"'{place}' is of another ensemble: the scene, its members, options that matter or"
+            " the program have changed",
+            anew,
+        )
+
+
+def require_package(package: str, ending: str, install: str) -> None:
+    """Refuse a result of an ending if the package that writes it is not installed."""
+    if importlib.util.find_spec(package) is None:
+        message = f"a result as {ending} needs {package}"
+        raise InputError(Problem(message, hint=f"pip install {install}", rule="missing-extra"))
 
 
 @dataclass
@@ -91,9 +120,9 @@ class Store(ABC):
         """
         return self.writer
 
-    def finish(self, kept: KeptBlock) -> None:
+    def finish(self, block: FinishedBlock) -> None:
         """Count a block as finished, which the writer has kept."""
-        self.finished[kept.number] = kept.summary
+        self.finished[block.number] = block.summary
 
     @abstractmethod
     def complete(self, t: Array) -> None:
@@ -178,108 +207,24 @@ class MemoryStore(Store):
     def writer(self) -> BlockWriter:
         return InMemory(self.size)
 
-    def finish(self, kept: KeptBlock) -> None:
-        super().finish(kept)
-        assert kept.block is not None
-        self._blocks[kept.number] = kept.block
+    def finish(self, block: FinishedBlock) -> None:
+        super().finish(block)
+        assert block.results is not None
+        self._blocks[block.number] = block.results
 
     def complete(self, t: Array) -> None:
         """Nothing is written: :meth:`ensemble` has the result."""
 
     def ensemble(self, name: str, t: Array) -> Ensemble:
         arrays = {number: arrays_of(block) for number, block in self._blocks.items()}
-        whole = _Whole(
+        whole = JoinedArrays(
             self, lambda number: list(arrays[number]), lambda number, name: arrays[number].get(name)
         )
         return Ensemble(name, {n: np.concatenate(list(p)) for n, _, p in whole.entries(t)})
 
 
-@dataclass
-class PartsStore(Store):
-    """Blocks in files of a folder, which become one file.
-
-    Attributes
-    ----------
-    output
-        That file.
-    """
-
-    output: str = ""
-
-    @property
-    def writer(self) -> BlockWriter:
-        return self._files
-
-    @property
-    def place(self) -> str:
-        return str(parts_of(self.output).absolute())
-
-    def far_writer(self, admit: Callable[[], None]) -> BlockWriter:
-        return BlockFiles(Path(self.place), self.size, admit)
-
-    @property
-    def _files(self) -> BlockFiles:
-        """The files of finished blocks."""
-        return BlockFiles(parts_of(self.output), self.size)
-
-    def load(self, blocks: int, length: Callable[[int], int]) -> None:
-        """Read the finished blocks of an earlier run, as :meth:`.block_files.BlockFiles.finished`;
-        what cannot be read is not finished."""
-        for kept in self._files.finished(blocks, length):
-            self.finish(kept)
-
-    def complete(self, t: Array) -> None:
-        with whole_file(self.output) as stream:
-            self._write(stream, t)
-        discard(parts_of(self.output))
-
-    def give_up(self) -> None:
-        discard(parts_of(self.output))
-
-    @abstractmethod
-    def _write(self, stream: BinaryIO, t: Array) -> None:
-        """Write the whole file."""
-
-
-class NpzStore(PartsStore):
-    """Blocks that become an NPZ."""
-
-    def ensemble(self, name: str, t: Array) -> Ensemble:
-        return Ensemble(name, NpzArrays(self.output))
-
-    def _write(self, stream: BinaryIO, t: Array) -> None:
-        whole = _Whole(self, self._files.names, self._files.array)
-        with zipfile.ZipFile(stream, "w") as archive:
-            for name, shape, parts in whole.entries(t):
-                _put(archive, name, shape, parts)
-
-
 @dataclass(frozen=True)
-class NpzArrays(Mapping[str, Array]):
-    """Arrays of an NPZ, read as they are asked for.
-
-    Attributes
-    ----------
-    path
-        Of the file.
-    """
-
-    path: str
-
-    def __getitem__(self, name: str) -> Array:
-        with np.load(self.path, allow_pickle=False) as arrays:
-            return np.asarray(arrays[name])
-
-    def __iter__(self) -> Iterator[str]:
-        with np.load(self.path, allow_pickle=False) as arrays:
-            return iter(arrays.files)
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
-
-
-@dataclass(frozen=True)
-class _Whole:
+class JoinedArrays:
     """Arrays over the members of all finished blocks.
 
     Attributes
@@ -324,20 +269,3 @@ class _Whole:
         """Return the length of the longest text of a finished block."""
         part = self.array(number, name)
         return 1 if part is None else max(1, part.dtype.itemsize // 4)
-
-
-def _put(
-    archive: zipfile.ZipFile,
-    name: str,
-    shape: tuple[int, ...],
-    parts: Iterable[Array],
-) -> None:
-    """Write an array that comes in parts along its first axis."""
-    waiting = iter(parts)
-    first = next(waiting)
-    with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as file:
-        header = np.lib.format.header_data_from_array_1_0(first)
-        np.lib.format.write_array_header_1_0(file, {**header, "shape": shape})
-        file.write(np.ascontiguousarray(first).tobytes())
-        for part in waiting:
-            file.write(np.ascontiguousarray(part).tobytes())

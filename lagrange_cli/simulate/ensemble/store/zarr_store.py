@@ -7,16 +7,16 @@ run marks the block as finished afterwards, in ``block.finished``; what is not m
 
 from __future__ import annotations
 
-import importlib.util
+import asyncio
 import json
 import os
 import secrets
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +24,21 @@ from numpy.typing import NDArray
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import cannot_write, discard, is_address, remove_abandoned_files
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.store.block_files import COLUMN, TEXTS, arrays_of, written_name
-from lagrange_cli.simulate.ensemble.store.blocks import MemberBlock
-from lagrange_cli.simulate.ensemble.store.description import Description
-from lagrange_cli.simulate.ensemble.store.result import Ensemble
-from lagrange_cli.simulate.ensemble.store.store import Store, refused
-from lagrange_cli.simulate.ensemble.store.summaries import KeptBlock
-from lagrange_cli.simulate.ensemble.store.zarr_chunks import chunk, codecs, put
+from lagrange_cli.simulate.ensemble.store.blocks import (
+    COLUMN,
+    TEXTS,
+    FinishedBlock,
+    MemberBlock,
+    arrays_of,
+    written_name,
+)
+from lagrange_cli.simulate.ensemble.store.result import Description, Ensemble
+from lagrange_cli.simulate.ensemble.store.store import (
+    Store,
+    refused,
+    require_package,
+    require_resumable,
+)
 from lagrange_cli.simulate.request import resolve
 
 if TYPE_CHECKING:
@@ -71,6 +79,61 @@ def _writing(path: str) -> Iterator[None]:
         raise cannot_write(f"'{path}'", error) from error
 
 
+#: Level of the compression, which leaves it to Zstandard.
+_LEVEL = 0
+
+
+#: Name of a chunk in a store, and the bytes there.
+Chunk: TypeAlias = tuple[str, bytes]
+
+
+def codecs(texts: bool) -> dict[str, Any]:
+    """Return options of a new array, so that :func:`chunk` encodes what it holds."""
+    from zarr.codecs import BytesCodec, VLenUTF8Codec, ZstdCodec
+
+    serializer = VLenUTF8Codec() if texts else BytesCodec(endian="little")
+    return {"serializer": serializer, "compressors": ZstdCodec(level=_LEVEL)}
+
+
+def chunk(array: Any, number: int, values: NDArray[Any]) -> Chunk:
+    """Return a chunk of an array that is divided along its first axis.
+
+    Parameters
+    ----------
+    values
+        Those of the chunk, fewer of the last one: the array ends before its last chunk does.
+    """
+    from numcodecs import VLenUTF8, Zstd
+
+    texts = values.dtype.kind == "U"
+    kind = np.dtype(object) if texts else array.dtype.newbyteorder("<")
+    whole = np.full(array.chunks, array.fill_value, kind)
+    whole[: len(values)] = values
+    place = array.metadata.encode_chunk_key((number,) + (0,) * (whole.ndim - 1))
+    data = Zstd(level=_LEVEL).encode(VLenUTF8().encode(whole) if texts else whole)
+    return f"{array.path}/{place}", data
+
+
+def put(group: Any, chunks: Iterable[Chunk]) -> None:
+    """Write chunks into the store of a group.
+
+    Raises
+    ------
+    OSError
+        One cannot be written; others may be.
+    """
+    from zarr.core.buffer import default_buffer_prototype
+    from zarr.core.sync import sync
+
+    buffer = default_buffer_prototype().buffer
+
+    async def put_all() -> None:
+        stored = (group.store.set(name, buffer.from_bytes(data)) for name, data in chunks)
+        await asyncio.gather(*stored)
+
+    sync(put_all())
+
+
 @dataclass(frozen=True)
 class ZarrWriter:
     """Writes blocks as chunks, in this process or another one, on this machine or another one.
@@ -97,7 +160,7 @@ class ZarrWriter:
     description: Description
     admit: Callable[[], None] | None = None
 
-    def __call__(self, block: MemberBlock) -> KeptBlock:
+    def __call__(self, block: MemberBlock) -> FinishedBlock:
         """Write a block.
 
         Raises
@@ -113,7 +176,7 @@ class ZarrWriter:
             if self.admit is not None:
                 self.admit()
             put(_opened(self.path, self.token).group, chunks)
-        return KeptBlock.of(block, self.size)
+        return FinishedBlock.of(block, self.size)
 
     def _array(self, name: str) -> Any:
         """Open the array of a name in blocks, which is made if this is its first block."""
@@ -213,13 +276,13 @@ class ZarrStore(Store):
         array = self._group[_FINISHED]
         return array, array[:]
 
-    def finish(self, kept: KeptBlock) -> None:
+    def finish(self, block: FinishedBlock) -> None:
         array, flags = self._flags
-        flags[kept.number] = True
-        number = kept.number // _FLAGS
+        flags[block.number] = True
+        number = block.number // _FLAGS
         with _writing(self.path):
             put(self._group, [chunk(array, number, flags[number * _FLAGS :][:_FLAGS])])
-        super().finish(kept)
+        super().finish(block)
 
     def complete(self, t: Array) -> None:
         """Mark the store as complete, with all that there is to open it at once."""
@@ -242,7 +305,7 @@ class ZarrStore(Store):
         for number in np.flatnonzero(self._flags[1]).tolist():
             block = self._read(number, blocks.length(number))
             if block is not None:
-                super().finish(KeptBlock.of(block, self.size))
+                super().finish(FinishedBlock.of(block, self.size))
 
     def _read(self, number: int, length: int) -> MemberBlock | None:
         """Read of a block what reports say; None if it is not whole."""
@@ -310,12 +373,10 @@ def _arrays_of(group: Any) -> dict[str, Any]:
 
 def open_zarr_store(path: str, blocks: Blocks, *, resume: bool) -> ZarrStore:
     """Open the store of finished blocks, as :func:`.opening.open_store` does."""
-    if importlib.util.find_spec("zarr") is None:
-        hint = "pip install 'lagrange-cli[distributed]'"
-        raise InputError(Problem("a result as .zarr needs zarr", hint=hint, rule="missing-extra"))
+    require_package("zarr", ".zarr", "'lagrange-cli[distributed]'")
     description, plan = Description.of(blocks), blocks.plan
     t = np.asarray(resolve(plan.model, plan.options).times)
-    note = json.dumps({"key": plan.key, "members": len(blocks.members), "size": blocks.size})
+    note = json.dumps(blocks.note)
     with _writing(path):
         attributes = _attributes(path)
         if attributes is None:
@@ -366,15 +427,7 @@ def _require(attributes: Mapping[str, Any], note: object, path: str, resume: boo
     anew = "name another output" if is_address(path) else f"rm -r '{path}' begins anew"
     if not resume and attributes.get("complete"):
         raise refused(f"'{path}' is there already, with all members", anew)
-    if not resume:
-        message = f"'{path}' has the members that an interrupted run finished"
-        raise refused(message, f"--resume goes on with the others; {anew}")
-    if attributes[_NOTE] != note:
-        raise refused(
-            f"'{path}' is of another ensemble: the scene, its members, options that matter or"
-            " the program have changed",
-            anew,
-        )
+    require_resumable(path, attributes[_NOTE], note, resume, anew)
 
 
 def _begin(path: str, blocks: Blocks, t: Array, note: str, description: Description) -> None:
