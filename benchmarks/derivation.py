@@ -35,9 +35,9 @@ from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
 from lagrange_cli.cli.main import COLLECTION
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
-from lagrange_cli.mechanics.dynamics.raw_terms import raw_terms
+from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.program.graph.evaluation import evaluated
+from lagrange_cli.program.graph.derivatives import evaluated
 from lagrange_cli.program.graph.value_graph import ValueGraph
 from lagrange_cli.program.systems.direct_derivation import DirectDerivation
 from lagrange_cli.scene import read_text

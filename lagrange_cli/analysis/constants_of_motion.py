@@ -10,7 +10,7 @@ import sympy as sp
 
 from lagrange_cli.analysis.energies import energy_sum
 from lagrange_cli.analysis.symmetries import linear_symmetries
-from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.findings import FollowedQuantity
 

@@ -39,7 +39,7 @@ from lagrange_cli.analysis.momenta import Momentum, momenta
 from lagrange_cli.errors import InputError, Mark, Problem, SingularError
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.dynamics.accelerations import multiplier_terms

@@ -20,9 +20,8 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.algebra.factor import factored, tidy
-from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities, grouped_sum
+from lagrange_cli.mechanics.algebra.factor import factored, group_by_velocities, grouped_sum, tidy
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient

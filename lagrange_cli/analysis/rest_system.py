@@ -19,10 +19,10 @@ from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.rest_functions import RestFunctions
 from lagrange_cli.analysis.values import Mpf
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.free_symbols import is_unknown, require_given
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.mechanics.unknown_functions import is_unknown, require_given
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations

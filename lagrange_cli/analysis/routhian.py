@@ -5,8 +5,8 @@ With the momenta p of unforced cyclic coordinates c, R = L − Σ p q̇_c over t
     R = ½ q̇·S q̇ + b·q̇ − V_eff,    V_eff = V − T0 + ½ w·M_cc⁻¹ w,    w = p − b_c,
 
 where S = M − M_rc M_cc⁻¹ M_cr; terms linear in q̇ are gyroscopic. Lagrange's equations of R are
-those of the other coordinates, and q̇_c = M_cc⁻¹ (w − M_cr q̇) (L. A. Pars, A Treatise on Analytical
-Dynamics, chapter 10; H. Goldstein, C. Poole and J. Safko, Classical Mechanics, 3rd ed.,
+those of the other coordinates, and q̇_c = M_cc⁻¹ (w − M_cr q̇) (L. A. Pars, A Treatise on
+Analytical Dynamics, chapter 10; H. Goldstein, C. Poole and J. Safko, Classical Mechanics, 3rd ed.,
 section 8.3).
 """
 
@@ -44,7 +44,7 @@ from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.energies import by_parameters
-from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.dynamics.textbook_form import RowSystem, shown_rows
 from lagrange_cli.mechanics.equations import Closure, Coordinate, ShownEquation

@@ -13,8 +13,8 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.mechanics.unknown_functions import is_unknown, name_and_order
-from lagrange_cli.program.graph.evaluation import evaluated
+from lagrange_cli.mechanics.free_symbols import is_unknown, name_and_order
+from lagrange_cli.program.graph.derivatives import evaluated
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.graph.value_graph import ValueGraph
 

@@ -31,14 +31,14 @@ from lagrange_cli.analysis.sampled_values import Array, SampledValues
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.energies import by_parameters
-from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.algebra.factor import grouped_sum
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.free_symbols import is_unknown
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.mechanics.unknown_functions import is_unknown
 
 _ZERO = sp.Integer(0)
 

@@ -21,7 +21,7 @@ from mpmath import mpf
 from sympy import Expr, Rational, Symbol
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.proofs.continuity import is_analytic, is_continuous
 from lagrange_cli.mechanics.proofs.refutation import is_nonzero, states_for, values_at

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.program.canonical_programs import canonical_programs
+from lagrange_cli.program.emitted_functions import canonical_programs
 from lagrange_cli.program.program import Program
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def programs_of_momenta(equations: Equations) -> dict[str, Program]:
-    """Programs of :mod:`lagrange_cli.program.canonical_programs`.
+    """Programs of :mod:`lagrange_cli.program.emitted_functions`.
 
     Velocities are solved for with the mass matrix, or have a closed form where L is not quadratic
     in them.

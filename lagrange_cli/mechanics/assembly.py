@@ -9,7 +9,7 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
+from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum
 from lagrange_cli.mechanics.certify.certificate import Evidence, explained
 from lagrange_cli.mechanics.certify.printed import (
     certify_energy,
@@ -27,7 +27,7 @@ from lagrange_cli.mechanics.depiction import (
 from lagrange_cli.mechanics.derivation_sources import DerivationSources
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.dynamics.raw_terms import raw_terms
+from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
 from lagrange_cli.mechanics.dynamics.textbook_form import as_rates, shown_equations
 from lagrange_cli.mechanics.energy_balance import energy_balance
 from lagrange_cli.mechanics.equations import (

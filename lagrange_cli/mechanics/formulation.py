@@ -6,6 +6,10 @@ number. ``multiplier`` keeps Cartesian names with closures (:mod:`.reduction.car
 which each holds few: elimination in a good order costs little more than there are entries.
 Predicted are operations of one right-hand side, from sizes and from which name stands in
 which equation alone.
+
+Declared coordinates may be related by integrated rates: ``a*dot(phi) = (R + a)*dot(theta)`` is kept
+beside the coordinates with a multiplier, since both were asked for. Where as few coordinates as
+degrees of freedom are asked for instead, its integral gives one of them by the other.
 """
 
 from __future__ import annotations
@@ -25,6 +29,7 @@ from lagrange_cli.mechanics.dynamics.singular_configurations import (
     MOST_COORDINATES,
     conserved_momenta,
 )
+from lagrange_cli.mechanics.elimination.solve_equation import linear_parts, solves_everywhere
 from lagrange_cli.mechanics.equations import CartesianName, InitialState, ReplacedChart
 from lagrange_cli.mechanics.findings import FormulationChoice
 from lagrange_cli.mechanics.free_symbols import symbols_in
@@ -32,11 +37,11 @@ from lagrange_cli.mechanics.initial.projection import state_of
 from lagrange_cli.mechanics.initial.state import initial_state
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.mechanics.reduction.cartesian_form import cartesian_form, closure_incidence
-from lagrange_cli.mechanics.reduction.minimal_form import minimal_form
 from lagrange_cli.mechanics.reduction.no_minimal_form import no_minimal_form_error
 from lagrange_cli.mechanics.reduction.reduce import reduce
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.quoting import must_stay
 from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.scene.conditions import Formulation
 from lagrange_cli.scene.model import Scene
@@ -286,3 +291,41 @@ def _carried_over(origin: Reduced, chart: ReplacedChart, former: InitialState) -
         v = evaluate([place.velocity for place in chart.places], point)
         carried = state_of(q, v, former.projected)
     return carried if former.decimals else replace(carried, decimals=())
+
+
+def minimal_form(reduced: Reduced) -> Reduced:
+    """Eliminate declared coordinates that closures give by others at all configurations.
+
+    Raises
+    ------
+    InputError
+        As :func:`.reduce.reduce`.
+    """
+    while (name := _given_by_others(reduced)) is not None:
+        scene = reduced.scene
+        kept = tuple(c for c in scene.coordinates or () if c.name != name)
+        reduced = reduce(replace(scene, coordinates=kept, eliminated=(*scene.eliminated, name)))
+    return reduced
+
+
+def _given_by_others(reduced: Reduced) -> str | None:
+    """A declared coordinate that a closure is linear in, and that no force acts on.
+
+    The last declared, those that the scene asks for only where there are no others.
+    """
+    scene, names = reduced.scene, reduced.names
+    constants = frozenset(names.parameters.values())
+    forced = {force.on for force in scene.forces}
+    candidates = []
+    for closure in reduced.closures:
+        phi = closure.left - closure.right
+        if closure.kind != "position" or any(
+            c.q in phi.free_symbols for c in reduced.coordinates if c.name not in names.coordinates
+        ):
+            continue  # what is not declared is to be eliminated, not what is
+        for name, q in names.coordinates.items():
+            parts = linear_parts(phi, q) if q in phi.free_symbols and name not in forced else None
+            if parts is not None and solves_everywhere(*parts, constants):
+                candidates.append(name)
+    candidates.sort(key=lambda name: (not must_stay(scene, name), [*names.coordinates].index(name)))
+    return candidates[-1] if candidates else None

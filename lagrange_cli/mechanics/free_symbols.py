@@ -1,10 +1,26 @@
-"""Free symbols of expressions, found once for each part, and functions that stand in them."""
+"""Free symbols of expressions, computed once for each part, and functions that a scene leaves open.
+
+A scene may name a function of one argument without giving it, as V(r). Its derivatives are further
+such functions, with a prime each. Where numbers are needed, as in the certificate, a smooth
+function stands for each: an identity that holds for it at random states holds for all.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import hashlib
+from collections.abc import Callable, Iterable
+from functools import cache
 
+import mpmath
 import sympy as sp
+from mpmath import mpf
+from sympy.core.function import AppliedUndef
+
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.scene.model import DeclaredFunction
+
+#: Sines that stand for an unknown function where numbers are needed.
+_WAVES = 3
 
 #: Expressions whose symbols are kept.
 _KEPT = 2**18
@@ -49,3 +65,67 @@ def symbols_of_all(expressions: Iterable[sp.Basic]) -> frozenset[sp.Symbol]:
                 seen.add(id(below))
                 parts.append(below)
     return frozenset(present)
+
+
+def unknown_function(name: str, argument: sp.Expr) -> sp.Expr:
+    """Apply an unknown function; ``name`` ends in a prime for each derivative."""
+    return sp.Function(name, real=True)(argument)
+
+
+def is_unknown(expression: sp.Basic) -> bool:
+    """Tell whether an expression is an unknown function of something."""
+    return isinstance(expression, AppliedUndef)
+
+
+def name_and_order(expression: sp.Expr) -> tuple[str, int]:
+    """Return the name of an unknown function and the number of its derivatives."""
+    name = expression.func.__name__.rstrip("'")
+    return name, len(expression.func.__name__) - len(name)
+
+
+def unknown_names(expression: sp.Expr) -> frozenset[str]:
+    """Return the names of the unknown functions that an expression holds, or derivatives of."""
+    return frozenset(name_and_order(f)[0] for f in expression.atoms(AppliedUndef))
+
+
+def unknown_slope(expression: sp.Expr) -> sp.Expr:
+    """Differentiate an unknown function by its argument."""
+    return unknown_function(f"{expression.func.__name__}'", expression.args[0])
+
+
+def require_given(functions: Iterable[DeclaredFunction]) -> None:
+    """Refuse functions that are not known, where values are asked for.
+
+    Raises
+    ------
+    InputError
+        At the first of them.
+    """
+    for function in functions:
+        if function.expression is None:
+            name, argument = function.name, function.argument
+            raise InputError(
+                Problem(
+                    f"function '{name}' is not given: equations can be derived and printed, but not"
+                    " evaluated or drawn",
+                    function.mark,
+                    hint=f"{name}: {{of: {argument}, equals: an expression in {argument}}}",
+                    rule="unknown-function",
+                )
+            )
+
+
+@cache
+def stand_in(name: str) -> Callable[[mpf], mpf]:
+    """Return the function that stands for an unknown one, by its name with its primes."""
+    base = name.rstrip("'")
+    order = len(name) - len(base)
+    digest = hashlib.sha256(base.encode()).digest()
+    numbers = [mpf(digest[k] + 100) / 256 for k in range(3 * _WAVES)]
+    waves = [tuple(numbers[k::_WAVES]) for k in range(_WAVES)]
+
+    def value(x: mpf) -> mpf:
+        turned = order * mpmath.pi / 2
+        return mpmath.fsum(a * w**order * mpmath.sin(w * x + p + turned) for a, w, p in waves)
+
+    return value

@@ -19,9 +19,8 @@ from lagrange_cli.mechanics.algebra.energies import (
     over_roots,
     parts_by_degree,
 )
-from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.algebra.factor import factored
-from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.algebra.factor import factored, grouped_sum
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified

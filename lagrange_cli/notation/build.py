@@ -16,12 +16,12 @@ import sympy
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.algebra.factor import holds_powers
+from lagrange_cli.mechanics.free_symbols import is_unknown, name_and_order
 from lagrange_cli.mechanics.symbols.convert import (
     EVEN_FUNCTIONS,
     ODD_FUNCTIONS,
     SYMPY_FUNCTIONS,
 )
-from lagrange_cli.mechanics.unknown_functions import is_unknown, name_and_order
 from lagrange_cli.notation import ordering
 from lagrange_cli.notation.tree import (
     Dependence,

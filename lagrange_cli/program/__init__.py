@@ -5,12 +5,4 @@ its linear systems are split into blocks, and none of its names is from the scen
 known here. Read :mod:`.program` first.
 """
 
-__all__ = [
-    "canonical_programs",
-    "constraint_programs",
-    "derivative_programs",
-    "index_tables",
-    "operations",
-    "printing",
-    "program",
-]
+__all__ = ["emitted_functions", "operations", "printing", "program"]

@@ -17,15 +17,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
-from lagrange_cli.mechanics.unknown_functions import require_given
-from lagrange_cli.program.graph.angle_sums import expand_angle_sums
+from lagrange_cli.mechanics.free_symbols import require_given
 from lagrange_cli.program.graph.operands import (
     Operand,
     variables,
 )
 from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, in_families, order_of, schedule
 from lagrange_cli.program.graph.statement_groups import Assignment
-from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
+from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph, expand_angle_sums
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.solvers.blocks import (
     LARGEST_UNROLLED,
@@ -38,15 +37,22 @@ from lagrange_cli.program.solvers.sensitivities import (
     LARGEST_WITH_SENSITIVITIES,
     with_sensitivities,
 )
-from lagrange_cli.program.systems.canonical_systems import CANONICAL_OUTPUTS, CANONICAL_SYSTEMS
-from lagrange_cli.program.systems.constraint_systems import CLOSURE_OUTPUTS, CLOSURE_SYSTEMS
+from lagrange_cli.program.systems.constraint_systems import (
+    CANONICAL_OUTPUTS,
+    CANONICAL_SYSTEMS,
+    CLOSURE_OUTPUTS,
+    CLOSURE_SYSTEMS,
+)
 from lagrange_cli.program.systems.contact_systems import (
     CONTACT_OUTPUTS,
     CONTACT_SYSTEMS,
     weighted_closures,
 )
-from lagrange_cli.program.systems.direct_derivation import DirectDerivation, is_derivable
-from lagrange_cli.program.systems.direct_energy import DirectEnergy
+from lagrange_cli.program.systems.direct_derivation import (
+    DirectDerivation,
+    DirectEnergy,
+    is_derivable,
+)
 from lagrange_cli.program.systems.large_systems import LargeSystem, is_large_system, large_system
 from lagrange_cli.program.systems.loops import ProgramPart
 

@@ -13,8 +13,8 @@ import sympy as sp
 
 from lagrange_cli.cache.values import from_bytes, to_bytes
 from lagrange_cli.mechanics import derive
+from lagrange_cli.mechanics.free_symbols import unknown_function
 from lagrange_cli.mechanics.stored_derivation import unwritten
-from lagrange_cli.mechanics.unknown_functions import unknown_function
 from lagrange_cli.scene import read_file
 from tests.systems.shipped import SCENES, every_scene
 

@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from lagrange_cli.program.constraint_programs import constraint_programs
+from lagrange_cli.program.emitted_functions import constraint_programs
 from lagrange_cli.program.program import build_program
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems

@@ -13,7 +13,7 @@ import sympy as sp
 from lagrange_cli.emit.c.projection import workspace_size
 from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.equations import Contact, InitialState
-from lagrange_cli.program.constraint_programs import constraint_programs, contact_programs
+from lagrange_cli.program.emitted_functions import constraint_programs, contact_programs
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.simulate.native.rounding_model import perturb

@@ -17,7 +17,7 @@ import sympy as sp
 from lagrange_cli.emit.c.names import c_string
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.errors import InputError, InternalError
-from lagrange_cli.program.graph.literals import decimal_literal, double_literal
+from lagrange_cli.program.printing import decimal_literal, double_literal
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import DIGITS, Reference, difference, exact, states
 from tests.emit.emitted_c import WARNINGS, Compiled, compiler, run, write

@@ -12,7 +12,7 @@ import sympy as sp
 
 from lagrange_cli.emit.c.projection import workspace_size
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.program.constraint_programs import constraint_programs
+from lagrange_cli.program.emitted_functions import constraint_programs
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.simulate.native.sources import lanes_source, library_source

@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from lagrange_cli import loads
-from lagrange_cli.mechanics.algebra.positive_roots import drawn_from_roots
+from lagrange_cli.mechanics.algebra.shorten import drawn_from_roots
 from lagrange_cli.mechanics.equations import Equations
 from tests.mechanics.mechanics_support import derived, refusal
 

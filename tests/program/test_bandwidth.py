@@ -12,10 +12,10 @@ from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.equations import Closure, TextbookForm
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.program import program as programs_of
-from lagrange_cli.program.constraint_programs import constraint_programs
+from lagrange_cli.program.emitted_functions import constraint_programs
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.solvers import blocks as solve
-from lagrange_cli.program.solvers.bandwidth import bandwidth, elimination_order
+from lagrange_cli.program.solvers.sparse_factorization import bandwidth, elimination_order
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import Compiled

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.mechanics.derivation import derive
-from lagrange_cli.program.constraint_programs import multipliers_beside
+from lagrange_cli.program.emitted_functions import multipliers_beside
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.scene import read_file

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.program import program as programs
-from lagrange_cli.program.constraint_programs import contact_programs
+from lagrange_cli.program.emitted_functions import contact_programs
 from lagrange_cli.program.operations import count_operations, elimination_operations
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.simulate.native.sources import library_source

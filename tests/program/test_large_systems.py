@@ -19,18 +19,17 @@ from lagrange_cli.emit.template_files import python_template
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.program import program as programs_of
-from lagrange_cli.program.constraint_programs import constraint_programs
-from lagrange_cli.program.index_tables import supernode_tables
+from lagrange_cli.program.emitted_functions import constraint_programs
 from lagrange_cli.program.operations import count_operations, elimination_operations
 from lagrange_cli.program.program import build_program
-from lagrange_cli.program.solvers.bandwidth import couplings
 from lagrange_cli.program.solvers.sparse_factorization import (
     BandFactors,
     SupernodalFactors,
     choose_factorization,
+    couplings,
     supernodes,
 )
-from lagrange_cli.program.systems.loops import IndexedLoop, SparseSolve
+from lagrange_cli.program.systems.loops import IndexedLoop, SparseSolve, supernode_tables
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate.native.rounding_model import perturb
 from tests.emit import emit_closures as closures

@@ -7,7 +7,7 @@ import pytest
 
 from lagrange_cli.files import MAX_BYTES
 from lagrange_cli.mechanics.diagnosis.errors import LARGEST_SYSTEM
-from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT
+from lagrange_cli.mechanics.symbols.convert import LONGEST_ROOT
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.language.bounds import MAX_POWER
 from lagrange_cli.scene.language.expression import FUNCTIONS

@@ -22,8 +22,7 @@ from lagrange_cli.analysis.sampled_values import IN_DOUBLES
 from lagrange_cli.analysis.values import Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives
-from lagrange_cli.program.graph.evaluation import evaluated
+from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives, evaluated
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.graph.schedule import order_of
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph

@@ -9,7 +9,7 @@ from lagrange_cli.emit.c.impact import impact_text
 from lagrange_cli.emit.c.projection import project_text, workspace_size
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.derivative_programs import DERIVATIVES
+from lagrange_cli.program.emitted_functions import DERIVATIVES
 from lagrange_cli.program.program import Program
 
 

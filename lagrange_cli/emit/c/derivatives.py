@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from lagrange_cli.emit.c.contacts import mode_target
 from lagrange_cli.emit.c.loops import wrapped
 from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.program.derivative_programs import DERIVATIVES
+from lagrange_cli.program.emitted_functions import DERIVATIVES
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.jacobians import Jacobian
 

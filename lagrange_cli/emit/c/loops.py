@@ -11,13 +11,6 @@ from textwrap import wrap
 
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.index_tables import (
-    columns_of,
-    relative_indices,
-    supernode_tables,
-    table_name,
-    tables_of,
-)
 from lagrange_cli.program.printing import local_name, local_text
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.sparse_factorization import BandFactors, SupernodalFactors
@@ -28,6 +21,11 @@ from lagrange_cli.program.systems.loops import (
     SparseSolve,
     Total,
     Zeros,
+    columns_of,
+    relative_indices,
+    supernode_tables,
+    table_name,
+    tables_of,
 )
 
 #: Lines are broken before this column.
@@ -51,7 +49,7 @@ def loop_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
         texts.append(target.fill(c_template("solve_sparse")))
     if any(isinstance(part, Total) for part in parts):
         texts.append(target.fill(c_template("total")))
-    tables = dict.fromkeys(t for program in programs.values() for t in tables_of(program))
+    tables = dict.fromkeys(t for program in programs.values() for t in tables_of(program.parts))
     texts += [_table_text(target.prefix, table) for table in tables]
     return "\n".join(filter(None, texts))
 
@@ -62,7 +60,7 @@ def loops_workspace_size(program: Program) -> int:
 
 
 def _indexes_parameters(program: Program) -> bool:
-    return any(c.array == "p" and not c.is_fixed for c in columns_of(program))
+    return any(c.array == "p" and not c.is_fixed for c in columns_of(program.parts))
 
 
 def loops_text(program: Program, target: CTarget, result: str) -> list[str]:
@@ -112,7 +110,7 @@ class _Writer:
 
     def opening(self) -> list[str]:
         """The arguments that are not used, and parameters that loops index."""
-        arrays = {column.array for column in columns_of(self.program)}
+        arrays = {column.array for column in columns_of(self.program.parts)}
         uses_work = "w" in arrays or self.copies
         unused = {
             "t": "t" not in arrays,

@@ -25,13 +25,14 @@ from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.canonical import programs_of_momenta
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.program.canonical_programs import CANONICAL_PARTS
-from lagrange_cli.program.constraint_programs import (
+from lagrange_cli.program.emitted_functions import (
+    CANONICAL_PARTS,
     INTERNAL_FUNCTIONS,
+    SLOPES,
     constraint_programs,
     contact_programs,
+    derivative_programs,
 )
-from lagrange_cli.program.derivative_programs import SLOPES, derivative_programs
 from lagrange_cli.program.operations import operands_of
 from lagrange_cli.program.printing import functions_in
 from lagrange_cli.program.program import Program, build_program, optional_outputs

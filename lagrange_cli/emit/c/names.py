@@ -9,8 +9,8 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import C_RESERVED, unique_identifiers
-from lagrange_cli.program.graph.literals import decimal_literal, double_literal, out_of_range
 from lagrange_cli.program.graph.operands import Coefficient, magnitude
+from lagrange_cli.program.printing import decimal_literal, double_literal, out_of_range
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations

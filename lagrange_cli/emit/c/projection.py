@@ -9,7 +9,7 @@ from lagrange_cli.emit.c.impact import impact_workspace_size
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.constants import NEWTON_STEPS, RESIDUAL_AT_REST, RESIDUAL_ROUNDING
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
+from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS
 from lagrange_cli.program.program import Program
 
 

@@ -36,12 +36,9 @@ from lagrange_cli.emit.python.statements import (
     vector_text,
 )
 from lagrange_cli.emit.python.styles import NUMBERS, Style, many_lines
-from lagrange_cli.program.canonical_programs import CANONICAL_PARTS
-from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS
-from lagrange_cli.program.derivative_programs import SLOPES
-from lagrange_cli.program.graph.literals import double_literal
+from lagrange_cli.program.emitted_functions import CANONICAL_PARTS, INTERNAL_FUNCTIONS, SLOPES
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Variable
-from lagrange_cli.program.printing import Dialect, expression_text
+from lagrange_cli.program.printing import Dialect, double_literal, expression_text
 from lagrange_cli.program.program import (
     Program,
     ProgramKind,
@@ -135,7 +132,7 @@ def module_source(programs: Mapping[str, Program]) -> str:
 
     If programs have inputs it is ``f(t, y, p, u)``, with a function ``u(t, y, p)`` that returns
     their values. With the programs of
-    :func:`lagrange_cli.program.constraint_programs.constraint_programs` there is
+    :func:`lagrange_cli.program.emitted_functions.constraint_programs` there is
     ``project(t, y, p)`` too, which returns a state. With those of ``contact_programs`` there are
     also ``contact_project``, ``events`` with the arguments of programs, and ``reset`` with
     ``event`` and ``bounce`` behind them.

@@ -6,15 +6,7 @@ from collections.abc import Iterable
 from textwrap import wrap
 
 from lagrange_cli.emit.python.styles import array_functions
-from lagrange_cli.program.graph.literals import double_literal
-from lagrange_cli.program.index_tables import (
-    columns_of,
-    relative_indices,
-    supernode_tables,
-    table_name,
-    tables_of,
-)
-from lagrange_cli.program.printing import Dialect, local_name, local_text
+from lagrange_cli.program.printing import Dialect, double_literal, local_name, local_text
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.sparse_factorization import BandFactors
 from lagrange_cli.program.systems.loops import (
@@ -24,6 +16,11 @@ from lagrange_cli.program.systems.loops import (
     SparseSolve,
     Total,
     Zeros,
+    columns_of,
+    relative_indices,
+    supernode_tables,
+    table_name,
+    tables_of,
 )
 
 #: Longer lines are broken.
@@ -36,7 +33,7 @@ _DIALECT = Dialect(double_literal, array_functions("np"), {})
 
 def index_tables_source(programs: Iterable[Program]) -> str:
     """Definitions of the tables of indices that the functions of programs look into."""
-    tables = dict.fromkeys(table for program in programs for table in tables_of(program))
+    tables = dict.fromkeys(table for program in programs for table in tables_of(program.parts))
     lines = []
     for table in tables:
         lines += [f"{_name(table)} = np.array(", *_wrapped(f"[{', '.join(map(str, table))}]", 1)]
@@ -53,8 +50,10 @@ def loops_source(program: Program, apart: int | None = None) -> list[str]:
         Where flags and targets of contacts begin, if they stand in ``contact`` and not in ``p``.
     """
     writer = _Writer(program, apart)
-    arrays = {column.array for column in columns_of(program)}
-    indexed = {writer.array(c) for c in columns_of(program) if c.array in "ps" and not c.is_fixed}
+    arrays = {column.array for column in columns_of(program.parts)}
+    indexed = {
+        writer.array(c) for c in columns_of(program.parts) if c.array in "ps" and not c.is_fixed
+    }
     lines = ["u = array(u(t, y, p), float)"] if "u" in arrays else []
     lines += [f"{array} = array({array}, float)" for array in sorted(indexed)]
     if program.work:

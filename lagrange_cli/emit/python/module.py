@@ -49,12 +49,12 @@ from lagrange_cli.emit.python.statements import DOUBLE_ROUNDING
 from lagrange_cli.emit.python.styles import ARRAYS
 from lagrange_cli.emit.python.traced import traced_module
 from lagrange_cli.emit.template_files import filled, python_template
-from lagrange_cli.program.constraint_programs import (
+from lagrange_cli.program.emitted_functions import (
     INTERNAL_FUNCTIONS,
     constraint_programs,
     contact_programs,
+    derivative_programs,
 )
-from lagrange_cli.program.derivative_programs import derivative_programs
 from lagrange_cli.program.program import Program, optional_outputs
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 

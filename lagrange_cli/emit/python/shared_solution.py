@@ -8,9 +8,8 @@ from textwrap import indent
 from lagrange_cli.emit.python.functions import defined, load_inputs
 from lagrange_cli.emit.python.statements import assigned, solution
 from lagrange_cli.emit.python.styles import Style
-from lagrange_cli.program.constraint_programs import multipliers_beside
-from lagrange_cli.program.graph.literals import double_literal
-from lagrange_cli.program.printing import Dialect
+from lagrange_cli.program.emitted_functions import multipliers_beside
+from lagrange_cli.program.printing import Dialect, double_literal
 from lagrange_cli.program.program import Program
 
 _DOC = '"""Accelerations, then multipliers; raises where they do not exist."""'

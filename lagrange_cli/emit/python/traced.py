@@ -17,7 +17,7 @@ from lagrange_cli.emit.python.heading import (
 from lagrange_cli.emit.python.styles import Style, array_functions
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.program.constraint_programs import INTERNAL_FUNCTIONS, constraint_programs
+from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS, constraint_programs
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.program import Program, optional_outputs
 

@@ -16,8 +16,8 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.depiction import MOST_BODIES
+from lagrange_cli.mechanics.free_symbols import require_given, unknown_names
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
-from lagrange_cli.mechanics.unknown_functions import require_given, unknown_names
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

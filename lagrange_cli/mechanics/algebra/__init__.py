@@ -6,22 +6,17 @@ beforehand. Read :mod:`.collect` first.
 
 __all__ = [
     "alpha_equivalence",
+    "arithmetic",
     "collect",
     "derivatives",
     "energies",
-    "expand",
     "factor",
-    "group_by_velocity",
     "identities",
-    "plain_products",
-    "plain_sums",
     "polynomials",
-    "positive_roots",
     "printed_length",
     "shared_products",
     "shorten",
     "shortest",
     "substitution",
-    "templates",
     "trig_polynomials",
 ]

@@ -14,8 +14,7 @@ from typing import Generic, TypeVar
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.argument_order import sympy_order
-from lagrange_cli.mechanics.algebra.plain_products import power
+from lagrange_cli.mechanics.algebra.arithmetic import power, sympy_order
 from lagrange_cli.mechanics.equations import Coordinate
 
 _Result = TypeVar("_Result")

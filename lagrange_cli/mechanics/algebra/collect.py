@@ -17,7 +17,7 @@ from typing import NamedTuple, TypeAlias
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.argument_order import sympy_order
+from lagrange_cli.mechanics.algebra.arithmetic import monomial
 from lagrange_cli.mechanics.algebra.identities import (
     Rational,
     TrigFactor,
@@ -262,28 +262,6 @@ def collected_terms(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
     total = TermSum()
     total.add_all(e for e in terms if e != 0)
     return total.collected()
-
-
-def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
-    """Multiply ``number`` and factors.
-
-    Different plain factors are only sorted, which is much faster than SymPy's product.
-    """
-    present = [f for f in factors if f is not _ONE]
-    bases = set()
-    for factor in present:
-        base = factor
-        if factor.is_Pow:
-            base, exponent = factor.args
-            if not exponent.is_Integer:
-                return sp.Mul(number, *factors)
-        if not (base.is_Symbol or base.is_Function or base.is_Add):
-            return sp.Mul(number, *factors)
-        bases.add(base)
-    if not len(bases) == len(present) > 1:
-        return sp.Mul(number, *factors)
-    present.sort(key=sympy_order)
-    return sp.Mul._from_args(present if number is _ONE else [number, *present], True)
 
 
 def trig_factors(trig: TrigMonomial) -> list[sp.Expr]:

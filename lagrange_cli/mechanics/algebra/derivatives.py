@@ -14,9 +14,8 @@ from typing import Any
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.free_symbols import symbols_in
-from lagrange_cli.mechanics.unknown_functions import is_unknown, unknown_slope
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
+from lagrange_cli.mechanics.free_symbols import is_unknown, symbols_in, unknown_slope
 
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)

@@ -7,9 +7,14 @@ from collections.abc import Collection, Iterator, Sequence
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum, collected_terms
-from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
-from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities, grouped_sum
+from lagrange_cli.mechanics.algebra.factor import (
+    common_factor,
+    factored,
+    group_by_velocities,
+    grouped_sum,
+    scaled,
+)
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.printed_length import printed_length, sum_size
 from lagrange_cli.mechanics.algebra.shortest import joined
 from lagrange_cli.mechanics.free_symbols import symbols_in

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import operator
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import sympy as sp
 
@@ -15,11 +16,8 @@ from lagrange_cli.mechanics.algebra.collect import (
     rational_content,
     sympy_rational,
 )
-from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.algebra.hyperbolic import shorten_hyperbolic
-from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
+from lagrange_cli.mechanics.algebra.polynomials import cancelled, expand_terms, factored_form
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
-from lagrange_cli.mechanics.algebra.squares import binomial_square, normalize_square_signs
 
 _ONE = sp.Integer(1)
 
@@ -31,6 +29,8 @@ _SHORT_TERMS = 12
 _SHORT_SYMBOLS = 4
 #: Most operations of a sum with denominators that is put over one. Set by hand.
 _SHORT_OPERATIONS = 24
+#: Terms that a sum with hyperbolic functions may be multiplied out to. Set by hand.
+_HYPERBOLIC_TERMS = 40
 
 
 def common_factor(terms: list[sp.Expr]) -> sp.Expr:
@@ -213,3 +213,108 @@ def _is_linear_term(term: sp.Expr) -> bool:
     return term.is_Symbol or bool(
         term.is_Mul and len(term.args) == 2 and term.args[0].is_Rational and term.args[1].is_Symbol
     )
+
+
+def shorten_hyperbolic(expr: sp.Expr) -> sp.Expr:
+    """Write ``sin² η cosh² ξ + cos² η sinh² ξ`` as ``sin² η + sinh² ξ``; leave others.
+
+    Of forms with as many terms, take the one with fewer differences, which lose digits.
+    """
+    return min([expr, *_forms(expr)], key=_cost)
+
+
+def _cost(form: sp.Expr) -> tuple[int, int, int]:
+    terms = sp.Add.make_args(form)
+    negative = sum(bool(t.could_extract_minus_sign()) for t in terms)
+    return len(terms), negative, int(sp.count_ops(form))
+
+
+def _forms(expr: sp.Expr) -> Iterator[sp.Expr]:
+    """Rewrite squares of one of each pair of functions by the other's, in all combinations."""
+    pairs = [(sp.sinh(u), sp.cosh(u), _ONE) for u in _arguments(expr, sp.sinh, sp.cosh)]
+    pairs += [(sp.sin(u), sp.cos(u), -_ONE) for u in _arguments(expr, sp.sin, sp.cos)]
+    if len(pairs) > 2:
+        return
+    for choice in itertools.product((False, True), repeat=len(pairs)):
+        rules = {}
+        for (s, c, sign), swapped in zip(pairs, choice, strict=True):
+            # cosh² = 1 + sinh²; cos² = 1 − sin².
+            rules[c**2 if swapped else s**2] = 1 + sign * s**2 if swapped else sign * (c**2 - 1)
+        terms = expand_terms(expr.xreplace(rules), _HYPERBOLIC_TERMS)
+        if terms is not None:
+            yield sp.Add(*terms)
+
+
+def _arguments(expr: sp.Expr, *functions: type[sp.Expr]) -> list[sp.Expr]:
+    first, second = ({f.args[0] for f in expr.atoms(function)} for function in functions)
+    return sorted(first & second, key=sp.default_sort_key)
+
+
+def binomial_square(expr: sp.Expr) -> sp.Expr:
+    """Write ``R² + 2 R a cos θ + a² cos² θ`` as ``(R + a cos θ)²``; leave others."""
+    if len(expr.args) != 3:
+        return expr
+    for k, mixed in enumerate(expr.args):
+        first, second = (_root(term) for j, term in enumerate(expr.args) if j != k)
+        if first is None or second is None:
+            continue
+        product = 2 * first * second
+        if mixed in (product, -product):
+            return (first + second if mixed == product else first - second) ** 2
+    return expr
+
+
+def _root(term: sp.Expr) -> sp.Expr | None:
+    """Take the square root of a product of even powers; None of others."""
+    powers = [f.as_base_exp() for f in sp.Mul.make_args(term)]
+    if any(b.is_number or not (e.is_Integer and e % 2 == 0) for b, e in powers):
+        return None
+    return sp.Mul(*(b ** (e / 2) for b, e in powers))
+
+
+def normalize_square_signs(product: sp.Expr) -> sp.Expr:
+    """Write ``(a − R)²`` as ``(R − a)²``, so that an even power has one form."""
+    turned = [f for f in sp.Mul.make_args(product) if _is_turned(f)]
+    return product.xreplace({f: (-f.base) ** f.exp for f in turned}) if turned else product
+
+
+def _is_turned(factor: sp.Expr) -> bool:
+    if not (factor.is_Pow and factor.base.is_Add and factor.exp.is_Integer):
+        return False
+    return bool(factor.exp % 2 == 0 and factor.base.could_extract_minus_sign())
+
+
+def group_by_velocities(
+    terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]
+) -> list[tuple[sp.Expr, list[sp.Expr]]]:
+    """Group terms: (monomial in velocities, cofactors), highest degree first, then by coordinate.
+
+    Velocities under a function or in a denominator stay in the cofactor.
+    """
+    number = {v: k for k, v in enumerate(velocities)}
+    groups: dict[tuple[tuple[int, int], ...], tuple[sp.Expr, list[sp.Expr]]] = {}
+    for term in terms:
+        powers: list[tuple[int, int]] = []
+        cofactor = []
+        for factor in sp.Mul.make_args(term):
+            base, exponent = factor.as_base_exp()
+            if base in number and exponent.is_Integer and exponent > 0:
+                powers.append((number[base], int(exponent)))
+            else:
+                cofactor.append(factor)
+        key = tuple(sorted(powers))
+        if key not in groups:
+            groups[key] = (sp.Mul(*(velocities[k] ** p for k, p in key)), [])
+        # Factors of a product in canonical order stay in canonical order.
+        groups[key][1].append(sp.Mul(*cofactor, evaluate=False) if powers else term)
+    order = sorted(groups, key=lambda key: (-sum(p for _, p in key), key))
+    return [groups[key] for key in order]
+
+
+def grouped_sum(terms: Iterable[sp.Expr], velocities: Sequence[sp.Symbol]) -> sp.Expr:
+    """Gather each velocity monomial's cofactors, and put a common factor in front."""
+    parts = [
+        factored(cofactors) * monomial
+        for monomial, cofactors in group_by_velocities(terms, velocities)
+    ]
+    return factored(parts)

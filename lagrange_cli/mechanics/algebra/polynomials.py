@@ -1,6 +1,6 @@
-"""SymPy's ``factor``, ``cancel`` and ``gcd``, within a budget.
+"""Expansion within a budget of terms, and SymPy's ``factor``, ``cancel`` and ``gcd`` within one.
 
-They work on polynomials in the symbols, functions and roots of an expression, and may take
+The latter work on polynomials in the symbols, functions and roots of an expression, and may take
 hours: for coefficients of hundreds of digits, for exp(10^18 x), which is exp(x) to that power
 beside exp(x), and for hundreds of surds, each of them an unknown. Larger expressions stay as
 written: a result is always equal to its argument, and perhaps shorter.
@@ -12,8 +12,6 @@ from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
 import sympy as sp
-
-from lagrange_cli.mechanics.algebra.expand import term_count
 
 # The budget; all set by hand.
 
@@ -32,6 +30,53 @@ _KEPT = 2**12
 #: Highest power of an unknown.
 _DEGREE = 128
 
+#: Functions that are unknowns of their own, as SymPy's algorithms have it.
+_UNKNOWN_FUNCTIONS = (sp.sin, sp.cos, sp.sinh, sp.cosh)
+
+
+def expand_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:
+    """Multiply out products and integer powers of sums; return the terms.
+
+    None if more than ``budget`` terms would result; they are counted beforehand.
+    Arguments of functions and denominators are left alone.
+    """
+    if term_count(expr) > budget:
+        return None
+    return _expand(expr)
+
+
+def term_count(expr: sp.Expr) -> int:
+    """Count the terms that products and powers of sums would expand to."""
+    if expr.is_Add:
+        return sum(term_count(a) for a in expr.args)
+    if expr.is_Mul:
+        product = 1
+        for a in expr.args:
+            product *= term_count(a)
+        return product
+    if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive:
+        return int(term_count(expr.base) ** min(int(expr.exp), 64))
+    return 1
+
+
+def _expand(expr: sp.Expr) -> list[sp.Expr]:
+    if expr.is_Add:
+        return [t for a in expr.args for t in _expand(a)]
+    if expr.is_Mul:
+        factors = [_expand(a) for a in expr.args]
+        is_one_term = all(terms == [a] for terms, a in zip(factors, expr.args, strict=True))
+        return [expr] if is_one_term else _product(factors)
+    if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive and term_count(expr.base) > 1:
+        return _product([_expand(expr.base)] * int(expr.exp))
+    return [expr]
+
+
+def _product(factors: list[list[sp.Expr]]) -> list[sp.Expr]:
+    terms = factors[0]
+    for factor in factors[1:]:
+        terms = [sp.Mul(a, b) for a in terms for b in factor]
+    return terms
+
 
 @lru_cache(maxsize=_KEPT)
 def factored_form(expr: sp.Expr) -> sp.Expr:
@@ -40,10 +85,6 @@ def factored_form(expr: sp.Expr) -> sp.Expr:
     if all(_is_plainly_irreducible(f) if f.is_Add else f.is_Atom for f in factors):
         return expr
     return sp.factor(expr) if _is_within_budget(expr) else expr
-
-
-#: Functions that are unknowns of their own, as SymPy's algorithms have it.
-_UNKNOWN_FUNCTIONS = (sp.sin, sp.cos, sp.sinh, sp.cosh)
 
 
 def _is_plainly_irreducible(expr: sp.Expr) -> bool:

@@ -1,13 +1,20 @@
-"""Short forms of quotients of sums, within a budget of terms."""
+"""Short forms of quotients and roots of sums, within a budget of terms."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.collect import collected_terms
-from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum, collected_terms
 from lagrange_cli.mechanics.algebra.factor import factored, tidy
-from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor, factored_form
+from lagrange_cli.mechanics.algebra.polynomials import (
+    cancelled,
+    common_divisor,
+    expand_terms,
+    factored_form,
+    term_count,
+)
 
 # Budgets, set by hand.
 
@@ -73,3 +80,34 @@ def length_factor(components: tuple[sp.Expr, ...]) -> sp.Expr | None:
         return None
     root = sp.sqrt(factored_form(square))
     return None if root.has(sp.sin, sp.cos) else shortened(common * root)
+
+
+def drawn_from_roots(expr: sp.Expr, positive: Collection[sp.Symbol]) -> sp.Expr:
+    """Take the root of the factors of sums that hold one of some positive symbols.
+
+    A root stays as it is if its sum has no factor, or one whose sign is not known.
+    """
+    if expr.free_symbols.isdisjoint(positive):
+        return expr
+    roots = (p for p in expr.atoms(sp.Pow) if p.base.is_Add and _is_root(p))
+    # Inner roots first: the outer ones then hold what has become of them.
+    for root in sorted(roots, key=lambda p: (p.count_ops(), p.sort_key())):
+        drawn = _drawn(root) if not root.free_symbols.isdisjoint(positive) else root
+        if drawn != root:
+            return drawn_from_roots(expr.xreplace({root: drawn}), positive)
+    return expr
+
+
+def _is_root(power: sp.Pow) -> bool:
+    return bool(power.exp.is_Rational and power.exp.q != 1)
+
+
+def _drawn(root: sp.Pow) -> sp.Expr:
+    expanded = expand_terms(root.base, _TERM_BUDGET)
+    if expanded is None:
+        return root
+    total = TermSum(Splitter(frozenset()))
+    total.add_all(e for e in expanded if e != 0)
+    drawn = sp.Pow(factored(total.collected()), root.exp)
+    stays = _is_root(drawn) if drawn.is_Pow else False
+    return root if stays or drawn.has(sp.Abs) else drawn

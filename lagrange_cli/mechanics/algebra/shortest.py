@@ -15,9 +15,8 @@ from typing import NamedTuple
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.collect import collected_terms
-from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
-from lagrange_cli.mechanics.algebra.polynomials import factored_form
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms, factored_form
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.free_symbols import symbols_in
 

@@ -1,13 +1,181 @@
-"""Expressions put in place of symbols, where what recurs is evaluated once."""
+"""Expressions written again with other symbols, or with expressions in place of symbols.
+
+Elements of an indexed family differ in the names of their symbols. If the new names stand in the
+order of the old ones, all arguments of sums and products keep their places: nothing is sorted, and
+nothing that SymPy evaluates comes out otherwise. Where expressions take the places of symbols,
+operations that recur are evaluated once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
+from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum
+from lagrange_cli.mechanics.free_symbols import symbols_in
+
+
+class Step(NamedTuple):
+    """An operation of a template.
+
+    Attributes
+    ----------
+    kind
+        The class of its value.
+    build
+        Makes its value of those of its operands, without evaluation.
+    operands
+        Their numbers among the values: symbols and constants, then earlier steps.
+    symbols
+        The numbers of the symbols that it holds.
+    known
+        Values by the symbol, if it is one: elements of a family share these.
+    """
+
+    kind: Callable[..., sp.Expr]
+    build: Callable[..., sp.Expr]
+    operands: Sequence[int]
+    symbols: frozenset[int]
+    known: dict[sp.Symbol, sp.Expr]
+
+
+class Template:
+    """An expression whose symbols are exchanged for others of one order and one kind.
+
+    Parameters
+    ----------
+    expr
+        The expression.
+    symbols
+        All symbols of it, and perhaps others, in the order of their names.
+
+    Attributes
+    ----------
+    constants
+        Parts without symbols.
+    steps
+        Operations, each distinct one once and after its operands.
+    whole
+        Number of the expression itself.
+    """
+
+    def __init__(self, expr: sp.Expr, symbols: Sequence[sp.Symbol]) -> None:
+        parts = _parts(expr, symbols)
+        self.constants = [part for part in parts if not symbols_in(part)]
+        moving = [part for part in parts if symbols_in(part)]
+        places = {part: k for k, part in enumerate([*symbols, *self.constants, *moving])}
+        self.steps = [_step(part, places) for part in moving]
+        self.whole = places[expr]
+
+    def over(self, symbols: Sequence[sp.Symbol]) -> sp.Expr:
+        """Write the expression with other symbols, one in place of each of the template's."""
+        values = [*symbols, *self.constants]
+        for _, build, operands, held, known in self.steps:
+            if len(held) > 1:
+                values.append(build(*[values[k] for k in operands]))
+                continue
+            (place,) = held
+            symbol = symbols[place]
+            if symbol not in known:
+                known[symbol] = build(*[values[k] for k in operands])
+            values.append(known[symbol])
+        whole: sp.Expr = values[self.whole]
+        return whole
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """The first expression of a shape, with its symbols in the order of their names.
+
+    It is equal to itself alone.
+    """
+
+    expr: sp.Expr
+    symbols: tuple[sp.Symbol, ...]
+
+    @cached_property
+    def template(self) -> Template:
+        return Template(self.expr, self.symbols)
+
+
+class Element(NamedTuple):
+    """An expression that is the first one of its shape with other symbols of the same order.
+
+    Attributes
+    ----------
+    expr
+        The expression.
+    shape
+        The first of its shape.
+    symbols
+        Its symbols, each in place of that of the first one.
+    """
+
+    expr: sp.Expr
+    shape: Shape
+    symbols: tuple[sp.Symbol, ...]
+
+
+class Shapes:
+    """Shapes of expressions that differ in symbols of one order and kind alone."""
+
+    def __init__(self) -> None:
+        self._known: dict[Hashable, Shape] = {}
+
+    def of(self, expr: sp.Expr) -> Element:
+        """Give the shape of an expression, which is the first one of it if it is new."""
+        symbols = tuple(sorted(symbols_in(expr), key=attrgetter("name")))
+        places: dict[sp.Basic, Hashable] = {s: (k, s.is_positive) for k, s in enumerate(symbols)}
+        key = tuple(_walk(expr, places))
+        return Element(expr, self._known.setdefault(key, Shape(expr, symbols)), symbols)
+
+
+def _walk(expr: sp.Basic, places: Mapping[sp.Basic, Hashable]) -> Iterator[Hashable]:
+    """Yield the operations of an expression in their order, and the places of its symbols."""
+    if not expr.args:
+        yield places.get(expr, expr)
+        return
+    yield expr.func, len(expr.args)
+    for argument in expr.args:
+        yield from _walk(argument, places)
+
+
+def _parts(expr: sp.Expr, symbols: Sequence[sp.Symbol]) -> list[sp.Basic]:
+    """List the parts of an expression but symbols, each once and operands first."""
+    listed: dict[sp.Basic, bool] = dict.fromkeys(symbols, False)
+    stack: list[tuple[sp.Basic, bool]] = [(expr, False)]
+    while stack:
+        top, ready = stack.pop()
+        if top in listed:
+            continue
+        if ready or not symbols_in(top):
+            listed[top] = True
+        else:
+            stack.append((top, True))
+            stack.extend((a, False) for a in reversed(top.args))
+    return [part for part, wanted in listed.items() if wanted]
+
+
+def _step(expr: sp.Basic, places: Mapping[sp.Basic, int]) -> Step:
+    operands = [places[a] for a in expr.args]
+    held = frozenset(places[s] for s in symbols_in(expr))
+    return Step(expr.func, _builder(expr), operands, held, {})
+
+
+def _builder(expr: sp.Basic) -> Callable[..., sp.Expr]:
+    """Give the function that makes an expression of this kind of its parts, as they stand."""
+    kind: Callable[..., sp.Expr] = expr.func
+    if expr.is_Add or expr.is_Mul:
+        commutes = expr.is_commutative
+        return lambda *parts: expr.func._from_args(parts, commutes)
+    if expr.is_Pow:
+        return lambda *parts: sp.Pow(*parts, evaluate=False)
+    return kind
 
 
 class Substitution:

@@ -25,8 +25,13 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.farkas import FalseSum, false_sum
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out, quoted, written
-from lagrange_cli.mechanics.symbols.yaml_snippets import one_sided_snippet
+from lagrange_cli.mechanics.symbols.quoting import (
+    contradict,
+    leave_out,
+    one_sided_snippet,
+    quoted,
+    written,
+)
 from lagrange_cli.scene.model import Unilateral
 
 #: Most constraints among which a smallest set is sought by proofs; set by hand, as all below.

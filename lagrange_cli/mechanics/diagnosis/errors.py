@@ -10,14 +10,16 @@ from lagrange_cli.errors import InconsistentError, InputError, Mark, Problem, Si
 from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation
 from lagrange_cli.mechanics.elimination.solve_equation import solutions
 from lagrange_cli.mechanics.numerics.sampling import DRAWS, PLACED_DRAWS
-from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted, written
-from lagrange_cli.mechanics.symbols.yaml_snippets import (
+from lagrange_cli.mechanics.symbols.quoting import (
     changed_initial,
     coordinates_snippet,
     fewer_coordinates_snippet,
+    leave_out,
     must_stay,
     near_snippet,
+    quoted,
     undeclared_names,
+    written,
 )
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene

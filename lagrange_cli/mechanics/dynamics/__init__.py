@@ -10,7 +10,7 @@ __all__ = [
     "accelerations",
     "jumps",
     "lagrange",
-    "raw_terms",
+    "potential_forces",
     "singular_configurations",
     "solve_exactly",
     "textbook_form",

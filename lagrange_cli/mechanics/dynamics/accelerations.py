@@ -12,9 +12,8 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.algebra.collect import collected_terms
-from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
-from lagrange_cli.mechanics.algebra.factor import factored
-from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
+from lagrange_cli.mechanics.algebra.factor import factored, group_by_velocities
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms, term_count
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient

@@ -18,9 +18,8 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.alpha_equivalence import ShapeClasses
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
-from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.algebra.factor import factored, tidy
-from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
+from lagrange_cli.mechanics.algebra.factor import factored, grouped_sum, tidy
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.equations import Closure, tagged
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced

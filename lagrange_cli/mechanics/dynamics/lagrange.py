@@ -21,6 +21,7 @@ from typing import TypeVar
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum
 from lagrange_cli.mechanics.algebra.collect import (
     Splitter,
     TermParts,
@@ -28,16 +29,18 @@ from lagrange_cli.mechanics.algebra.collect import (
     python_rational,
 )
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
-from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.identities import Weights
-from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
-from lagrange_cli.mechanics.algebra.templates import Element
+from lagrange_cli.mechanics.algebra.substitution import Element
 from lagrange_cli.mechanics.contacts.gaps import contacts
 from lagrange_cli.mechanics.dynamics.constraints import closures
-from lagrange_cli.mechanics.dynamics.potential_forces import CoordinateForce, PotentialForces
-from lagrange_cli.mechanics.dynamics.raw_terms import raw_terms
+from lagrange_cli.mechanics.dynamics.potential_forces import (
+    CoordinateForce,
+    PotentialForces,
+    raw_terms,
+)
 from lagrange_cli.mechanics.dynamics.shown_energies import ShownEnergies
 from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced

@@ -1,10 +1,10 @@
-"""Forces of potentials through the names that these are written in, once for each shape."""
+"""Potentials of a scene, and their forces through the names that they are written in."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from operator import attrgetter
 
 import sympy as sp
@@ -12,9 +12,48 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.alpha_equivalence import rename_symbols
 from lagrange_cli.mechanics.algebra.collect import TermParts
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.templates import Element
+from lagrange_cli.mechanics.algebra.substitution import Element
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+
+
+@dataclass(frozen=True)
+class RawTerms:
+    """Potentials and kinetic terms before coordinates are put in.
+
+    Attributes
+    ----------
+    elements
+        Potentials without velocities, over raw symbols.
+    velocity_dependent
+        All other potentials, over q, v, t.
+    kinetic
+        Terms of the section ``kinetic``, over q, v, t.
+    """
+
+    elements: tuple[Element, ...]
+    velocity_dependent: tuple[sp.Expr, ...]
+    kinetic: tuple[sp.Expr, ...]
+
+    @cached_property
+    def positional(self) -> tuple[sp.Expr, ...]:
+        """The same as expressions."""
+        return tuple(element.expr for element in self.elements)
+
+
+def raw_terms(reduced: Reduced) -> RawTerms:
+    """Convert the potentials and kinetic terms of a scene."""
+    scene = reduced.scene
+    v = {c.v for c in reduced.coordinates}
+    positional, dependent = [], []
+    for potential in scene.potentials:
+        element = reduced.element(potential.expression)
+        if v.isdisjoint(element.symbols):
+            positional.append(element)
+        else:
+            dependent.append(reduced.resolve(element.expr))
+    kinetic = [reduced.resolve(reduced.convert(k.expression)) for k in scene.kinetic]
+    return RawTerms(tuple(positional), tuple(dependent), tuple(kinetic))
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,13 @@ from functools import cached_property
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.collect import Splitter, collected_terms, monomial
+from lagrange_cli.mechanics.algebra.arithmetic import monomial, plain_sum
+from lagrange_cli.mechanics.algebra.collect import Splitter, collected_terms
 from lagrange_cli.mechanics.algebra.energies import shortest_energy
-from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
-from lagrange_cli.mechanics.algebra.factor import tidy
-from lagrange_cli.mechanics.algebra.group_by_velocity import grouped_sum
-from lagrange_cli.mechanics.algebra.plain_sums import plain_sum
-from lagrange_cli.mechanics.algebra.templates import Element, Shape, Template
-from lagrange_cli.mechanics.dynamics.raw_terms import RawTerms
+from lagrange_cli.mechanics.algebra.factor import grouped_sum, tidy
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.substitution import Element, Shape, Template
+from lagrange_cli.mechanics.dynamics.potential_forces import RawTerms
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
 #: Terms that the squares of all velocities may be multiplied out to.

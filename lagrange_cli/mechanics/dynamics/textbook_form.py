@@ -17,8 +17,13 @@ from fractions import Fraction
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.factor import common_factor, factored, holds_powers, scaled
-from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
+from lagrange_cli.mechanics.algebra.factor import (
+    common_factor,
+    factored,
+    group_by_velocities,
+    holds_powers,
+    scaled,
+)
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient, shortest_groups
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified

@@ -17,8 +17,7 @@ from itertools import combinations
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.expand import expand_terms
-from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor
+from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor, expand_terms
 
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)

@@ -16,8 +16,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.algebra.expand import expand_terms, term_count
-from lagrange_cli.mechanics.algebra.polynomials import factored_form
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms, factored_form, term_count
 
 #: Value of an expression at the reference configuration; None if it is unknown.
 _Value = Callable[[sp.Expr], "mpf | None"]

@@ -7,8 +7,12 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.factor import common_factor, factored, scaled
-from lagrange_cli.mechanics.algebra.group_by_velocity import group_by_velocities
+from lagrange_cli.mechanics.algebra.factor import (
+    common_factor,
+    factored,
+    group_by_velocities,
+    scaled,
+)
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.families.elements import Elements, Place
 from lagrange_cli.mechanics.families.forms import Form, Range, Series

@@ -37,8 +37,8 @@ from lagrange_cli.mechanics.numerics.rank import (
     scale_columns,
 )
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+from lagrange_cli.mechanics.symbols.quoting import near_snippet
 from lagrange_cli.mechanics.symbols.values import evaluated, evaluated_by_factors
-from lagrange_cli.mechanics.symbols.yaml_snippets import near_snippet
 from lagrange_cli.scene.conditions import InitialValue
 
 #: Largest violation, relative to the scene's length, that is projected instead of refused.

@@ -20,7 +20,7 @@ from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
-from lagrange_cli.mechanics.symbols.yaml_snippets import initial_snippet, section_snippet
+from lagrange_cli.mechanics.symbols.quoting import initial_snippet, section_snippet
 
 #: Most coordinates of a scene for which a configuration is sought; set by hand.
 _MOST = 16

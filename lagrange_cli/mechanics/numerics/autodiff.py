@@ -26,7 +26,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.mechanics.free_symbols import symbols_in
+from lagrange_cli.mechanics.free_symbols import is_unknown, symbols_in
 from lagrange_cli.mechanics.numerics.elementary import (
     ELEMENTARY_FUNCTIONS,
     DomainError,
@@ -40,7 +40,6 @@ from lagrange_cli.mechanics.numerics.elementary import (
     to_mpf,
     unknown_jet,
 )
-from lagrange_cli.mechanics.unknown_functions import is_unknown
 
 __all__ = ["DomainError", "Tape", "TapeRun", "TaylorSeries", "evaluate"]
 

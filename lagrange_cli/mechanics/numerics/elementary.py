@@ -17,7 +17,7 @@ import sympy as sp
 from mpmath import mpf
 from mpmath.libmp import from_int, mpf_mul
 
-from lagrange_cli.mechanics.unknown_functions import stand_in
+from lagrange_cli.mechanics.free_symbols import stand_in
 
 Mpf = Any  # mpmath.mpf, which carries no types
 

@@ -10,7 +10,6 @@ __all__ = [
     "continuity",
     "farkas",
     "finite_field",
-    "periods",
     "refutation",
     "sum_of_squares",
     "zero_test",

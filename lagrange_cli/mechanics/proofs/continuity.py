@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
-from lagrange_cli.mechanics.free_symbols import symbols_in
-from lagrange_cli.mechanics.unknown_functions import is_unknown
+from lagrange_cli.mechanics.free_symbols import is_unknown, symbols_in
 
 #: Most operations in a radicand whose zeros are examined. Set by hand.
 _RADICAND_BUDGET = 100

@@ -20,7 +20,7 @@ import sympy as sp
 from mpmath import mpf
 from numpy.typing import NDArray
 
-from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 

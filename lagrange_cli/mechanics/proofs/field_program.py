@@ -20,7 +20,7 @@ from typing import Any
 
 import sympy as sp
 
-from lagrange_cli.mechanics.unknown_functions import is_unknown
+from lagrange_cli.mechanics.free_symbols import is_unknown
 
 #: Operations in an argument of sin or exp above which it is not multiplied out. Set by hand.
 _ARGUMENT_BUDGET = 300

@@ -14,7 +14,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 # Budgets, set by hand.

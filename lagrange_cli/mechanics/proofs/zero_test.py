@@ -13,8 +13,10 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count
+from typing import TYPE_CHECKING
 
 import sympy as sp
+from sympy import pi
 
 from lagrange_cli.mechanics.proofs.field_program import (
     FieldProgram,
@@ -33,6 +35,10 @@ from lagrange_cli.mechanics.proofs.finite_field import (
     multiple_angle,
     sign_of_fraction,
 )
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
 
 __all__ = [
     "UndecidableError",
@@ -357,3 +363,12 @@ def does_not_depend(expression: sp.Expr, symbol: sp.Symbol) -> bool:
     elsewhere = sp.Dummy(symbol.name, **symbol.assumptions0)
     first = sp.Add(*dependent)
     return are_equal(first, first.xreplace({symbol: elsewhere}))
+
+
+def is_periodic(expression: Expr, angle: Expr) -> bool:
+    """Tell if a whole turn of an angle is proven to leave an expression as it is."""
+    further = expression.xreplace({angle: angle + 2 * pi})
+    try:
+        return further == expression or vanish(further - expression)
+    except UndecidableError:
+        return False

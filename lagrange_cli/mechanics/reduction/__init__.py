@@ -9,7 +9,6 @@ says how many degrees of freedom each constraint takes. Integrability follows Fr
 __all__ = [
     "cartesian_form",
     "geometry",
-    "minimal_form",
     "no_minimal_form",
     "reduce",
     "reduced_scene",

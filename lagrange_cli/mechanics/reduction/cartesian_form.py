@@ -18,7 +18,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
+from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum
 from lagrange_cli.mechanics.algebra.substitution import Substitution
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.elimination.implicitization import (
@@ -33,7 +33,7 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, dependent_rows, normalized_row
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, working_digits
-from lagrange_cli.mechanics.reduction.angles import periodic_symbols
+from lagrange_cli.mechanics.reduction.coordinates import periodic_symbols
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduce import RANK_POINTS
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced, in_coordinates

@@ -1,8 +1,8 @@
-"""Generalized coordinates of a geometry: their sizes, random points over them, closures."""
+"""Generalized coordinates of a geometry: sizes, periods, random points over them, closures."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -11,7 +11,6 @@ from mpmath import mpf
 from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
-from lagrange_cli.mechanics.reduction.angles import periodic_symbols
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.scene.latex_names import latex_names
@@ -114,3 +113,34 @@ def manifold_of(chart: Chart, closures: Sequence[ClosureEquation]) -> Manifold:
         list(names.parameters.values()),
         scales(chart),
     )
+
+
+def periodic_symbols(positions: Iterable[sp.Expr]) -> set[sp.Symbol]:
+    """Symbols that enter the positions, and only through 2π-periodic functions.
+
+    That is shown where every occurrence stands under sin, cos or tan in an
+    argument ``k·q + rest`` with an integer k.
+    """
+    present: set[sp.Symbol] = set()
+    aperiodic: set[sp.Symbol] = set()
+    seen: set[sp.Expr] = set()
+    stack = list(positions)
+    while stack:
+        top = stack.pop()
+        if top in seen:
+            continue
+        seen.add(top)
+        if top.is_Symbol:
+            present.add(top)
+            aperiodic.add(top)
+        elif top.func in (sp.sin, sp.cos, sp.tan):
+            inside = top.args[0].free_symbols
+            present |= inside
+            aperiodic |= {s for s in inside if not _integer_slope(top.args[0], s)}
+        else:
+            stack.extend(top.args)
+    return present - aperiodic
+
+
+def _integer_slope(argument: sp.Expr, q: sp.Symbol) -> bool:
+    return bool(argument == q or argument.diff(q).is_Integer)

@@ -24,7 +24,7 @@ from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, SymbolValues
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.yaml_snippets import must_stay
+from lagrange_cli.mechanics.symbols.quoting import must_stay
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Unilateral
 

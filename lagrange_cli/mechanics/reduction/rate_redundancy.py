@@ -18,7 +18,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.expand import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.diagnosis.errors import remaining_coordinates
 from lagrange_cli.mechanics.diagnosis.inconsistency import proven_inconsistency
 from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, substitute

@@ -17,7 +17,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, Mark, SingularError
 from lagrange_cli.mechanics.algebra.factor import tidy
-from lagrange_cli.mechanics.algebra.positive_roots import drawn_from_roots
+from lagrange_cli.mechanics.algebra.shorten import drawn_from_roots
 from lagrange_cli.mechanics.diagnosis.errors import (
     not_positive,
     remaining_coordinates,
@@ -63,9 +63,8 @@ from lagrange_cli.mechanics.reduction.velocity_constraints import (
     independent_constraints,
     integrate_constraints,
 )
-from lagrange_cli.mechanics.symbols.masses import particle_mass
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.values import ParameterValues, evaluated
+from lagrange_cli.mechanics.symbols.values import ParameterValues, evaluated, particle_mass
 from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.language.expression import Equation
 from lagrange_cli.scene.model import DeclaredParameter, Scene

@@ -1,31 +1,41 @@
-"""The steps of a certified derivation: each part of it that a lecturer writes on a line."""
+"""The steps of a certified derivation: each part of it that a lecturer writes on a line.
+
+Every particle has positions, velocities by the chain rule, and accelerations; forces give
+generalized forces by virtual work. Sums are multiplied out and like terms gathered, as on a board.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.factor import scaled
+from lagrange_cli.mechanics.algebra.factor import factored, group_by_velocities, scaled
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
+from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Equations, ShownEquation
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reactions.applied_forces import applied_forces
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.step_values import (
+    BodySteps,
+    ComponentSteps,
     CoordinateSteps,
     DerivationSteps,
+    ForceSteps,
     TermSteps,
+    VirtualWork,
     Way,
     rate_symbol,
 )
-from lagrange_cli.mechanics.steps.collected_steps import Collector
-from lagrange_cli.mechanics.steps.kinematics import along_motion, body_steps
 from lagrange_cli.mechanics.steps.steps_certificate import certify_steps
-from lagrange_cli.mechanics.steps.virtual_work import force_steps, virtual_work
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Term
@@ -166,3 +176,157 @@ def _multiplied(coefficient: sp.Expr, factor: sp.Expr) -> sp.Expr:
     number, product = coefficient.as_coeff_Mul(rational=True)
     scale, other = factor.as_coeff_Mul(rational=True)
     return scaled(number * scale, product * other)
+
+
+#: Terms that a line may be multiplied out to; a longer one stays as it was derived.
+_TERM_BUDGET = 400
+
+
+@dataclass(frozen=True)
+class Collector:
+    """Gathers the terms of sums.
+
+    Attributes
+    ----------
+    masses
+        Symbols that are gathered as weights: ``(m1 + m2) l²``.
+    constants
+        Parameters.
+    rates
+        Velocities, then accelerations.
+    """
+
+    masses: frozenset[sp.Expr]
+    constants: frozenset[sp.Symbol]
+    rates: tuple[sp.Symbol, ...]
+
+    @classmethod
+    def of(cls, reduced: Reduced) -> Collector:
+        return cls(
+            frozenset(f for m in reduced.masses for f in m.free_symbols),
+            frozenset(reduced.names.parameters.values()),
+            (*(c.v for c in reduced.coordinates), *(c.a for c in reduced.coordinates)),
+        )
+
+    def collected(self, expr: sp.Expr) -> sp.Expr:
+        """The same sum, each product of velocities and accelerations with one coefficient."""
+        expanded = expand_terms(expr, _TERM_BUDGET)
+        if expanded is None:
+            return expr
+        total = TermSum(Splitter(self.masses))
+        total.add_all(term for term in expanded if term != 0)
+        return sp.Add(*self._grouped(total.collected()))
+
+    def _grouped(self, terms: Sequence[sp.Expr]) -> list[sp.Expr]:
+        present = {s for term in terms for s in symbols_in(term)}
+        rates = [rate for rate in self.rates if rate in present]
+        grouped = []
+        for product, cofactors in group_by_velocities(terms, rates):
+            if product == 1:
+                grouped += shortest_groups(cofactors, self.constants)
+            else:
+                grouped.append(factored(cofactors) * product)
+        return grouped
+
+
+_ZERO = sp.Integer(0)
+
+
+def body_steps(
+    derivation: Uncertified, collector: Collector, applied: Mapping[sp.Symbol, sp.Expr]
+) -> tuple[BodySteps, ...]:
+    """Steps of all particles, and of the points that forces act on.
+
+    ``applied``: raw symbol → applied force along it.
+    """
+    return tuple(_bodies(derivation, collector, dict(applied)))
+
+
+def _bodies(
+    derivation: Uncertified, collector: Collector, pending: dict[sp.Symbol, sp.Expr]
+) -> Iterator[BodySteps]:
+    reduced = derivation.reduced
+    names = reduced.names
+    pulled = {force.on for force in derivation.forces}
+    masses = [*reduced.masses, *(None for _ in names.point_symbols)]
+    for body, symbols, mass in zip(names.bodies, names.body_symbols, masses, strict=True):
+        if mass is None and body.name not in pulled and pending.keys().isdisjoint(symbols):
+            continue
+        x, y, z = (_component(reduced, collector, s, pending.pop(s, _ZERO)) for s in symbols)
+        square = None
+        if mass is not None:
+            square = collector.collected(x.velocity**2 + y.velocity**2 + z.velocity**2)
+        yield BodySteps(body.name, mass, (x, y, z), square)
+
+
+def _component(
+    reduced: Reduced, collector: Collector, symbol: sp.Symbol, force: sp.Expr
+) -> ComponentSteps:
+    position, t = reduced.resolved[symbol], reduced.names.t
+    partials = [
+        (s, collector.collected(derivative(position, s)))
+        for s in (*(c.q for c in reduced.coordinates), t)
+    ]
+    kept = tuple((s, slope) for s, slope in partials if slope != 0)
+    rates = {c.q: c.v for c in reduced.coordinates}
+    velocity = collector.collected(sp.Add(*(slope * rates.get(s, 1) for s, slope in kept)))
+    return ComponentSteps(
+        name=symbol.name,
+        position=position,
+        partials=kept,
+        velocity=velocity,
+        acceleration=collector.collected(along_motion(reduced, velocity)),
+        force=collector.collected(force),
+    )
+
+
+def along_motion(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
+    """The total time derivative of an expression over q, v, t."""
+    chain = [(c.q, c.v) for c in reduced.coordinates] + [(c.v, c.a) for c in reduced.coordinates]
+    return total_derivative(expr, reduced.names.t, chain)
+
+
+def force_steps(derivation: Uncertified, collector: Collector) -> tuple[ForceSteps, ...]:
+    """The virtual work of each force of the scene."""
+    names = derivation.reduced.names
+    bodies = dict(zip((b.name for b in names.bodies), names.body_symbols, strict=True))
+    coordinates = [c.q for c in derivation.reduced.coordinates]
+    steps = []
+    for force in derivation.forces:
+        along = [force.on]
+        if len(force.components) == 3:
+            along = [s.name for s in bodies[force.on]]
+        components = zip(along, force.components, strict=True)
+        generalized = zip(coordinates, map(collector.collected, force.generalized), strict=True)
+        steps.append(
+            ForceSteps(
+                force.name,
+                force.on,
+                tuple((name, component) for name, component in components if component != 0),
+                tuple((q, work) for q, work in generalized if work != 0),
+            )
+        )
+    return tuple(steps)
+
+
+def virtual_work(
+    derivation: Uncertified,
+    collector: Collector,
+    bodies: Sequence[BodySteps],
+    applied: Mapping[sp.Symbol, sp.Expr],
+) -> Iterator[VirtualWork]:
+    """Parts of Σ (m r̈ − F)·∂r/∂q for each coordinate."""
+    cartesian = set(derivation.reduced.names.cartesian.values())
+    for c in derivation.reduced.coordinates:
+        inertia, work = [], []
+        for body in bodies:
+            for part in body.components:
+                slope = dict(part.partials).get(c.q, _ZERO)
+                inertia.append((body.mass or _ZERO) * part.acceleration * slope)
+                work.append(part.force * slope)
+        alone = _ZERO if c.q in cartesian else -applied.get(c.q, _ZERO)
+        yield VirtualWork(
+            collector.collected(sp.Add(*inertia)),
+            collector.collected(sp.Add(*work)),
+            collector.collected(alone),
+        )

@@ -7,10 +7,8 @@ with the values of parameters and the masses of particles. No text is evaluated.
 
 __all__ = [
     "convert",
-    "masses",
     "names",
     "quoting",
     "values",
     "written_sums",
-    "yaml_snippets",
 ]

@@ -4,23 +4,26 @@ The conversion walks the syntax tree; no text is ever evaluated. A lookup functi
 gives each name its meaning, so that the same conversion serves the reduction
 (Cartesian names are symbols of their own) and everything after it (Cartesian
 names are functions of q and t).
+
+SymPy writes sqrt(12) as 2*sqrt(3), and looks for factors below 2^15 of any number under a root.
+That is quick for what a person writes, and takes minutes for numbers of thousands of digits: roots
+of such numbers are refused.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from types import MappingProxyType
 
 import sympy as sp
+from sympy.ntheory import factor_
 
 from lagrange_cli.errors import InputError, NotRealError, Problem
+from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum, power, product
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.plain_products import power, product
-from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
-from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT, has_long_root
-from lagrange_cli.mechanics.symbols.plain_signs import is_plainly_real
-from lagrange_cli.mechanics.unknown_functions import unknown_function
+from lagrange_cli.mechanics.free_symbols import unknown_function
 from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
     TIME_DERIVATIVES,
@@ -46,6 +49,15 @@ Rate = Callable[[sp.Expr], sp.Expr]
 
 #: Bits that a power of two numbers may take at most; a larger one fills memory. Set by hand.
 _POWER_BITS = 20_000
+
+#: Most decimal digits of a numerator or denominator under a root, without powers of ten.
+LONGEST_ROOT = 600
+
+#: The same in bits.
+_BITS = LONGEST_ROOT * 3322 // 1000
+
+#: Bits that SymPy may leave under a root of a number, of its own making.
+_LEFT = 20_000
 
 #: Functions of the scene language in SymPy, but those that are made of powers and derivatives.
 SYMPY_FUNCTIONS: dict[str, Callable[..., sp.Expr]] = {
@@ -224,3 +236,73 @@ def decimal_literals(expressions: Iterable[Expression]) -> tuple[tuple[Fraction,
             if isinstance(node, Number) and node.value.denominator != 1:
                 literals.setdefault(node.value, node.text)
     return tuple(sorted(literals.items()))
+
+
+def has_long_root(base: sp.Expr, exponent: sp.Expr) -> bool:
+    """Say whether a power is a root of a number that is too long to be taken apart."""
+    if not (base.is_Rational and exponent.is_Rational) or exponent.is_Integer:
+        return False
+    numbers = int(abs(base.p)), int(base.q)
+    if any(_bits_beside_tens(n) > _BITS for n in numbers):
+        return True
+    powers = int(exponent.p), -int(exponent.p)
+    return any(_bits_left(n, p, int(exponent.q)) > _LEFT for n in numbers for p in powers)
+
+
+def _bits_left(number: int, power: int, root: int) -> int:
+    """Bits of the number that stays under the root of number^power.
+
+    Its factors stay there with their exponents modulo ``root``: 12^(5/7) = 2·1944^(1/7), say.
+    Exponents of ten digits make numbers that fill the memory.
+    """
+    left = {k: m * power % root for k, m in sp.Integer(number).factors(limit=2**15).items()}
+    shared = math.gcd(*left.values()) or 1
+    return sum(exponent // shared * int(k).bit_length() for k, exponent in left.items())
+
+
+def _bits_beside_tens(number: int) -> int:
+    """Count the bits of a number without its powers of ten, which are found at once."""
+    number = abs(number)
+    tens = _BITS
+    while tens and number.bit_length() > _BITS:
+        if number % 10**tens == 0:
+            number //= 10**tens
+        else:
+            tens //= 2
+    return number.bit_length()
+
+
+class _Factors(getattr(factor_, "FactorCache", object)):  # type: ignore[misc]
+    """SymPy's cache of factors that does not take every unfactored part for a prime.
+
+    A product of two close numbers is taken apart by Fermat's method; with the limit that roots
+    ask for, its parts may be composite. SymPy 1.14 then raises instead of leaving them out.
+    """
+
+    def add(self, n: int, factors: Iterable[int]) -> None:
+        """Keep the factors of a number if all of them are prime."""
+        if all(sp.isprime(factor) for factor in factors):
+            super().add(n, factors)
+
+
+if hasattr(factor_, "factor_cache"):
+    factor_.factor_cache = _Factors(maxsize=1000)
+
+
+def is_plainly_real(expr: sp.Expr, *, nonnegative: bool = False) -> bool:
+    """Tell whether sums, products and powers of real numbers plainly make a real number.
+
+    SymPy infers the same by asking for many more properties of every part, which takes a hundred
+    times as long for the root of a sum of squares.
+
+    ``nonnegative``: one that is not negative either, a sum or product of even powers and of what
+    is not negative.
+    """
+    if not expr.args:
+        return bool(expr.is_nonnegative if nonnegative else expr.is_real)
+    if expr.is_Add or expr.is_Mul:
+        return all(is_plainly_real(part, nonnegative=nonnegative) for part in expr.args)
+    if not expr.is_Pow or not expr.exp.is_Rational or expr.exp < 0:
+        return False
+    whole = expr.exp.is_Integer and (not nonnegative or expr.exp % 2 == 0)
+    return is_plainly_real(expr.base, nonnegative=not whole)

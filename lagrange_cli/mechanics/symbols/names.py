@@ -4,22 +4,32 @@ Every component of a particle's position is one *raw* symbol: the Cartesian
 name where the scene writes a bare name, ``x_NAME`` where it writes an
 expression. Constraints and potentials are converted over raw symbols first,
 so that the geometry of the constraints and the forces on particles are seen
-before the coordinates are.
+before the coordinates are. Elements of families are converted once for all that differ in
+names alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Hashable, Iterator
 from copy import copy
+from operator import attrgetter
 
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.algebra.templates import Element, Shapes
+from lagrange_cli.mechanics.algebra.substitution import Element, Shape, Shapes
 from lagrange_cli.mechanics.symbols.convert import Rate, to_sympy
-from lagrange_cli.mechanics.symbols.elements import ConvertedElements
 from lagrange_cli.scene.checks.table import name_table
-from lagrange_cli.scene.language.expression import Call, Expression, Name, Node, walk
+from lagrange_cli.scene.language.expression import (
+    FUNCTIONS,
+    TIME_DERIVATIVES,
+    Call,
+    Expression,
+    Name,
+    Node,
+    walk,
+)
+from lagrange_cli.scene.language.templates import shape_of
 from lagrange_cli.scene.model import Particle, Point, Scene
 
 _AXES = ("x", "y", "z")
@@ -27,6 +37,9 @@ _AXES = ("x", "y", "z")
 #: Most nodes of a syntax tree with all definitions put in. Derivatives and the text of this many
 #: take some ten seconds; those of shipped scenes have up to 261.
 _LONGEST = 20_000
+
+#: Parts of the longest shape of a syntax tree whose conversion is kept.
+_LONGEST_SHAPE = 200
 
 
 class Names:
@@ -277,3 +290,43 @@ class Names:
         for name, expression in self._definitions.items():
             if name not in self.cartesian and self._gone.isdisjoint(self.mentioned(expression)):
                 yield name, expression
+
+
+class ConvertedElements:
+    """Conversions by the shape of the syntax tree, and by the order and kind of the symbols."""
+
+    def __init__(self) -> None:
+        self._shapes: dict[Hashable, Shape] = {}
+
+    def converted(
+        self,
+        expression: Expression,
+        symbol: Callable[[str], sp.Symbol | None],
+        convert: Callable[[], sp.Expr],
+    ) -> tuple[sp.Expr, Element | None]:
+        """Convert an expression, by ``convert`` if none of its shape has been.
+
+        ``symbol`` gives those of names that stand for one. With any others the expression is
+        converted anew, and is no element.
+        """
+        shape, names = shape_of(expression.node)
+        written = [s for s in map(symbol, names) if s is not None and s.is_Symbol]
+        if len(shape) > _LONGEST_SHAPE or not 1 < len(written) == len(names):
+            return convert(), None
+        symbols = tuple(sorted(set(written), key=attrgetter("name")))
+        place = {s: k for k, s in enumerate(symbols)}
+        key = shape, *[place[s] for s in written], *[s.is_positive for s in symbols]
+        if key in self._shapes:
+            known = self._shapes[key]
+            element = Element(known.template.over(symbols), known, symbols)
+            return element.expr, element
+        expr = convert()
+        if not all(_is_plain(part) for part in walk(expression.node) if isinstance(part, Call)):
+            return expr, None
+        self._shapes[key] = Shape(expr, symbols)
+        return expr, Element(expr, self._shapes[key], symbols)
+
+
+def _is_plain(call: Call) -> bool:
+    """Say whether nothing but the arguments of a function stands in its value."""
+    return call.function in FUNCTIONS and call.function not in TIME_DERIVATIVES

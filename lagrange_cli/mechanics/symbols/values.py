@@ -1,4 +1,4 @@
-"""Numerical values of parameters, initial values and other numbers of a scene."""
+"""Numerical values of parameters, masses, initial values and other numbers of a scene."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.symbols.convert import to_sympy
+from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.scene.language.bounds import require_bounded
 from lagrange_cli.scene.language.expression import Expression, names_in
 from lagrange_cli.scene.language.templates import shape_of
 from lagrange_cli.scene.language.tokens import MAX_EXPONENT, ExpressionError
-from lagrange_cli.scene.model import Scene
+from lagrange_cli.scene.model import Particle, Scene
 
 #: Digits of numbers that are kept for arithmetic wider than that of doubles; quadruple has 34.
 DECIMAL_DIGITS = 40
@@ -197,3 +198,34 @@ def nearest_double(value: sp.Expr) -> float:
         return int(value.p) / int(value.q) if value.is_Rational else float(value.evalf(40))
     except OverflowError:
         return math.copysign(math.inf, 1 if value.is_positive else -1)
+
+
+def particle_mass(names: Names, values: ParameterValues, particle: Particle) -> sp.Expr:
+    """Convert the mass of a particle to an expression over parameters.
+
+    Raises
+    ------
+    InputError
+        It is not constant, or not positive.
+    """
+    mass = names.convert(particle.mass)
+    if not mass.free_symbols <= set(names.parameters.values()):
+        raise InputError(
+            Problem(
+                f"the mass of '{particle.name}' may hold numbers and parameters only",
+                particle.mass.mark(),
+                rule="mass",
+            )
+        )
+    value = values.number(particle.mass)
+    if value is not None and not value.is_positive:
+        raise InputError(
+            Problem(
+                f"the mass of '{particle.name}' must be positive, found {particle.mass.text}"
+                + ("" if value.is_Integer and particle.mass.text == str(value) else f" = {value}"),
+                particle.mass.mark(),
+                hint="a position without mass is written under 'points'",
+                rule="mass",
+            )
+        )
+    return mass

@@ -6,10 +6,7 @@ name. Equal values are one node (value numbering). Read :mod:`.value_graph`, the
 """
 
 __all__ = [
-    "angle_sums",
     "derivatives",
-    "evaluation",
-    "literals",
     "operands",
     "schedule",
     "statement_groups",

@@ -1,4 +1,4 @@
-"""Derivatives of a value graph by its inputs, in forward mode with sparse tangents.
+"""Values of a graph over any numbers, and its derivatives in forward mode with sparse tangents.
 
 Each node carries the derivatives by those inputs alone that it depends on, so that the work
 grows with the numbers that are not zero; every derivative is a value of the same graph, and
@@ -8,9 +8,9 @@ shares what it can with the values themselves (Griewank and Walther, *Evaluating
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Any, TypeAlias
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.program.graph.operands import Coefficient
@@ -24,9 +24,6 @@ from lagrange_cli.program.graph.value_graph import (
     SumNode,
     ValueGraph,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 Tangent: TypeAlias = "Mapping[int, ScaledNode]"
 """Number of a direction → derivative along it, of those that are not zero."""
@@ -242,3 +239,53 @@ def _rebuilt(values: ValueGraph, number: int, new: Mapping[int, ScaledNode]) -> 
         return values.multiply((new[part], exponent) for part, exponent in node.factors)
     assert isinstance(node, CallNode)
     return values.call(node.function, *(new[part] for part in node.arguments))
+
+
+def evaluated(
+    values: ValueGraph,
+    wanted: Sequence[ScaledNode],
+    inputs: Mapping[str, Any],
+    functions: Mapping[str, Callable[..., Any]],
+    number: Callable[[Coefficient], Any],
+    order: Sequence[int] | None = None,
+) -> list[Any]:
+    """Evaluate values of a graph.
+
+    Parameters
+    ----------
+    inputs
+        Name of each input that is needed → its value, of any type with +, ·, / and integer powers.
+    functions
+        Function of a program → the same of that type.
+    number
+        Makes a number of that type.
+    order
+        The nodes that are needed, parts first, where values are found again and again; None to
+        find them.
+    """
+    known: dict[int, Any] = {ONE: number(1)}
+
+    def scaled(coefficient: Coefficient, part: int) -> Any:
+        if part == ONE:
+            return number(coefficient)
+        return known[part] if coefficient == 1 else number(coefficient) * known[part]
+
+    for node_number in order_of(values, [n for _, n in wanted]) if order is None else order:
+        node = values.nodes[node_number]
+        if node_number == ONE:
+            continue
+        if isinstance(node, InputNode):
+            known[node_number] = inputs[node.name]
+        elif isinstance(node, SumNode):
+            first, *rest = (scaled(c, part) for part, c in node.terms)
+            known[node_number] = sum(rest, first)
+        elif isinstance(node, ProductNode):
+            result = known[ONE]
+            for part, exponent in node.factors:
+                power = known[part] if abs(exponent) == 1 else known[part] ** abs(exponent)
+                result = result * power if exponent > 0 else result / power
+            known[node_number] = result
+        else:
+            arguments = (known[part] for part in node.arguments)
+            known[node_number] = functions[node.function](*arguments)
+    return [scaled(coefficient, node_number) for coefficient, node_number in wanted]

@@ -5,7 +5,7 @@ Closure equations couple those that they hold; such a block is solved for its
 accelerations and multipliers together, M a = f + Σ λ·gradient with
 gradient·a + bias = 0, by elimination with pivoting; a large one whose mass
 matrix is diagonal for the multipliers alone, whose matrix is a band
-(:mod:`lagrange_cli.program.solvers.bandwidth`), from which the accelerations follow.
+(:mod:`lagrange_cli.program.solvers.sparse_factorization`), from which the accelerations follow.
 A block of one is a division. A small block whose mass matrix is proven
 positive definite becomes straight-line code: the exact solution where that is
 known to lose no digits (:mod:`lagrange_cli.mechanics.dynamics.solve_exactly`), else
@@ -26,7 +26,11 @@ import sympy
 from lagrange_cli.mechanics.dynamics.solve_exactly import ExactSolution, solve_exactly
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
-from lagrange_cli.program.solvers.bandwidth import bandwidth, elimination_order, is_banded
+from lagrange_cli.program.solvers.sparse_factorization import (
+    bandwidth,
+    elimination_order,
+    is_banded,
+)
 
 if TYPE_CHECKING:
     from sympy import Expr

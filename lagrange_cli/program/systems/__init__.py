@@ -6,11 +6,9 @@ Integration*. Read :mod:`.constraint_systems` first.
 """
 
 __all__ = [
-    "canonical_systems",
     "constraint_systems",
     "contact_systems",
     "direct_derivation",
-    "direct_energy",
     "large_systems",
     "loop_rolling",
     "loops",

@@ -1,4 +1,4 @@
-"""Closure equations as systems to solve and expressions to evaluate.
+"""Closure and canonical equations as systems to solve and expressions to evaluate.
 
 With accelerations a and multipliers λ, M a = f + Σ λ·gradient and
 gradient·a + bias = 0. A state that has left the closures is led back by the
@@ -6,6 +6,10 @@ same matrix: M δ = Σ μ·gradient and gradient·δ + residual = 0 is the small
 change δ, in the metric of the kinetic energy, that makes the linearized
 residuals vanish (Hairer, Lubich, Wanner, *Geometric Numerical Integration*,
 2nd ed., IV.4 and VII.1).
+
+Canonical equations need the same matrix: with p = ∂L/∂q̇ = M q̇ + b, velocities solve M q̇ = p − b,
+and ṗ = ∂L/∂q − ∂D/∂q̇ + Q is read off at them, without the derivative of an inverse. Where momenta
+are inputs they take the places of the velocities.
 """
 
 from __future__ import annotations
@@ -15,6 +19,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
+from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.program.solvers.blocks import MassMatrixSystem
 
@@ -163,3 +168,28 @@ def outputs_of(closures: _Choice) -> dict[str, Callable[[Equations], Iterable[Ex
 
 #: Output of the closures → its expressions.
 CLOSURE_OUTPUTS = outputs_of(_plain)
+
+
+def momenta(e: Equations) -> list[Expr]:
+    """∂L/∂q̇ of each coordinate."""
+    return [derivative(e.lagrangian, c.v) for c in e.coordinates]
+
+
+def _legendre(e: Equations) -> MassMatrixSystem:
+    at_rest = {c.v: sympy.S.Zero for c in e.coordinates}
+    pairs = zip(e.coordinates, momenta(e), strict=True)
+    return MassMatrixSystem([c.v - p.xreplace(at_rest) for c, p in pairs])
+
+
+def _rates(e: Equations) -> Iterable[Expr]:
+    for j, c in enumerate(e.coordinates):
+        forces = (force.generalized[j] for force in e.forces)
+        friction = -derivative(e.dissipation, c.v)
+        yield sympy.Add(derivative(e.lagrangian, c.q), friction, *forces)
+
+
+#: Output of equations without multipliers → the system with the mass matrix that it solves.
+CANONICAL_SYSTEMS = {"legendre": _legendre}
+
+#: Output of the same → its expressions.
+CANONICAL_OUTPUTS = {"momenta": momenta, "momentum_rates": _rates}

@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.operands import Cell, Coefficient
 from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, ValueGraph
-from lagrange_cli.program.solvers.bandwidth import FEWEST_UNKNOWNS
-from lagrange_cli.program.solvers.sparse_factorization import choose_factorization
+from lagrange_cli.program.solvers.sparse_factorization import FEWEST_UNKNOWNS, choose_factorization
 from lagrange_cli.program.systems.closure_formulas import (
     CLOSURE_FORMULAS,
     ClosureFunction,

@@ -7,11 +7,16 @@ from dataclasses import dataclass, field, replace
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
-from lagrange_cli.program.graph.angle_sums import expand_angle_sums
 from lagrange_cli.program.graph.operands import Cell, Coefficient, Variable
 from lagrange_cli.program.graph.schedule import LONGEST_SUM, in_families, order_of, schedule
 from lagrange_cli.program.graph.statement_groups import renamed
-from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
+from lagrange_cli.program.graph.value_graph import (
+    ONE,
+    InputNode,
+    ScaledNode,
+    ValueGraph,
+    expand_angle_sums,
+)
 from lagrange_cli.program.systems.loops import IndexColumn, IndexedLoop, ProgramPart, Total
 from lagrange_cli.program.systems.shapes import ShapeTable, joint_shape, shared_parts
 

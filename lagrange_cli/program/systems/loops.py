@@ -1,20 +1,23 @@
 """Programs of large systems as values: loops, each over all the values of one shape.
 
 A loop is a small program over local names with the places that its names stand for in
-each of its members. Sparse solves for the multipliers stand between loops.
+each of its members. Sparse solves for the multipliers stand between loops. Both look indices up in
+tables where these do not advance evenly.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from hashlib import sha256
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.program.graph.operands import Operand, variables
+from lagrange_cli.program.solvers.sparse_factorization import Factors, SupernodalFactors
 
 if TYPE_CHECKING:
     from lagrange_cli.program.graph.statement_groups import Assignment
-    from lagrange_cli.program.solvers.sparse_factorization import Factors
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ class IndexedLoop:
 
     @property
     def columns(self) -> list[IndexColumn]:
-        """What its inputs and then its results are read from and stored in."""
+        """Columns of the inputs, then of the results."""
         return [*self.inputs, *(column for column, _ in self.results)]
 
     @property
@@ -126,3 +129,44 @@ class SparseSolve:
 
 
 ProgramPart: TypeAlias = IndexedLoop | Total | Zeros | SparseSolve
+
+
+def table_name(prefix: str, table: tuple[int, ...]) -> str:
+    """Name a table by its content, so that functions that need the same one share it."""
+    return f"{prefix}_at_{sha256(repr(table).encode()).hexdigest()[:12]}"
+
+
+def tables_of(parts: Iterable[ProgramPart]) -> Iterator[tuple[int, ...]]:
+    """Yield the tables that the parts of a program look into, in the order of first need."""
+    for part in parts:
+        if isinstance(part, IndexedLoop):
+            yield from (relative_indices(column) for column in part.columns if column.step is None)
+        elif isinstance(part, SparseSolve) and isinstance(part.factors, SupernodalFactors):
+            yield from supernode_tables(part.factors)
+
+
+def columns_of(parts: Iterable[ProgramPart]) -> list[IndexColumn]:
+    """List the columns of all loops among the parts of a program."""
+    return [c for part in parts if isinstance(part, IndexedLoop) for c in part.columns]
+
+
+def relative_indices(column: IndexColumn) -> tuple[int, ...]:
+    """Indices as they differ from the first, so that neighbouring columns have one table."""
+    return tuple(index - column.indices[0] for index in column.indices)
+
+
+def supernode_tables(factors: SupernodalFactors) -> tuple[tuple[int, ...], ...]:
+    """Tables ``node``, ``rows``, ``from`` and ``spots`` of the solver by supernodes."""
+    nodes: list[int] = []
+    rows: list[int] = []
+    sources: list[int] = []
+    spots: list[int] = []
+    for node in factors.nodes:
+        for update in node.updates:
+            sources += [update.source, update.first, update.last, len(spots)]
+            spots += update.rows
+        nodes += [node.first, node.columns, len(node.rows), node.start, len(rows)]
+        nodes.append(len(sources) // 4)
+        rows += node.rows
+    # An array of C has elements.
+    return tuple(nodes), tuple(rows), tuple(sources or [0] * 4), tuple(spots or [0])

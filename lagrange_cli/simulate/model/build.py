@@ -11,7 +11,7 @@ from lagrange_cli.emit.c.projection import workspace_size
 from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.errors import InputError, Mark, placed
 from lagrange_cli.mechanics.equations import Parameter
-from lagrange_cli.program.constraint_programs import (
+from lagrange_cli.program.emitted_functions import (
     constraint_programs,
     contact_programs,
     shifting_programs,

@@ -64,7 +64,7 @@ def turning_coordinates(equations: Equations) -> tuple[str, ...]:
 
 
 def _turns(equations: Equations, coordinate: Coordinate) -> bool:
-    from lagrange_cli.mechanics.proofs.periods import is_periodic
+    from lagrange_cli.mechanics.proofs.zero_test import is_periodic
 
     everything = (equations.lagrangian, *equations.forcing)
     return coordinate.is_angle and all(is_periodic(e, coordinate.q) for e in everything)

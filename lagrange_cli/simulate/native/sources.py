@@ -18,9 +18,9 @@ from lagrange_cli.emit.c.projection import project_text, residual_text
 from lagrange_cli.emit.c.solvers import helper_text, solver_text
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.constraint_programs import multipliers_beside
-from lagrange_cli.program.graph.literals import decimal_literal
+from lagrange_cli.program.emitted_functions import multipliers_beside
 from lagrange_cli.program.graph.operands import Coefficient
+from lagrange_cli.program.printing import decimal_literal
 from lagrange_cli.program.program import Program, result_count
 from lagrange_cli.simulate.native.simd import LANES_HEADER, lanes_text
 from lagrange_cli.simulate.native.taylor import TAYLOR_HEADER, taylor_text
@@ -46,7 +46,7 @@ _TABLES = ("energy", "positions", "velocities", "outputs")
 def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> str:
     """Write C with a function ``system_NAME`` for each program.
 
-    With those of :func:`lagrange_cli.program.constraint_programs.constraint_programs` there
+    With those of :func:`lagrange_cli.program.emitted_functions.constraint_programs` there
     is ``system_project`` too, with those of ``contact_programs`` beside it
     ``system_contact_project``, ``system_events`` and ``system_reset``;
     :func:`lagrange_cli.emit.c.projection.workspace_size` is the size of ``work`` that serves all of

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.emit.python.functions import module_source, program_of
-from lagrange_cli.program.constraint_programs import constraint_programs
-from lagrange_cli.program.derivative_programs import derivative_programs
+from lagrange_cli.program.emitted_functions import constraint_programs, derivative_programs
 from lagrange_cli.simulate.model.inputs import substitute_inputs
 from lagrange_cli.simulate.system.inputs import read_recorded_inputs
 from lagrange_cli.simulate.system.tables import bound

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.proofs.periods import is_periodic
+from lagrange_cli.mechanics.proofs.zero_test import is_periodic
 
 if TYPE_CHECKING:
     from sympy import Expr

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from mpmath import mpf
 
 from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum
-from lagrange_cli.mechanics.algebra.expand import expand_terms
 from lagrange_cli.mechanics.algebra.factor import common_factor, factored
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from tests.mechanics.mechanics_support import generated, random_point
 

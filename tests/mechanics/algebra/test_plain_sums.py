@@ -5,7 +5,7 @@ import random
 import pytest
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.plain_sums import negative, plain_sum
+from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum
 from lagrange_cli.mechanics.algebra.substitution import Substitution
 
 X, Y, Z = sp.symbols("x y z", real=True)

@@ -8,11 +8,9 @@ import random
 import pytest
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.argument_order import sympy_order
-from lagrange_cli.mechanics.algebra.plain_products import power, product
-from lagrange_cli.mechanics.algebra.substitution import Substitution
-from lagrange_cli.mechanics.algebra.templates import Shapes, Template
-from lagrange_cli.mechanics.symbols.plain_signs import is_plainly_real
+from lagrange_cli.mechanics.algebra.arithmetic import power, product, sympy_order
+from lagrange_cli.mechanics.algebra.substitution import Shapes, Substitution, Template
+from lagrange_cli.mechanics.symbols.convert import is_plainly_real
 
 A, B, X, Y, Z = sp.symbols("a b x y z", real=True)
 P = sp.Symbol("p", positive=True)

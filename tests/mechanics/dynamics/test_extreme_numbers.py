@@ -23,8 +23,7 @@ from lagrange_cli.mechanics.numerics.elementary import (
     decimal_context,
 )
 from lagrange_cli.mechanics.reactions import constraint_forces as forces
-from lagrange_cli.mechanics.symbols.convert import total_derivative
-from lagrange_cli.mechanics.symbols.exact_roots import LONGEST_ROOT, has_long_root
+from lagrange_cli.mechanics.symbols.convert import LONGEST_ROOT, has_long_root, total_derivative
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.language.bounds import require_bounded
 from lagrange_cli.scene.language.grammar import parse_expression

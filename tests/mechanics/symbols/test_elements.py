@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from lagrange_cli.mechanics.dynamics.lagrange import derive_uncertified
-from lagrange_cli.mechanics.dynamics.raw_terms import raw_terms
+from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
 from lagrange_cli.mechanics.reduction.reduce import reduce
 from lagrange_cli.mechanics.symbols.convert import to_sympy
 from lagrange_cli.scene import read_text
