@@ -29,7 +29,7 @@ from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.proofs.zero_test import are_equal
 from lagrange_cli.mechanics.sparse import entries
 
-#: Most operations of a rate that is reported; set by hand.
+#: Most operations of a rate that is reported: about a line of print. Not tuned.
 _MOST_OPERATIONS = 40
 #: Most operations of one that is put into a short form.
 _MOST_UNSHORTENED = 400

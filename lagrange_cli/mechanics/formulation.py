@@ -46,7 +46,9 @@ from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.scene.conditions import Formulation
 from lagrange_cli.scene.model import Scene
 
-#: Ratio of predicted operations above which multipliers are taken; set by hand, as all below.
+#: Ratio of predicted operations above which multipliers are taken: the prediction is rough, and
+#: minimal form is kept where it may be as good. These numbers count operations of emitted code by
+#: its statements; none is tuned.
 _CLEARLY = 2
 #: Operations of minimal form below which nothing is to be gained.
 _WORTHWHILE = 400

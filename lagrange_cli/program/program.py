@@ -255,8 +255,8 @@ _DERIVED = WeakKeyDictionary()
 _LARGEST_COUNTED = 16
 
 #: Operations before sharing, for each collected term, up to which direct code is shorter: a quarter
-#: of them is left, and a term takes 3. Set by hand: chains of pendulums have 5 to 8, rigid bodies
-#: of points, whose collected equations are far shorter, 47 and more.
+#: of them is left, and a term takes 3. Chains of pendulums have 5 to 8, rigid bodies of points,
+#: whose collected equations are far shorter, 47 and more: any number between would do.
 _BEFORE_SHARING = 8
 
 #: Whether code for some sources takes M and f from the graph.

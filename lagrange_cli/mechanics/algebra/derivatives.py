@@ -20,7 +20,8 @@ from lagrange_cli.mechanics.free_symbols import is_unknown, symbols_in, unknown_
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)
 
-#: Terms that one position component may be multiplied out to. Set by hand.
+#: Terms that one position component may be multiplied out to; a longer one is differentiated as it
+#: stands. Not tuned.
 _TERM_BUDGET = 200
 
 

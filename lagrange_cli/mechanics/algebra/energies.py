@@ -19,7 +19,8 @@ from lagrange_cli.mechanics.algebra.printed_length import printed_length, sum_si
 from lagrange_cli.mechanics.algebra.shortest import joined
 from lagrange_cli.mechanics.free_symbols import symbols_in
 
-#: Terms that an energy may be multiplied out to while a shorter form is sought. Set by hand.
+#: Terms that an energy may be multiplied out to while a shorter form is sought: longer ones are not
+#: readable in any form. Not tuned.
 _TERM_BUDGET = 60
 
 

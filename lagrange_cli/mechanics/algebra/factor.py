@@ -21,15 +21,16 @@ from lagrange_cli.mechanics.algebra.printed_length import printed_length
 
 _ONE = sp.Integer(1)
 
-#: Terms that a sum may be multiplied out to while a shorter form is sought. Set by hand.
+#: Terms that a sum may be multiplied out to while a shorter form is sought. This and the budgets
+#: below keep the search quick; longer ones stay as they are. None is tuned.
 _TERM_BUDGET = 200
-#: Most terms of a sum that is tried for a shorter form. Set by hand.
+#: Most terms of a sum that is tried for a shorter form.
 _SHORT_TERMS = 12
-#: Most symbols of such a sum. Set by hand.
+#: Most symbols of such a sum.
 _SHORT_SYMBOLS = 4
-#: Most operations of a sum with denominators that is put over one. Set by hand.
+#: Most operations of a sum with denominators that is put over one.
 _SHORT_OPERATIONS = 24
-#: Terms that a sum with hyperbolic functions may be multiplied out to. Set by hand.
+#: Terms that a sum with hyperbolic functions may be multiplied out to.
 _HYPERBOLIC_TERMS = 40
 
 

@@ -16,7 +16,8 @@ from lagrange_cli.mechanics.algebra.polynomials import (
     term_count,
 )
 
-# Budgets, set by hand.
+# Budgets that keep the search for a short form quick; beyond them an expression
+# stays as it is. None is tuned.
 
 #: Terms that a numerator may be multiplied out to.
 _TERM_BUDGET = 200

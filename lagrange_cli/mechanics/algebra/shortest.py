@@ -20,14 +20,15 @@ from lagrange_cli.mechanics.algebra.polynomials import expand_terms, factored_fo
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.free_symbols import symbols_in
 
-#: Most terms of a sum that is written in other ways. Set by hand.
+#: Most terms of a sum that is written in other ways. This and the budgets below keep the search
+#: quick; longer sums stay as collected. None is tuned.
 _MOST_TERMS = 40
-#: Most terms of a sum that is tried for other forms of squares. Set by hand.
+#: Most terms of a sum that is tried for other forms of squares.
 _SHORT_TERMS = 12
-#: Terms that squares of sines and cosines may be multiplied out to. Set by hand.
+#: Terms that squares of sines and cosines may be multiplied out to.
 _TERM_BUDGET = 40
 
-#: Most terms and most letters of a sum that is tried for factors. Set by hand.
+#: Most terms and most letters of a sum that is tried for factors.
 _FACTOR_TERMS = 6
 _FACTOR_SYMBOLS = 3
 

@@ -13,9 +13,10 @@ from lagrange_cli.mechanics.numerics.sampling import PLACED_DRAWS, SamplePoint
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
-#: Starts in a scene of many coordinates, where each costs seconds; set by hand.
+#: Starts in a scene of many coordinates, where each costs seconds. Not tuned.
 _STARTS_OF_MANY = 4
-#: Widths of the starts around the given configuration, relative to scales, in turn; set by hand.
+#: Widths of the starts around the given configuration, relative to scales, in turn: near it, then
+#: nearer and farther by factors of four.
 _WIDTHS = (mpf(1), mpf("0.25"), mpf(4), mpf("0.0625"), mpf(16))
 
 

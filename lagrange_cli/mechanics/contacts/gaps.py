@@ -25,14 +25,15 @@ from lagrange_cli.scene.model import Unilateral
 
 #: Decimal digits of gaps that count; more are carried.
 _DIGITS = 30
-#: Change relative to |∂φ/∂q|·|Δq| below which a gap counts as constant; set by hand.
+#: Change relative to |∂φ/∂q|·|Δq| below which a gap counts as constant: far above the rounding of
+#: the digits carried, and below the change of any gap that a motion opens.
 _STILL = mpf(10) ** -9
 #: Digits that rounding may take.
 _LOST = 15
 #: Digits of the second look at a gap that seems constant: a steep power changes below rounding.
 _SURE = 1000
 
-#: Configurations beside one that are tried, each half as far from it; set by hand.
+#: Configurations beside one that are tried, each half as far from it: down to 1/4096 of the scales.
 _TRIALS = 12
 #: Neighbours that suffice.
 _ENOUGH = 3

@@ -34,7 +34,8 @@ from lagrange_cli.mechanics.symbols.quoting import (
 )
 from lagrange_cli.scene.model import Unilateral
 
-#: Most constraints among which a smallest set is sought by proofs; set by hand, as all below.
+#: Most constraints among which a smallest set is sought by proofs. This and the numbers below keep
+#: a refusal quick; beyond them it names more constraints, or gives no proof. None is tuned.
 _MOST = 40
 #: Most constraints among which a smallest set is sought by searches.
 _MOST_SEARCHES = 12

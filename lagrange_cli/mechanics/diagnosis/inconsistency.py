@@ -25,13 +25,14 @@ from lagrange_cli.mechanics.proofs.sum_of_squares import contradicting_equations
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out, quoted, written
 
-#: Most equations that are reduced to an irreducible set, an elimination each. Set by hand.
+#: Most equations that are reduced to an irreducible set, an elimination each. This and the next two
+#: numbers keep a refusal quick; beyond them it names more equations. None is tuned.
 _MOST = 40
-#: Most equations that are tried each by itself. Set by hand.
+#: Most equations that are tried each by itself.
 _MOST_SINGLE = 200
-#: Most equations that are reduced by a search for a configuration each. Set by hand.
+#: Most equations that are reduced by a search for a configuration each.
 _MOST_SEARCHES = 12
-#: Most names that a message lists. Set by hand.
+#: Most names that a message lists: half a line of a terminal.
 _NAMED = 4
 
 _Sides = tuple[sp.Expr, sp.Expr]

@@ -23,7 +23,7 @@ from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import quoted
 
-#: Most rods of a path that a message names again. Set by hand.
+#: Most rods of a path that a message names again: one line of a terminal.
 _LISTED = 6
 
 

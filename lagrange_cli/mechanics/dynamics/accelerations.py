@@ -24,7 +24,8 @@ from lagrange_cli.mechanics.sparse import entries
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Closure, Equations
 
-# Larger systems are left as M q̈ = f: their closed forms fill pages. Budgets, set by hand.
+# Larger systems are left as M q̈ = f. The budgets are chosen so that a closed form takes a few
+# lines of print, since longer ones fill pages; none is tuned.
 
 #: Most accelerations that are coupled by the mass matrix alone.
 _LARGEST_SOLVED = 2

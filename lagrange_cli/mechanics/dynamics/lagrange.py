@@ -54,7 +54,7 @@ _Entry = TypeVar("_Entry")
 MOST_COLLECTED_PRODUCTS = 50_000
 
 #: Times as many if every entry of a Jacobian is one term, so that M has no products of sums: links
-#: of a chain, of which 256 are collected. Set by hand.
+#: of a chain, of which 256 are collected so. Chosen for these.
 _PLAIN_JACOBIANS = 8
 
 #: Terms that one factor of a force may be multiplied out to.

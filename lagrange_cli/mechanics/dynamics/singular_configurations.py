@@ -22,7 +22,8 @@ from lagrange_cli.mechanics.dynamics.solve_exactly import solve_exactly
 from lagrange_cli.mechanics.findings import SingularConfiguration
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
-#: Most coordinates of a block that is examined; set by hand, as all below.
+#: Most coordinates of a block that is examined. This and the budgets below keep the search quick;
+#: beyond them nothing is claimed; none is tuned.
 _LARGEST_BLOCK = 3
 #: Most operations of the entries of such a block.
 _ENTRY_BUDGET = 400

@@ -37,11 +37,12 @@ _PRODUCT_BUDGET = 250
 #: Most terms of a numerator.
 _NUMERATOR_BUDGET = 40
 
-#: Decimal digits carried when a solution is tried at a point. Set by hand.
+#: Decimal digits carried when a solution is tried at a point.
 _DIGITS = 40
-#: Relative agreement that is asked for there. Set by hand.
+#: Relative agreement that is asked for there: far above the rounding of these digits, and far below
+#: any difference of a wrong solution.
 _AGREEMENT = mpf(10) ** -25
-#: Points that are tried. Set by hand.
+#: Points that are tried, since expressions may be complex at some.
 _DRAWS = 8
 
 _UNIT = [sp.Integer(1)]

@@ -33,13 +33,16 @@ from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 #: Functions that are never zero.
 _POSITIVE = (sp.exp, sp.cosh)
 
-#: Largest common denominator of numbers that is multiplied out. Set by hand.
+#: Largest common denominator of numbers that is multiplied out: beyond, fractions read better than
+#: the numbers that they become. Not tuned.
 _MOST_PARTS = 60
 
-#: Terms of a row beyond which its coefficients stay as they are. Set by hand.
+#: Terms of a row beyond which its coefficients stay as they are: such an equation fills a page, and
+#: shorter coefficients would not make it readable. Not tuned.
 _MOST_FORCES = 100
 
-#: Sums of the scene that are looked for among the terms of an equation. Set by hand.
+#: Sums of the scene that are looked for among the terms of an equation, each a pass over all of
+#: them; scenes that a person writes have fewer.
 _MOST_BRACKETS = 20
 
 #: Tells whether the equation with this residual is one that ``expect`` writes.

@@ -17,11 +17,12 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets, written
 from lagrange_cli.scene.language.expression import Equation
 
-#: Most configurations that are tried. Set by hand.
+#: Most configurations that are tried: they serve a hint, which should not delay the
+#: refusal.
 _TRIES = 60
-#: Part of the largest value by which branches are to differ. Set by hand.
+#: Part of the largest value by which branches are to differ, so that two digits tell them apart.
 _APART = mpf("0.05")
-#: Largest relative distance of equal branches. Set by hand.
+#: Largest relative distance of equal branches: the tolerance of consistency.
 _SAME = mpf(10) ** -9
 #: Digits of a value for ``initial``, which is to satisfy the constraints.
 _EXACT = 12

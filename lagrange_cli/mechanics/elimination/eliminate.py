@@ -37,9 +37,11 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets
 from lagrange_cli.scene.language.expression import Equation
 
-#: Largest relative value that counts as zero at the reference configuration. Set by hand.
+#: Largest relative value that counts as zero at the reference configuration, which a person writes
+#: in about ten decimals.
 _VANISHES = mpmath.mpf(10) ** -9
-#: Distance from the given value, relative to the scene's length, of another solution. Set by hand.
+#: Distance from the given value, relative to the scene's length, of another solution: above what a
+#: person rounds away, and below the distance of branches that anybody tells apart.
 _ELSEWHERE = mpmath.mpf(10) ** -6
 
 

@@ -22,16 +22,17 @@ from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)
 
-#: Terms that an equation may be multiplied out to. Set by hand.
+#: Terms that an equation may be multiplied out to. Where this or a budget below is exceeded, the
+#: coordinate stays: a closure of more terms costs more than it saves. None is tuned.
 _TERM_BUDGET = 200
 
-#: Most equations linear in an angle's sine and cosine of which pairs are tried. Set by hand.
+#: Most equations linear in an angle's sine and cosine of which pairs are tried.
 _PAIRS_OF = 6
 
-#: Most operations of a fraction that is brought into lowest terms. Set by hand.
+#: Most operations of a fraction that is brought into lowest terms.
 _FRACTION_BUDGET = 400
 
-#: Largest multiple of an angle that is written in powers of sine and cosine. Set by hand.
+#: Largest multiple of an angle that is written in powers of sine and cosine.
 _LARGEST_MULTIPLE = 4
 
 

@@ -37,7 +37,8 @@ _INVERSES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
     sp.atanh: sp.tanh,
 }
 
-#: Terms that an equation may expand to while its powers of the unknown are read off. Set by hand.
+#: Terms that an equation may expand to while its powers of the unknown are read off. A longer
+#: equation counts as one without closed form. Not tuned.
 _TERM_BUDGET = 500
 
 
@@ -221,7 +222,8 @@ def _undo_power(
     return None
 
 
-# Budgets of an equation that is tried for factors, set by hand.
+# Budgets of an equation that is tried for factors, so that trials stay quick; a longer equation
+# is not factored. None is tuned.
 
 #: Its terms.
 _FACTOR_TERMS = 8

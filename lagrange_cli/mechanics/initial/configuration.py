@@ -21,7 +21,8 @@ from lagrange_cli.mechanics.numerics.rank import rank
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
 _ZERO = mpf(0)
-#: Starts of Newton's method, the guess first; set by hand.
+#: Starts of Newton's method, the guess first: enough to meet the second configuration of a
+#: linkage. Not tuned.
 NEWTON_STARTS = 24
 #: Most steps from one start.
 _NEWTON_STEPS = 60

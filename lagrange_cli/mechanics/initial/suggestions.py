@@ -22,7 +22,8 @@ from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.quoting import initial_snippet, section_snippet
 
-#: Most coordinates of a scene for which a configuration is sought; set by hand.
+#: Most coordinates of a scene for which a configuration is sought: a hint of more is not pasted,
+#: and the search would take longer than the refusal.
 _MOST = 16
 #: Starts of the search.
 _PLACES = 8

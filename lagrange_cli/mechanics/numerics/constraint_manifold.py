@@ -29,7 +29,9 @@ from lagrange_cli.mechanics.numerics.gauss_newton import (
 from lagrange_cli.mechanics.numerics.sampling import to_double
 
 _ZERO = mpf(0)
-# All set by hand. Lengths of steps are relative to the scales of the coordinates.
+# Lengths of steps are relative to the scales of the coordinates. The numbers of steps admit slow
+# convergence at singular points and end a search that wanders; a point that is returned satisfies
+# the equations whatever these numbers are. None is tuned.
 
 #: Most steps of Newton's method.
 _STEPS = 80

@@ -35,7 +35,8 @@ _FLAT: Jet = (_ZERO, _ZERO, _ZERO)
 #: is 0 to every digit. Towers of exponentials would else take all memory.
 _LARGEST_EXPONENT = mpf(10) ** 17
 
-#: Most decimal digits before the point of an angle that is reduced to a turn. Set by hand.
+#: Most decimal digits before the point of an angle that is reduced to a turn: as many digits of π
+#: are needed. Not tuned.
 _LONGEST_ANGLE = 5_000
 #: Largest argument of a periodic function.
 _LARGEST_ANGLE = mpf(10) ** _LONGEST_ANGLE

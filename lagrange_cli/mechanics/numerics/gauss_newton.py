@@ -28,10 +28,12 @@ SparseRow: TypeAlias = Mapping[int, Any]
 
 _ZERO = mpf(0)
 
-#: Part of the largest singular value below which one is left out of a step. Set by hand.
+#: Part of the largest singular value below which one is left out of a step: about the square root
+#: of a double's rounding, so that dependent equations do no harm and independent ones count.
 _CUT = 1e-7
 
-#: Number of equations above which the step is found by sparse elimination. Set by hand.
+#: Number of equations above which the step is found by sparse elimination: for fewer, the dense
+#: singular value decomposition is quick. Not tuned.
 _LARGE = 64
 
 #: Least largest entry of a row that doubles are trusted with: below, they lose digits.

@@ -21,7 +21,8 @@ _ONE = mpf(1)
 SamplePoint = dict[sp.Symbol, mpf]
 """Time, coordinates and parameters → value."""
 
-#: Most draws before a scene is said to have no configuration. Set by hand; messages name it.
+#: Most draws before a scene is said to have no configuration, while draws shrink towards the given
+#: configuration: more would delay the refusal. Not tuned; messages name the number.
 DRAWS = 200
 #: The same if each draw starts a search for a point on closures, which costs more.
 PLACED_DRAWS = 48

@@ -15,7 +15,8 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
 from lagrange_cli.mechanics.free_symbols import is_unknown, symbols_in
 
-#: Most operations in a radicand whose zeros are examined. Set by hand.
+#: Most operations in a radicand whose zeros are examined, so that this stays quick; a longer one
+#: counts as one that may bend. Not tuned.
 _RADICAND_BUDGET = 100
 
 #: Functions that are continuous wherever their argument is.

@@ -24,7 +24,8 @@ from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 
-# All set by hand.
+# The budgets keep the linear program small; its vertex is checked in high precision, so that
+# no number here decides the truth of a proof. None is tuned.
 
 #: Terms that a row may be multiplied out to.
 _TERM_BUDGET = 80

@@ -22,10 +22,12 @@ import sympy as sp
 
 from lagrange_cli.mechanics.free_symbols import is_unknown
 
-#: Operations in an argument of sin or exp above which it is not multiplied out. Set by hand.
+#: Operations in an argument of sin or exp above which it is not multiplied out, so that zero
+#: tests stay quick; a claim about a longer one stays unproven. Not tuned.
 _ARGUMENT_BUDGET = 300
 
-#: Largest number under a root that is factored. Set by hand.
+#: Largest number under a root that is factored, since its square factors are found by trial
+#: division.
 _FACTORED = 10**15
 
 #: Angles c·π with c a multiple of 1/12 have sines and cosines in square roots.

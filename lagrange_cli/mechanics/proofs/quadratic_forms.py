@@ -17,7 +17,8 @@ from mpmath import mpf
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
-# Budgets, set by hand.
+# Budgets that keep proofs quick: the work grows with a high power of the number of generators.
+# Beyond them no proof is attempted; none is tuned.
 
 #: Terms that an equation may be multiplied out to.
 _TERM_BUDGET = 80

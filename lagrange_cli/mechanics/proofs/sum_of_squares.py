@@ -26,7 +26,8 @@ from lagrange_cli.mechanics.proofs.quadratic_forms import (
 )
 from lagrange_cli.stages import announce
 
-# All set by hand.
+# The search is in doubles and only proposes; each proof is checked in high precision, so that these
+# numbers decide which proofs are found and how long it takes, never their truth. None is tuned.
 
 #: Most forms, those of relations included.
 _FORM_BUDGET = 160

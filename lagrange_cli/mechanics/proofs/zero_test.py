@@ -52,7 +52,8 @@ __all__ = [
 _Relation = Callable[[Sequence[int], int], bool]
 """Tells from values of expressions, modulo a prime, if a relation holds."""
 
-#: Operations in the field that one question may take. Set by hand.
+#: Operations in the field that one question may take, so that no fact takes longer than the
+#: derivation; beyond, the claim counts as unproven. Not tuned.
 _BUDGET = 400_000
 
 #: Points, each of another field, at which each combination of sides is visited.

@@ -25,7 +25,8 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, Matrix, SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double
 
-#: Most terms that a coefficient may be multiplied out to; set by hand.
+#: Most terms that a coefficient may be multiplied out to; a form with a longer one counts as one
+#: without a closed integral. Not tuned.
 _TERM_BUDGET = 60
 #: Most operations of a term that is integrated.
 _OPERATION_BUDGET = 40

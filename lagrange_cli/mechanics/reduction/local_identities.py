@@ -30,7 +30,7 @@ _DIRECTIONS = 4
 #: Times the digits carried with which values are compared: what is only small stays as
 #: small as it is, what vanishes shrinks with rounding.
 _MORE = 3
-#: Widths, relative to scales, at which an equation is tried elsewhere; set by hand.
+#: Widths, relative to scales, at which an equation is tried elsewhere: to some tens of turns away.
 _FAR = (1, 4, 16, 64)
 #: Configurations tried at each width.
 _TRIALS = 12

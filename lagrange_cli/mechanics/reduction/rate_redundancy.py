@@ -41,7 +41,8 @@ from lagrange_cli.scene.language.expression import Equation, names_in
 #: Terms that a slope may be multiplied out to.
 _TERM_BUDGET = 200
 
-#: Most rows of which a combination is found in closed form; set by hand.
+#: Most rows of which a combination is computed in closed form: minors of more rows are too long for
+#: a message.
 _ROWS = 4
 #: Most operations of such a combination.
 _OPERATIONS = 120

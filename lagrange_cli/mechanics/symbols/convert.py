@@ -47,7 +47,8 @@ _Lookup = Callable[[str], "sp.Expr | None"]
 Rate = Callable[[sp.Expr], sp.Expr]
 """Total time derivative of an expression."""
 
-#: Bits that a power of two numbers may take at most; a larger one fills memory. Set by hand.
+#: Bits that a power of two numbers may take at most: 6,000 digits, more than any formula means.
+#: Larger ones fill memory.
 _POWER_BITS = 20_000
 
 #: Most decimal digits of a numerator or denominator under a root, without powers of ten.

@@ -12,12 +12,13 @@ from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import Expression, Name, names_in
 from lagrange_cli.scene.model import Scene, Unilateral
 
-#: Most names that are listed in full. Set by hand.
+#: Most names that are listed in full: two lines of a terminal.
 _MOST = 12
-#: Names that are listed at each end of a longer list. Set by hand.
+#: Names that are listed at each end of a longer list: one line in all.
 _ENDS = 4
 
-#: Largest denominator of a number that is written as a fraction. Set by hand.
+#: Largest denominator of a number that is written as a fraction: a longer one reads worse than its
+#: decimal.
 _LONGEST = 10**6
 
 #: Text that needs no quotes within braces.

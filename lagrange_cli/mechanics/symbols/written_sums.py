@@ -10,10 +10,11 @@ import sympy as sp
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene.language.expression import Add, Call, Expression, Mul, Neg, Node, Pow
 
-#: Sums that are looked at; further ones print in textbook order. Set by hand.
+#: Sums that are looked at: more than a person writes one by one. Further ones, of indexed families,
+#: print in textbook order.
 _MOST_SUMS = 200
 
-#: Terms of the longest sum that is kept. Set by hand.
+#: Terms of the longest sum whose order is kept: longer ones do not repeat as one factor.
 _MOST_TERMS = 6
 
 

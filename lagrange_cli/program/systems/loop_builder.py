@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
 #: Most loops that members of one shape are divided into so that indices advance by constant
-#: steps; beyond that tables of indices are made. Set by hand.
+#: steps: beyond it a table of indices is shorter code. Not tuned.
 _MOST_EVEN = 6
 #: Strides at which constant steps are sought: every member, every second, every third.
 _PERIODS = (1, 2, 3)
