@@ -23,8 +23,7 @@ from typing import Any
 from lagrange_cli.cli.reports.stress import sentence, setting, stress_summary
 from lagrange_cli.files import read_bytes
 from lagrange_cli.scene import SceneText
-from lagrange_cli.simulate.cluster.connection import connected
-from lagrange_cli.simulate.cluster.tasks import Cluster
+from lagrange_cli.simulate.cluster.tasks import Cluster, connected
 from lagrange_cli.simulate.ensemble.plan.recipe import Recipe
 from lagrange_cli.studies.stress.measure import Stress, stress
 from lagrange_cli.studies.stress.runs import StressRun

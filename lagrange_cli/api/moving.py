@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.run.cluster import ClusterEngine
     from lagrange_cli.simulate.ensemble.store.result import Ensemble
     from lagrange_cli.simulate.model.model import Model
-    from lagrange_cli.simulate.model.reductions import Reduction
+    from lagrange_cli.simulate.model.requested_outputs import Reduction
     from lagrange_cli.simulate.model.sensitivities import SensitiveModels
     from lagrange_cli.simulate.results.streaming import Stream
     from lagrange_cli.simulate.system.functions import KeptFunctions, RightHandSide
@@ -301,7 +301,7 @@ class Moving(Derived):
         """
         from lagrange_cli.simulate.ensemble.plan.plan import Selection
         from lagrange_cli.simulate.ensemble.run.run import simulate_members
-        from lagrange_cli.simulate.model.reductions import read_reduction
+        from lagrange_cli.simulate.model.requested_outputs import read_reduction
         from lagrange_cli.simulate.options import SimulationOptions
 
         options = SimulationOptions(
@@ -339,7 +339,7 @@ class Moving(Derived):
             Further outputs, as in :meth:`simulate`.
         """
         if extra:
-            from lagrange_cli.simulate.model.further_outputs import with_further_outputs
+            from lagrange_cli.simulate.model.requested_outputs import with_further_outputs
 
             equations = with_further_outputs(self.equations, extra)
             return replace(self, equations=equations).model(sensitivity)

@@ -196,7 +196,7 @@ class Studied(Analyzing):
         """
         from lagrange_cli.simulate.ensemble.plan.recipe import Recipe
         from lagrange_cli.simulate.ensemble.plan.variants import variants_of
-        from lagrange_cli.simulate.model.sections import WrittenCondition
+        from lagrange_cli.simulate.model.requested_outputs import WrittenCondition
         from lagrange_cli.simulate.options import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext
         from lagrange_cli.studies.section.members import section_of_members, single_section

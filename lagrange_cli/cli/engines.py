@@ -58,8 +58,7 @@ def cluster(session: Session, scheduler: str | None, jobs: int | None) -> Iterat
         message = f"--jobs is of this machine, not of the cluster at {scheduler}"
         hint = "its workers say how much is done at a time: dask worker --nworkers"
         raise InputError(Problem(message, hint=hint, rule="cluster"))
-    from lagrange_cli.simulate.cluster.connection import connected
-    from lagrange_cli.simulate.cluster.tasks import Cluster
+    from lagrange_cli.simulate.cluster.tasks import Cluster, connected
 
     with connected(scheduler) as client:
         yield Cluster(client, session.remark)

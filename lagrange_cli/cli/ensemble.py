@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.plan.plan import Selection
     from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
     from lagrange_cli.simulate.ensemble.store.store import Store
-    from lagrange_cli.simulate.model.reductions import Reduction
-    from lagrange_cli.simulate.results.plane import PlaneMap
+    from lagrange_cli.simulate.model.requested_outputs import Reduction
+    from lagrange_cli.simulate.results.picture import PlaneMap
 
 #: Members of which all samples are kept unless something else is asked for.
 MOST_WITH_SAMPLES = 10_000
@@ -241,7 +241,7 @@ def member_choice(
     if (plot is None) != (map_names is None):
         hint = "--map theta1,theta2 --plot map.png draws a number of its members over a plane"
         raise _usage("an ensemble is drawn as a map, into the file of --plot", hint)
-    from lagrange_cli.simulate.model.reductions import read_reduction
+    from lagrange_cli.simulate.model.requested_outputs import read_reduction
 
     read = tuple(read_reduction(text) for text in dict.fromkeys(reductions))
     drawn = sample, number, seed

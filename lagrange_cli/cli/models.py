@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
     from lagrange_cli.simulate.model.model import Model
-    from lagrange_cli.simulate.model.reductions import Reduction
-    from lagrange_cli.simulate.model.sections import WrittenCondition
+    from lagrange_cli.simulate.model.requested_outputs import Reduction, WrittenCondition
     from lagrange_cli.simulate.options import SimulationOptions
     from lagrange_cli.studies.path.models import PathModels
     from lagrange_cli.studies.section.models import SectionModel

@@ -21,7 +21,7 @@ from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.model.model import Model
-    from lagrange_cli.simulate.model.sections import WrittenCondition
+    from lagrange_cli.simulate.model.requested_outputs import WrittenCondition
     from lagrange_cli.studies.section.models import SectionModel
     from lagrange_cli.studies.section.result import Section
 
@@ -69,7 +69,7 @@ def find_section(
         The scene, the condition, the members or the options are wrong.
     """
     from lagrange_cli.cli.reports.section import FORMATS, FoundSection
-    from lagrange_cli.simulate.model.sections import WrittenCondition
+    from lagrange_cli.simulate.model.requested_outputs import WrittenCondition
 
     condition = WrittenCondition(text, "--section")
     known = section_model_of_scene(session, asked.scene, condition)

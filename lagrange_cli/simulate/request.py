@@ -14,7 +14,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import AUTO, SimulationOptions
-from lagrange_cli.simulate.samples.rows import Grid, RowSequence
+from lagrange_cli.simulate.samples import Grid, RowSequence
 
 _DEFAULT_ACCURACY = 1e-6
 _DEFAULT_SAMPLES = 501
@@ -43,7 +43,7 @@ class Request:
     Attributes
     ----------
     times
-        Sample times; a :class:`.samples.rows.Grid` where memory does not hold all states.
+        Sample times; a :class:`.samples.Grid` where memory does not hold all states.
     initial
         Initial state, shape (2n,).
     accuracy, rtol, atol, budget
@@ -81,7 +81,7 @@ def resolve(model: Model, options: SimulationOptions, in_memory: int | None = No
 
     A way to control the error that is given as an option (accuracy, or method
     and tolerances) replaces the scene's; both ways at once are refused. If the states of
-    all samples are more than ``in_memory`` numbers, their times are a :class:`.samples.rows.Grid`;
+    all samples are more than ``in_memory`` numbers, their times are a :class:`.samples.Grid`;
     by default they are refused.
 
     Raises

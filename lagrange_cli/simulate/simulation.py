@@ -32,11 +32,9 @@ from lagrange_cli.simulate.results.streaming import (
     written_in_windows,
 )
 from lagrange_cli.simulate.results.trajectory import Event, Trajectory
-from lagrange_cli.simulate.runs.problem import InitialValueProblem
-from lagrange_cli.simulate.runs.start_checks import require_a_start
-from lagrange_cli.simulate.samples.buffer import SampleBuffer
-from lagrange_cli.simulate.samples.rows import Grid, RowSequence
-from lagrange_cli.simulate.sharpness.unwatched import unseen_forces
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, require_a_start
+from lagrange_cli.simulate.samples import Grid, RowSequence, SampleBuffer
+from lagrange_cli.simulate.sharpness import unseen_forces
 from lagrange_cli.simulate.system.functions import (
     KeptFunctions,
     RightHandSide,
@@ -44,10 +42,9 @@ from lagrange_cli.simulate.system.functions import (
 )
 from lagrange_cli.simulate.system.singular_guard import guard_signs
 from lagrange_cli.simulate.verification.branching import without_branches
-from lagrange_cli.simulate.verification.conserved_drift import conserved_drifts
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions, functions_along
 from lagrange_cli.simulate.verification.disproof import cut_at_disproof
-from lagrange_cli.simulate.verification.energy_drift import EnergyDrift
+from lagrange_cli.simulate.verification.drifts import EnergyDrift, conserved_drifts
 from lagrange_cli.simulate.verification.uniqueness import require_unique_start, unbounded_slopes
 from lagrange_cli.stages import is_to_end
 

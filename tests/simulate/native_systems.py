@@ -6,7 +6,7 @@ import numpy as np
 
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.integrators.event_functions import NativeEvents, TerminalEvents
+from lagrange_cli.simulate.integrators.events import NativeEvents, TerminalEvents
 from lagrange_cli.simulate.integrators.native.c_types import LANES, RHS
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler

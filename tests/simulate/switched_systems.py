@@ -9,7 +9,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
+from lagrange_cli.simulate.integrators.events import TerminalEvents
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, Gaps, HybridRhs
 
 G = 9.81

@@ -30,12 +30,12 @@ from lagrange_cli.simulate.accuracy.measured import (
     switches_until,
 )
 from lagrange_cli.simulate.accuracy.method_selection import (
+    NOISE_PART,
     CoarseResult,
     explicit_method,
     reason_for_method,
     restored_or_coarse_result,
 )
-from lagrange_cli.simulate.accuracy.roundoff import NOISE_PART
 from lagrange_cli.simulate.accuracy.tuning import ScheduleTuning
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
@@ -43,8 +43,8 @@ from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
-from lagrange_cli.simulate.samples.rows import RowSequence, first_rows, windows
-from lagrange_cli.simulate.sharpness.peaks import watching
+from lagrange_cli.simulate.samples import RowSequence, first_rows, windows
+from lagrange_cli.simulate.sharpness import watching
 
 _TUNING = ScheduleTuning()
 

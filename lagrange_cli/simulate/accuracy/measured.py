@@ -14,7 +14,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, ModeChange
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales
 from lagrange_cli.simulate.runs.run import Failure
-from lagrange_cli.simulate.samples.rows import RowSequence
+from lagrange_cli.simulate.samples import RowSequence
 
 #: A result says which component misses the accuracy if it does so by no more than this factor;
 #: set by hand.

@@ -10,7 +10,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.model import ChartSingularity, Model
 from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
-from lagrange_cli.simulate.samples.rows import RowSequence, windows
+from lagrange_cli.simulate.samples import RowSequence, windows
 from lagrange_cli.simulate.system.singular_guard import lost_rates, singular_factors
 from lagrange_cli.simulate.system.tables import Table
 

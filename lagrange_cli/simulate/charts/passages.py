@@ -39,7 +39,7 @@ from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
-from lagrange_cli.simulate.samples.rows import RowSequence
+from lagrange_cli.simulate.samples import RowSequence
 from lagrange_cli.simulate.simulation import RunContext, integrate
 from lagrange_cli.simulate.system.functions import KeptFunctions
 from lagrange_cli.simulate.system.tables import Table

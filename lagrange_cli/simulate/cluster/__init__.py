@@ -6,4 +6,4 @@ Dask's to replace: their tasks are run again by others. No scheduler is started 
 :mod:`.tasks` first.
 """
 
-__all__ = ["connection", "refusals", "tasks", "workers"]
+__all__ = ["tasks", "workers"]

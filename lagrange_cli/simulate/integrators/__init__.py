@@ -17,10 +17,8 @@ from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
 from lagrange_cli.simulate.integrators.piecewise import in_pieces, input_pieces
-from lagrange_cli.simulate.integrators.rattle import Rattle
-from lagrange_cli.simulate.integrators.scipy_explicit import DOP853, RK4, RK45
-from lagrange_cli.simulate.integrators.scipy_implicit import BDF, LSODA, Radau
-from lagrange_cli.simulate.integrators.symplectic import Gauss4, Gauss6, Verlet
+from lagrange_cli.simulate.integrators.scipy_methods import BDF, DOP853, LSODA, RK4, RK45, Radau
+from lagrange_cli.simulate.integrators.symplectic import Gauss4, Gauss6, Rattle, Verlet
 
 __all__ = ["INTEGRATORS", "Control", "Integrator", "Rhs", "StepError", "start_integrator"]
 

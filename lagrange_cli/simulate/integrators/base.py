@@ -61,8 +61,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.event_functions import TerminalEvents, ZeroCrossing
-from lagrange_cli.simulate.integrators.event_location import EventSearch
+from lagrange_cli.simulate.integrators.events import EventSearch, TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.observed_motion import SETTLING, ObservedMotion
 
 Rhs: TypeAlias = Callable[[float, Array], Array]
@@ -181,7 +180,7 @@ class Control:
             self.atol[:] = self.loosening.rows[max(number, 0)]
 
 
-#: Of event functions: their signs, noise and reach (:mod:`.event_functions`).
+#: Of event functions: their signs, noise and reach (:mod:`.events`).
 EventStart: TypeAlias = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 
 

@@ -1,4 +1,4 @@
-"""What methods of fixed step share; the sum over steps is compensated (:mod:`.scipy_explicit`)."""
+"""What methods of fixed step share; the sum over steps is compensated (:mod:`.scipy_methods`)."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ of order 9, and its error is what steers the steps. The eight stages of an
 iteration do not depend on each other: machine code evaluates them side by side
 (Antoñana, Makazaga, Murua, *Numer. Algorithms* 76 (2017) 861), which makes it
 the fastest method here for smooth motion. The sum over steps is compensated as
-in :mod:`.scipy_explicit`.
+in :mod:`.scipy_methods`.
 """
 
 from __future__ import annotations

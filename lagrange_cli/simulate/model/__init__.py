@@ -4,13 +4,4 @@ Equations go in; numbers and texts of functions come out, which are kept in the 
 second run needs no SymPy. Read :mod:`.model`, then :mod:`.build`.
 """
 
-__all__ = [
-    "build",
-    "further_outputs",
-    "inputs",
-    "labels",
-    "model",
-    "reductions",
-    "sections",
-    "sensitivities",
-]
+__all__ = ["build", "inputs", "labels", "model", "requested_outputs", "sensitivities"]

@@ -34,7 +34,12 @@ from lagrange_cli.simulate.model.expressions import (
 from lagrange_cli.simulate.model.inputs import substitute_inputs
 from lagrange_cli.simulate.model.labels import labels_of
 from lagrange_cli.simulate.model.model import Code, Model, ModelParameter, ModelQuantity
-from lagrange_cli.simulate.model.peak_exponents import peak_exponents
+from lagrange_cli.simulate.model.sharp_functions import (
+    peak_exponents,
+    steep_arguments,
+    steep_places,
+    steep_source,
+)
 from lagrange_cli.simulate.model.switching_surfaces import (
     OneSided,
     one_sided,
@@ -42,15 +47,11 @@ from lagrange_cli.simulate.model.switching_surfaces import (
     surface_rates,
     surface_values,
 )
-from lagrange_cli.simulate.model.unbounded_slopes import (
-    steep_arguments,
-    steep_places,
-    steep_source,
-)
-from lagrange_cli.simulate.native.guarded_rhs import GUARD_PROGRAM, guard_source
 from lagrange_cli.simulate.native.rounding_model import perturb
 from lagrange_cli.simulate.native.sources import (
     C_DOUBLE,
+    GUARD_PROGRAM,
+    guard_source,
     lane_tables_source,
     lanes_source,
     library_source,

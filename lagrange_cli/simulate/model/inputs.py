@@ -12,8 +12,8 @@ from lagrange_cli.errors import InputError, NotRealError, Problem, nearest
 from lagrange_cli.files.interpolation import COEFFICIENTS
 from lagrange_cli.mechanics.equations import Input
 from lagrange_cli.simulate.model.expressions import calls_and_powers
+from lagrange_cli.simulate.model.sharp_functions import steep_arguments
 from lagrange_cli.simulate.model.switching_surfaces import one_sided
-from lagrange_cli.simulate.model.unbounded_slopes import steep_arguments
 
 if TYPE_CHECKING:
     from sympy import Expr

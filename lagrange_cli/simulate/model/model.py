@@ -69,7 +69,7 @@ class Code:
         Python text whose function ``outputs`` gives numbers that are positive where the equations
         hold, if the scene says so.
     steep
-        Text of :func:`.unbounded_slopes.steep_text`.
+        Text of :func:`.sharp_functions.steep_source`.
     taylor
         Text of ``taylor_source``, which stands alone and may be empty.
     tables
@@ -220,7 +220,7 @@ class Model:
         Number of quantities that jump at surfaces only if an impulse acts.
     landmarks
         Number of exponents of sharp functions
-        (:mod:`lagrange_cli.simulate.model.peak_exponents`).
+        (:mod:`lagrange_cli.simulate.model.sharp_functions`).
     labels
         Names and units of columns in pictures.
     """

@@ -5,4 +5,4 @@ and for values off by rounding (Vignes, *Math. Comput. Simul.* 35 (1993) 233). R
 :mod:`.sources` first.
 """
 
-__all__ = ["guarded_rhs", "rounding_model", "sources"]
+__all__ = ["rounding_model", "sources"]

@@ -4,14 +4,4 @@ Samples and measured errors go in; a frozen trajectory comes out, or files writt
 window. Read :mod:`.trajectory` first.
 """
 
-__all__ = [
-    "columns",
-    "curves",
-    "formats",
-    "outcome",
-    "picture",
-    "plane",
-    "plot",
-    "streaming",
-    "trajectory",
-]
+__all__ = ["columns", "curves", "formats", "outcome", "picture", "plot", "streaming", "trajectory"]

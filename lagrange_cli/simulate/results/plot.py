@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lagrange_cli.simulate.model.labels import Label
-    from lagrange_cli.simulate.results.picture import MarkedPlace, Panel, Picture
-    from lagrange_cli.simulate.results.plane import PlaneMap
+    from lagrange_cli.simulate.results.picture import MarkedPlace, Panel, Picture, PlaneMap
 
 #: Ending of files for pgfplots, which need no matplotlib.
 TEX = "tex"

@@ -18,14 +18,15 @@ from lagrange_cli.simulate.results.columns import Sampled
 from lagrange_cli.simulate.results.decimation import Decimator
 from lagrange_cli.simulate.results.formats import format_of
 from lagrange_cli.simulate.results.trajectory import Trajectory
-from lagrange_cli.simulate.samples.buffer import (
+from lagrange_cli.simulate.samples import (
     FileBuffer,
+    RowSequence,
     SampleBuffer,
     buffer_folder,
     require_disk_space,
     unnamed_file,
+    windows,
 )
-from lagrange_cli.simulate.samples.rows import RowSequence, windows
 
 #: Numbers of the states of a run that memory is to hold.
 _IN_MEMORY = 2**19

@@ -4,4 +4,4 @@ A right-hand side, a start and sample times go in; samples and an account of the
 with no statement about the error. Read :mod:`.problem` first.
 """
 
-__all__ = ["problem", "run", "start_checks"]
+__all__ = ["problem", "run"]

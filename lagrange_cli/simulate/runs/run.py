@@ -20,7 +20,7 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     NearContact,
 )
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
-from lagrange_cli.simulate.samples.rows import RowSequence
+from lagrange_cli.simulate.samples import RowSequence
 
 #: Seconds between two looks at the clock, roughly: what a person takes for at once.
 _GLANCE = 0.02

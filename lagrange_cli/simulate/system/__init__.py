@@ -11,7 +11,6 @@ __all__ = [
     "inputs",
     "library_sources",
     "linearization",
-    "parameters",
     "rounding",
     "singular_guard",
     "tables",

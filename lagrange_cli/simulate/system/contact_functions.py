@@ -15,13 +15,13 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.event_functions import NativeEvents
+from lagrange_cli.simulate.integrators.events import NativeEvents
 from lagrange_cli.simulate.integrators.expressions import Tracer
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, POINTER, RHS, projection_type
 from lagrange_cli.simulate.integrators.native.function import NativeInputs, NativeRhs
 from lagrange_cli.simulate.integrators.piecewise import InputPieces, with_projection
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.system.parameters import SURFACE_NUMBERS
+from lagrange_cli.simulate.system.rounding import SURFACE_NUMBERS
 from lagrange_cli.simulate.system.tables import (
     StateFunction,
     Table,

@@ -8,7 +8,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs, projection
-from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
+from lagrange_cli.simulate.integrators.events import TerminalEvents
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, Gaps, HybridRhs
 from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
 from lagrange_cli.simulate.system.contact_functions import ContactFunctions

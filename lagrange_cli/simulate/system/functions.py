@@ -18,8 +18,8 @@ from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs, Shift
+from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, WIDER_TYPES, NativeReal
-from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import with_projection
 from lagrange_cli.simulate.model.model import Code, Model
 from lagrange_cli.simulate.system.contact_functions import (
@@ -30,7 +30,7 @@ from lagrange_cli.simulate.system.contact_functions import (
 from lagrange_cli.simulate.system.contacts import ContactRhs
 from lagrange_cli.simulate.system.inputs import RecordedInputs, read_recorded_inputs, with_functions
 from lagrange_cli.simulate.system.libraries import Libraries, pieces_of
-from lagrange_cli.simulate.system.parameters import SURFACE_NUMBERS, parameter_values
+from lagrange_cli.simulate.system.rounding import SURFACE_NUMBERS, parameter_values
 from lagrange_cli.simulate.system.singular_guard import guarded_rhs, singular_factors
 from lagrange_cli.simulate.system.surface_functions import (
     InterpretedCode,

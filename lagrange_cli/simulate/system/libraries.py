@@ -14,6 +14,7 @@ from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.expressions import Tracer
+from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
     ByReference,
@@ -23,12 +24,11 @@ from lagrange_cli.simulate.integrators.native.c_types import (
     projection_type,
 )
 from lagrange_cli.simulate.integrators.native.function import NativeInputs, NativeRhs
-from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.inputs import RecordedInputs
 from lagrange_cli.simulate.system.library_sources import OPTIONS, stepping_source, system_source
-from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.system.rounding import parameter_values
 from lagrange_cli.simulate.system.tracing import tracer
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries

@@ -1,4 +1,9 @@
-"""Rounding errors to order: factors for a perturbed program, values off by their last place."""
+"""Rounding errors to order, and the numbers that the code of a model reads behind one address.
+
+Factors perturb a program, values are off by their last place. The code reads in this order: values
+of the scene's parameters, weights of the sides of switching surfaces, flags and targets of
+contacts, factors of rounding.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +17,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
+from lagrange_cli.simulate.model.model import Model
 
 
 def rounding_factors(number: int, pattern: int, real: NativeReal = DOUBLE) -> Any:
@@ -61,3 +67,32 @@ def each_off_by_one_ulp(rows: Array, patterns: tuple[int, ...]) -> Array:
     (m, n) → (patterns, m, n)."""
     moves = _signs(rows.shape[1], patterns) * np.spacing(np.abs(rows))
     return np.where(rows == 0, 0.0, rows + moves)
+
+
+#: Numbers that code reads of each contact: whether it is closed, and what an impulse aims at.
+_CONTACT_NUMBERS = 2
+
+#: Numbers that it reads of each switching surface: the weights of both sides.
+SURFACE_NUMBERS = 2
+
+
+def parameter_values(model: Model, pattern: int = 0, real: NativeReal = DOUBLE) -> Array:
+    """Parameters, and behind them what is read of each surface, then of each contact.
+
+    They are of the type ``real``, exact but for its rounding. In a ``pattern`` other than 0 the
+    parameters are off by their rounding error, and the rounding factors of the pattern follow.
+    """
+    surfaces, contacts = (
+        SURFACE_NUMBERS * len(model.surfaces),
+        _CONTACT_NUMBERS * len(model.contacts),
+    )
+    values, behind = model.numbers, [0.0] * (surfaces + contacts)
+    if real is DOUBLE:
+        numbers = np.array([*values, *behind])
+        numbers = off_by_one_ulp(numbers, pattern) if pattern else numbers
+    else:
+        exact = [*model.exact_numbers, *[None] * len(behind)]
+        numbers = in_arithmetic([*values, *behind], exact, real, pattern)
+    if not pattern:
+        return numbers
+    return np.concatenate([numbers, rounding_factors(model.code.factors, pattern, real)])

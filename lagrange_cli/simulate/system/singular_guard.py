@@ -1,6 +1,6 @@
 """Right-hand sides that do not exist beyond singular configurations that a motion cannot pass.
 
-See :mod:`lagrange_cli.simulate.native.guarded_rhs` for why, and for the compiled form.
+See :mod:`lagrange_cli.simulate.native.sources` for why, and for the compiled form.
 """
 
 from __future__ import annotations

@@ -16,13 +16,13 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.event_functions import NativeEvents, TerminalEvents
+from lagrange_cli.simulate.integrators.events import NativeEvents, TerminalEvents
 from lagrange_cli.simulate.integrators.hybrid.surfaces import SurfaceRates, Surfaces, SurfaceSides
 from lagrange_cli.simulate.integrators.native.c_types import RHS
 from lagrange_cli.simulate.integrators.piecewise import InputPieces, with_projection
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.libraries import Libraries
-from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.system.rounding import parameter_values
 from lagrange_cli.simulate.system.tables import Table, bound, interpreted_table
 
 

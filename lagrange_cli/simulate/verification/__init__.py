@@ -4,11 +4,4 @@ Samples go in; what comes out is the drift of energy and constraints, what a con
 another motion may follow, and from when on the result is disproved. Read :mod:`.disproof` first.
 """
 
-__all__ = [
-    "branching",
-    "conserved_drift",
-    "contact_history",
-    "disproof",
-    "energy_drift",
-    "uniqueness",
-]
+__all__ = ["branching", "contact_history", "disproof", "drifts", "uniqueness"]

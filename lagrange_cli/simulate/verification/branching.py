@@ -20,7 +20,7 @@ from lagrange_cli.simulate.accuracy.measured import Disproof, Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
-from lagrange_cli.simulate.samples.rows import first_rows
+from lagrange_cli.simulate.samples import first_rows
 from lagrange_cli.simulate.verification.uniqueness import UnboundedSlopes
 
 #: An argument this small beside those on the way may reach zero, as steps of samples are coarse

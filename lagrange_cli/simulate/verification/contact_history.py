@@ -17,11 +17,11 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     ModeChange,
 )
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.samples.rows import RowRanges, RowSequence, windows
+from lagrange_cli.simulate.samples import RowRanges, RowSequence, windows
 from lagrange_cli.simulate.system.contacts import ContactRhs
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.tables import Table
-from lagrange_cli.simulate.verification.constraint_drift import constraint_drift
+from lagrange_cli.simulate.verification.drifts import constraint_drift
 
 #: Depth of a negative gap that disproves an accuracy, as a multiple of its first-order effect.
 _MARGIN = 8.0
@@ -43,7 +43,7 @@ class MotionFunctions:
     gained
         Time and contacts of the first impact that adds energy; None if none does.
     drift
-        Measure of :func:`.constraint_drift.constraint_drift`.
+        Measure of :func:`.drifts.constraint_drift`.
     """
 
     functions: RightHandSide

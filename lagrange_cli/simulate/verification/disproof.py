@@ -13,12 +13,12 @@ from lagrange_cli.simulate.accuracy.measured import Disproof, Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.samples.rows import RowSequence, first_rows, windows
-from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.samples import RowSequence, first_rows, windows
+from lagrange_cli.simulate.system.rounding import parameter_values
 from lagrange_cli.simulate.system.singular_guard import positive_values
 from lagrange_cli.simulate.system.tracing import in_mpmath
 from lagrange_cli.simulate.verification.contact_history import MotionFunctions, first_penetration
-from lagrange_cli.simulate.verification.energy_drift import (
+from lagrange_cli.simulate.verification.drifts import (
     EnergyDrift,
     ExactEnergy,
     first_contradiction,

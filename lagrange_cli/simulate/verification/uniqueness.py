@@ -26,7 +26,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import RightHandSide
-from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.system.rounding import parameter_values
 from lagrange_cli.simulate.system.tracing import functions_of
 
 #: Values and rates below this part of their largest neighbours are zero but for rounding.

@@ -171,7 +171,7 @@ def section_points(
     Parameters
     ----------
     model
-        With the outputs of :func:`.simulate.model.sections.with_section`.
+        With the outputs of :func:`.simulate.model.requested_outputs.with_section`.
     options
         What is asked for of the motion.
     context

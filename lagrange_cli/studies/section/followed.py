@@ -10,7 +10,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.model.sections import section_outputs
+from lagrange_cli.simulate.model.requested_outputs import section_outputs
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.studies.section.panels import (
     DEGREE,

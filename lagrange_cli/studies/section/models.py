@@ -10,7 +10,7 @@ from lagrange_cli.simulate.model.model import Model
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.simulate.model.sections import WrittenCondition
+    from lagrange_cli.simulate.model.requested_outputs import WrittenCondition
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,10 @@ def section_model(equations: Equations, condition: WrittenCondition) -> SectionM
     Raises
     ------
     InputError
-        As :func:`.simulate.model.sections.with_section`.
+        As :func:`.simulate.model.requested_outputs.with_section`.
     """
     from lagrange_cli.simulate.model.build import model_of
-    from lagrange_cli.simulate.model.sections import (
+    from lagrange_cli.simulate.model.requested_outputs import (
         free_coordinates,
         turning_coordinates,
         with_section,

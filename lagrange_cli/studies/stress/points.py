@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.system.parameters import parameter_values
+from lagrange_cli.simulate.system.rounding import parameter_values
 from lagrange_cli.simulate.system.singular_guard import singular_factors
 from lagrange_cli.simulate.system.tracing import functions_of
 

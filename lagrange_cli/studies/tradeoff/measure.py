@@ -27,7 +27,7 @@ from lagrange_cli.simulate.integrators.native.methods import COMPILED
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import AUTO, SimulationOptions
 from lagrange_cli.simulate.request import Request, method_of, require_fit, resolve
-from lagrange_cli.simulate.runs.start_checks import require_a_start
+from lagrange_cli.simulate.runs.problem import require_a_start
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
 from lagrange_cli.studies.reference import Reference, no_time, reference

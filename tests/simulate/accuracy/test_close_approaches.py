@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.accuracy.method_selection import coarse_result
-from lagrange_cli.simulate.accuracy.roundoff import noise_of_steps
+from lagrange_cli.simulate.accuracy.method_selection import coarse_result, noise_of_steps
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions

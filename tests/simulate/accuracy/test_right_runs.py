@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.verification import disproof
-from lagrange_cli.simulate.verification import energy_drift as conservation
+from lagrange_cli.simulate.verification import disproof, drifts
 
 HARMONIC = """
 name: harmonic
@@ -80,13 +79,13 @@ def test_what_doubles_lose_convicts_nobody(monkeypatch):
     potential = "k*((x + 1e7)^2 - 2e7*x - 1e14)/2"
     system = scene(potential, accuracy=1e-9).derive()
     # Terms that cancel are collected where they can be: the energy loses its digits here.
-    real = conservation.first_contradiction
+    real = drifts.first_contradiction
 
     def noisy(energy, t, states, accuracy, scales, drift, exact=None):
         def off(times, rows):
             return energy(times, rows) + 1e-4 * np.sin(1e4 * np.asarray(times))[:, None]
 
-        shifted = conservation.EnergyDrift()
+        shifted = drifts.EnergyDrift()
         shifted.add(t, states, off(t, states)[:, 0], np.array(drift.size), np.zeros(len(t)))
         assert real(off, t, states, accuracy, scales, shifted) is not None
         return real(off, t, states, accuracy, scales, shifted, exact)
@@ -128,9 +127,7 @@ def test_a_wrong_run_is_still_convicted():
     def exact(time, y, moved):
         return float(((y if moved is None else y + moved) ** 2).sum() / 2)
 
-    drift = conservation.EnergyDrift()
+    drift = drifts.EnergyDrift()
     drift.add(t, states, energy(t, states)[:, 0], np.array(0.5), np.zeros(len(t)))
-    found = conservation.first_contradiction(
-        energy, t, states, 1e-6, np.ones(2), drift, lambda: exact
-    )
+    found = drifts.first_contradiction(energy, t, states, 1e-6, np.ones(2), drift, lambda: exact)
     assert found is not None

@@ -13,7 +13,7 @@ from lagrange_cli.cache import Cache
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_file, read_text
-from lagrange_cli.simulate import simulate
+from lagrange_cli.simulate import samples, simulate
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.checkpoint import checkpoint
 from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
@@ -23,7 +23,6 @@ from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.results.streaming import Stream
 from lagrange_cli.simulate.runs import run
-from lagrange_cli.simulate.samples import rows
 from lagrange_cli.simulate.simulation import RunContext
 from lagrange_cli.stages import Listener, heard_by
 from tests.simulate.available import or_skip
@@ -184,7 +183,7 @@ def test_attempts_in_wider_arithmetic_go_on(scene, tmp_path):
 
 @pytest.mark.slow
 def test_a_measured_run_with_samples_in_files_goes_on(monkeypatch, scene, tmp_path):
-    monkeypatch.setattr(rows, "WINDOW", 400)
+    monkeypatch.setattr(samples, "WINDOW", 400)
     model, how = scene("pendulum"), {"accuracy": 1e-9, "samples": 5001}
     whole = tmp_path / "whole.npz"
     simulate(model, **how).write(whole)
@@ -215,7 +214,7 @@ def test_an_orbit_in_polar_coordinates_goes_on(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "calls"), [("pendulum", 3), ("ball", 6)])
 def test_samples_in_a_file_go_on(monkeypatch, scene, tmp_path, name, calls):
-    monkeypatch.setattr(rows, "WINDOW", 400)
+    monkeypatch.setattr(samples, "WINDOW", 400)
     model, how = scene(name), {"method": "DOP853", "rtol": 1e-9, "samples": 20_001}
     whole = tmp_path / "whole.npz"
     simulate(model, **how).write(whole)

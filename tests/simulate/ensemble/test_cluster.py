@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli import InputError, load, loads, sampled
-from lagrange_cli.simulate.cluster.connection import connected
+from lagrange_cli.simulate.cluster.tasks import connected
 from tests.simulate.clusters import ROOT, environment, scheduler, wait_for_workers, worker
 
 pytest.importorskip("distributed")

@@ -13,7 +13,7 @@ from lagrange_cli.simulate.ensemble.plan.plan import Selection
 from lagrange_cli.simulate.ensemble.plan.sampling import sampled
 from lagrange_cli.simulate.ensemble.plan.sources import grid
 from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
-from lagrange_cli.simulate.model.reductions import read_reduction
+from lagrange_cli.simulate.model.requested_outputs import read_reduction
 from lagrange_cli.simulate.results.plot import draw_map
 from tests.simulate.ensemble.test_ensemble import PENDULUM, plan_of
 

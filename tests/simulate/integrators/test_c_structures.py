@@ -13,23 +13,20 @@ from typing import Any
 
 import pytest
 
-from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.integrators.event_functions import EVENT_PARTS, RISES
+from lagrange_cli.simulate import kernels, sharpness
+from lagrange_cli.simulate.integrators.events import EVENT_PARTS, RISES
 from lagrange_cli.simulate.integrators.hybrid import surface_motion
-from lagrange_cli.simulate.integrators.native.c_structures import (
-    LANDMARK_ROWS,
-    MOST_EVENTS,
-    KernelStatus,
-    structure,
-)
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
     EXTENDED,
+    LANDMARK_ROWS,
+    MOST_EVENTS,
     WIDER_TYPES,
+    KernelStatus,
     NativeReal,
+    structure,
 )
 from lagrange_cli.simulate.integrators.native.methods import CompiledTaylor
-from lagrange_cli.simulate.sharpness import unwatched as unseen
 from lagrange_cli.simulate.toolchain.compiler import find_compiler
 
 #: Lanes of motions that are stepped side by side, by the options that make so many.
@@ -40,7 +37,7 @@ if platform.machine() == "x86_64":
 #: A constant of C → its twin, by the file that has it.
 CONSTANTS: Mapping[str, Mapping[str, float]] = {
     "events.c": {"MOST": MOST_EVENTS, "LAGRANGE_PARTS": EVENT_PARTS, "LAGRANGE_RISES": RISES},
-    "landmarks.c": {"TIMES + 1": LANDMARK_ROWS, "RESOLVED": unseen.RESOLVED_EXPONENT},
+    "landmarks.c": {"TIMES + 1": LANDMARK_ROWS, "RESOLVED": sharpness.RESOLVED_EXPONENT},
     "advance.c": {"EARLY": surface_motion.EARLY, "BEHIND": surface_motion.BEHIND},
     "series.c": {"ORDER": CompiledTaylor.order},
     "kernel.h": {f"LAGRANGE_{status.name}": status.value for status in KernelStatus},

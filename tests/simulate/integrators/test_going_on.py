@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lagrange_cli.simulate.checkpoint.serialization import DamagedError, deserialize, serialize
+from lagrange_cli.simulate.checkpoint.checkpoint import DamagedError, deserialize, serialize
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.base import ConstrainedRhs
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.cache import digest, open_cache
-from lagrange_cli.simulate.integrators.external.heyoka_cache import SUFFIX, compiled_once
+from lagrange_cli.simulate.integrators.external.heyoka_method import SUFFIX, compiled_once
 from tests.simulate.available import or_skip
 
 ROOT = Path(__file__).parents[3]

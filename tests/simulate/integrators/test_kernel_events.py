@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
-from lagrange_cli.simulate.integrators.event_functions import RISES
+from lagrange_cli.simulate.integrators.events import RISES
 from tests.simulate.native_systems import native, native_events
 
 METHODS = [INTEGRATORS[name] for name in ("DOP853", "Gauss16")]

@@ -13,10 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.checkpoint.serialization import deserialize, serialize
+from lagrange_cli.simulate.checkpoint.checkpoint import deserialize, serialize
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.base import Integrator
-from lagrange_cli.simulate.integrators.native import quadruple
+from lagrange_cli.simulate.integrators.native import c_types
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, QUADRUPLE
 from lagrange_cli.simulate.integrators.native.methods import CompiledTaylor
 from lagrange_cli.simulate.model.build import model_of
@@ -58,33 +58,33 @@ def value(number: np.ndarray) -> Fraction:
 
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1))
 def test_doubles_are_the_same_numbers(values: list[float]) -> None:
-    numbers = quadruple.from_doubles(np.array(values))
+    numbers = c_types.quadruples_from_doubles(np.array(values))
     assert [value(number) for number in numbers] == [Fraction(x) for x in values]
-    assert quadruple.to_doubles(numbers).tolist() == values
+    assert c_types.doubles_from_quadruples(numbers).tolist() == values
 
 
 @given(st.fractions(max_denominator=10**30))
 def test_exact_numbers_are_rounded_to_the_nearest(exact: Fraction) -> None:
-    (number,) = quadruple.from_fractions([exact])
+    (number,) = c_types.quadruples_from_fractions([exact])
     rounded = value(number)
     assert abs(rounded - exact) <= abs(exact) / 2**113
-    assert float(quadruple.to_doubles(np.array([number]))[0]) == pytest.approx(
+    assert float(c_types.doubles_from_quadruples(np.array([number]))[0]) == pytest.approx(
         float(exact), rel=2**-52
     )
 
 
 def test_numbers_that_are_none() -> None:
     values = np.array([[math.inf, -math.inf], [math.nan, -0.0]])
-    back = quadruple.to_doubles(quadruple.from_doubles(values))
+    back = c_types.doubles_from_quadruples(c_types.quadruples_from_doubles(values))
     assert back.shape == (2, 2)
     assert back[0].tolist() == [math.inf, -math.inf]
     assert math.isnan(back[1, 0])
     assert math.copysign(1.0, back[1, 1]) == -1.0
-    assert float(quadruple.number(math.pi)) == math.pi
+    assert float(c_types.quadruple_from_double(math.pi)) == math.pi
 
 
 def test_a_round_up_carries_into_the_exponent() -> None:
-    (number,) = quadruple.from_fractions([2 - Fraction(1, 2**130)])
+    (number,) = c_types.quadruples_from_fractions([2 - Fraction(1, 2**130)])
     assert value(number) == 2
 
 

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from lagrange_cli import loads
 from lagrange_cli.simulate.accuracy.event_agreement import event_agreement, first_zeno_time
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
-from lagrange_cli.simulate.integrators.event_functions import RISES, TerminalEvents
-from lagrange_cli.simulate.integrators.event_location import EventSearch
+from lagrange_cli.simulate.integrators.events import RISES, EventSearch, TerminalEvents
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
     ENDLESS,
     UNDETERMINED,

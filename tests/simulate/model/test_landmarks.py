@@ -15,7 +15,7 @@ from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.expressions import calls_and_powers
 from lagrange_cli.simulate.model.inputs import substitute_inputs
-from lagrange_cli.simulate.model.peak_exponents import peak_exponents
+from lagrange_cli.simulate.model.sharp_functions import peak_exponents
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.simulation import problem_of

@@ -14,7 +14,7 @@ from lagrange_cli.scene import read_file, read_text
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.results.forces import constraint_force_columns
+from lagrange_cli.simulate.results.columns import constraint_force_columns
 from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
 
 SYSTEMS = Path(__file__).parents[3] / "systems"

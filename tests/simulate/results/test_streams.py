@@ -17,14 +17,12 @@ import pytest
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
-from lagrange_cli.simulate import simulate
+from lagrange_cli.simulate import samples, simulate
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.results.streaming import Stream
-from lagrange_cli.simulate.samples import buffer as spool
-from lagrange_cli.simulate.samples import rows
-from lagrange_cli.simulate.samples.rows import Grid, RowRanges
+from lagrange_cli.simulate.samples import Grid, RowRanges
 from lagrange_cli.simulate.simulation import RunContext
 
 PENDULUM = """
@@ -71,7 +69,7 @@ RUNS = {
 @pytest.fixture
 def small(monkeypatch):
     """Windows of a few samples."""
-    monkeypatch.setattr(rows, "WINDOW", 100)
+    monkeypatch.setattr(samples, "WINDOW", 100)
 
 
 def model(text: str):
@@ -260,7 +258,7 @@ def test_ranges_are_read_like_one_array():
 def test_a_spool_gives_back_what_it_took():
     width, rng = 3, np.random.default_rng(1)
     values = rng.normal(size=(50, width))
-    of = spool.FileBuffer(io.BytesIO(), width, size=8)
+    of = samples.FileBuffer(io.BytesIO(), width, size=8)
     filled = 0
     while filled < 50:
         room = of.unfilled(filled, min(filled + int(rng.integers(1, 20)), 50))

@@ -8,7 +8,7 @@ import pytest
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.verification.energy_drift import EnergyDrift, first_contradiction
+from lagrange_cli.simulate.verification.drifts import EnergyDrift, first_contradiction
 
 BARRIER = """
 particles: {{p: {{mass: 1, position: [x, 0, 0]}}}}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lagrange_cli.simulate.verification.constraint_drift import constraint_drift
+from lagrange_cli.simulate.verification.drifts import constraint_drift
 
 TIMES = np.linspace(0.0, 6.0, 100)
 

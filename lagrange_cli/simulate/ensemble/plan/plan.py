@@ -24,7 +24,7 @@ from lagrange_cli.simulate.ensemble.plan.recipe import (
     varied_parameters,
 )
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.model.reductions import Reduction
+from lagrange_cli.simulate.model.requested_outputs import Reduction
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import resolve
 from lagrange_cli.simulate.system.inputs import digest_of_files

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.model import Scene
     from lagrange_cli.scene.reader import SceneText
     from lagrange_cli.simulate.ensemble.plan.enumeration import Members
-    from lagrange_cli.simulate.model.reductions import Reduction
-    from lagrange_cli.simulate.model.sections import WrittenCondition
+    from lagrange_cli.simulate.model.requested_outputs import Reduction, WrittenCondition
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ class Recipe:
     section
         Condition whose values are further outputs; None if there is none.
     extra
-        Further outputs, as :data:`.further_outputs.FURTHER` names them.
+        Further outputs, as :data:`.requested_outputs.FURTHER` names them.
     """
 
     text: SceneText
@@ -124,10 +123,12 @@ class Recipe:
             Located: a reduction or a section is of nothing that the equations have; or a driven
             input is none.
         """
-        from lagrange_cli.simulate.model.further_outputs import with_further_outputs
         from lagrange_cli.simulate.model.inputs import with_driven_inputs
-        from lagrange_cli.simulate.model.reductions import with_reductions
-        from lagrange_cli.simulate.model.sections import with_section
+        from lagrange_cli.simulate.model.requested_outputs import (
+            with_further_outputs,
+            with_reductions,
+            with_section,
+        )
 
         equations = with_reductions(equations, self.reductions)
         if self.section is not None:

@@ -13,8 +13,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.plan.enumeration import GridMembers
 from lagrange_cli.simulate.ensemble.store.result import unit_of
 from lagrange_cli.simulate.model.labels import Label, Labels
-from lagrange_cli.simulate.results.picture import axis_label
-from lagrange_cli.simulate.results.plane import PlaneMap
+from lagrange_cli.simulate.results.picture import PlaneMap, axis_label
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.plan.enumeration import Members

@@ -166,7 +166,7 @@ def reduced(kind: str, times: Array, values: Array, allowed: Array) -> Reduced:
     Parameters
     ----------
     kind
-        One of :data:`.model.reductions.KINDS`.
+        One of :data:`.model.requested_outputs.KINDS`.
     times
         Of the samples, shape (samples,).
     values

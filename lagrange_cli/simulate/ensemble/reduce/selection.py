@@ -12,7 +12,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.plan.plan import MemberMotion, Selection
 from lagrange_cli.simulate.ensemble.reduce.reductions import reduced
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.model.reductions import reduction_outputs
+from lagrange_cli.simulate.model.requested_outputs import reduction_outputs
 from lagrange_cli.simulate.request import Request
 
 

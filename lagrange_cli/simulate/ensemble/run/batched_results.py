@@ -23,7 +23,7 @@ from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import Request, resolve
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.verification.disproof import energy_is_conserved
-from lagrange_cli.simulate.verification.energy_drift import contradicted, energy_drifts, suspects
+from lagrange_cli.simulate.verification.drifts import contradicted, energy_drifts, suspects
 
 #: Numbers in all samples of members that are held at a time.
 _MOST_NUMBERS = 2_000_000
@@ -173,7 +173,7 @@ class BatchedResults:
         """Tell whether energies change by more than errors, (members, 2n), explain, where they
         change most.
 
-        As :func:`.verification.energy_drift.first_contradiction`, but that members that are in
+        As :func:`.verification.drifts.first_contradiction`, but that members that are in
         doubt are asked again by themselves.
         """
         if not self.model.facts["autonomous"]:

@@ -26,9 +26,8 @@ from lagrange_cli.files import (
     reading_carried,
     temporary_file,
 )
-from lagrange_cli.simulate.cluster.refusals import ClusterError, refusal
 from lagrange_cli.simulate.cluster.tasks import Cluster
-from lagrange_cli.simulate.cluster.workers import exists
+from lagrange_cli.simulate.cluster.workers import ClusterError, exists, refusal
 from lagrange_cli.simulate.ensemble.plan.plan import Blocks
 from lagrange_cli.simulate.ensemble.run.run import compile_ahead, run_block
 from lagrange_cli.simulate.ensemble.store.blocks import FinishedBlock

@@ -22,7 +22,7 @@ from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.plan.plan import Blocks
-    from lagrange_cli.simulate.model.reductions import Reduction
+    from lagrange_cli.simulate.model.requested_outputs import Reduction
 
 
 #: Libraries whose versions a result says.

@@ -3,6 +3,11 @@
 Biscani and Izzo, *Mon. Not. R. Astron. Soc.* 504 (2021) 2614; orders and steps after Jorba and
 Zou, *Exp. Math.* 14 (2005) 99. The right-hand side is differentiated as expressions
 (:mod:`.integrators.expressions`), which heyoka compiles into machine code.
+
+heyoka has a cache on the disk of its own, in the user's folder, which holds machine code that is
+loaded unverified. Here it has a private folder while it compiles: what lagrange's cache has for the
+same expressions is put there, and what appears there is taken into the cache. So its code is
+verified, bounded and cleared as everything else there, and no code remains if the cache is off.
 """
 
 from __future__ import annotations
@@ -10,14 +15,19 @@ from __future__ import annotations
 import copy
 import importlib.util
 import math
+import os
 import pickle
+import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lagrange_cli.cache import digest
+from lagrange_cli.cache import Cache, digest, open_cache
+from lagrange_cli.files import temporary_folder
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
     Control,
@@ -29,6 +39,73 @@ from lagrange_cli.simulate.integrators.base import (
 )
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer, expressions
 from lagrange_cli.simulate.toolchain.compiler import processor
+
+#: Ending of the cache's entries.
+SUFFIX = ".db"
+
+#: Name of the file that heyoka makes.
+_DATABASE = "cache.db"
+
+#: The folder in which heyoka keeps code is a setting of the process.
+_SETTING = threading.Lock()
+
+
+def compiled_once(state: Any, key: str, build: Callable[[], Any]) -> Any:
+    """Compile by ``build``, or load what it compiled when the key was the same.
+
+    Parameters
+    ----------
+    state
+        heyoka's ``llvm_state``; its settings are afterwards what they were.
+    key
+        The hash of all that the code depends on.
+    """
+    with _SETTING:
+        path, enabled = state.get_diskcache_path(), state.get_diskcache_enabled()
+        try:
+            state.set_diskcache_enabled(False)
+            return _compiled_code(state, open_cache(), key, build)
+        finally:
+            state.set_diskcache_path(path)
+            state.set_diskcache_enabled(enabled)
+
+
+def _compiled_code(state: Any, cache: Cache, key: str, build: Callable[[], Any]) -> Any:
+    """Compile or load while heyoka's own cache is switched off."""
+    if cache.reason is not None:
+        return build()
+    before = cache.get(key, SUFFIX)
+    try:
+        with temporary_folder() as folder:
+            if before is not None:
+                Path(folder, _DATABASE).write_bytes(before)
+            built = _within(state, folder, build)
+            if before is None:
+                _keep(cache, key, folder)
+            return built
+    except OSError:
+        # The folder cannot be made or written.
+        return build()
+
+
+def _within(state: Any, folder: str, build: Callable[[], Any]) -> Any:
+    """Build with heyoka's cache in this folder, whose files are complete afterwards."""
+    path = state.get_diskcache_path()
+    state.set_diskcache_path(folder)
+    state.set_diskcache_enabled(True)
+    try:
+        return build()
+    finally:
+        state.set_diskcache_enabled(False)
+        # It closes its files when it is given others.
+        state.set_diskcache_path(path)
+
+
+def _keep(cache: Cache, key: str, folder: str) -> None:
+    """Take what heyoka has written into the cache, if it is one file and complete."""
+    if [name for name in os.listdir(folder) if name.startswith(_DATABASE)] == [_DATABASE]:
+        cache.put(key, Path(folder, _DATABASE).read_bytes(), SUFFIX)
+
 
 #: Largest relative tolerance with an order of its own.
 _LARGEST = 1e-3
@@ -168,7 +245,7 @@ def _compiled(text: _Text, tolerance: float) -> Any:
     """Compile the integrator for any parameters, without a state."""
     import heyoka
 
-    from lagrange_cli.simulate.integrators.external.heyoka_cache import compiled_once
+    from lagrange_cli.simulate.integrators.external.heyoka_method import compiled_once
 
     system, operations = _system(text)
     compact, start = operations > _COMPACT, [0.0] * text.size

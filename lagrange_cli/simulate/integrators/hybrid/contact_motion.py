@@ -18,7 +18,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, SavedState, projection
-from lagrange_cli.simulate.integrators.event_functions import RISES
+from lagrange_cli.simulate.integrators.events import RISES
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     TOUCHING,
     ContactEventKind,

@@ -13,7 +13,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
+from lagrange_cli.simulate.integrators.events import TerminalEvents
 
 #: For each contact whether it is closed.
 ContactMode: TypeAlias = tuple[bool, ...]

@@ -19,7 +19,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, Rhs, SavedState
-from lagrange_cli.simulate.integrators.event_functions import RISES, TerminalEvents, ZeroCrossing
+from lagrange_cli.simulate.integrators.events import RISES, TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.hybrid.motion import CHATTER, TOGETHER, Begin, HybridMotion
 from lagrange_cli.simulate.integrators.hybrid.sliding import (
     SlidingRhs,

@@ -15,7 +15,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.event_functions import TerminalEvents
+from lagrange_cli.simulate.integrators.events import TerminalEvents
 
 #: On which side of each surface: 1, −1, or the part between that keeps the motion on it.
 SurfaceSides: TypeAlias = tuple[float, ...]

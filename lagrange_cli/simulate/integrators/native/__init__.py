@@ -4,4 +4,4 @@ A right-hand side in C goes in; runs come out that make all their steps in the k
 of C have their twins here. Read :mod:`.function`, then :mod:`.methods`.
 """
 
-__all__ = ["batched_taylor", "c_types", "function", "landmarks", "methods"]
+__all__ = ["batched_taylor", "buffers", "c_types", "function", "methods"]

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.native.c_structures import structure
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
     LONG,
     POINTER,
     NativeReal,
     aligned_zeros,
+    structure,
 )
 
 _ROWS = ctypes.CFUNCTYPE(ctypes.c_int)

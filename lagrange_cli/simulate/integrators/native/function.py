@@ -13,6 +13,7 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Projection, Shift
 from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
+from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
     LONG,
@@ -21,7 +22,6 @@ from lagrange_cli.simulate.integrators.native.c_types import (
     address_of,
     place_of,
 )
-from lagrange_cli.simulate.integrators.native.landmarks import NativeLandmarks
 from lagrange_cli.simulate.integrators.piecewise import InputPieces
 
 if TYPE_CHECKING:

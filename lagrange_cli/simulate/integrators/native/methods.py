@@ -25,25 +25,33 @@ from lagrange_cli.simulate.integrators.base import (
     SavedState,
     StepError,
 )
-from lagrange_cli.simulate.integrators.event_functions import TerminalEvents, ZeroCrossing
+from lagrange_cli.simulate.integrators.events import TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.gauss import Gauss16
-from lagrange_cli.simulate.integrators.native.c_structures import KernelStatus, structure
+from lagrange_cli.simulate.integrators.native.buffers import (
+    EventBuffer,
+    LandmarkBuffer,
+    ObservedBuffer,
+)
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
     LONG,
     POINTER,
+    KernelStatus,
     aligned_zeros,
     place_of,
+    structure,
 )
-from lagrange_cli.simulate.integrators.native.events import EventBuffer
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
-from lagrange_cli.simulate.integrators.native.landmarks import LandmarkBuffer
-from lagrange_cli.simulate.integrators.native.observed import ObservedBuffer
 from lagrange_cli.simulate.integrators.observed_motion import ROOM, ObservedMotion
-from lagrange_cli.simulate.integrators.rattle import Rattle, require_shift
-from lagrange_cli.simulate.integrators.scipy_explicit import DOP853, RK4
-from lagrange_cli.simulate.integrators.scipy_implicit import Radau
-from lagrange_cli.simulate.integrators.symplectic import DIVERGES, Gauss4, Gauss6, Verlet
+from lagrange_cli.simulate.integrators.scipy_methods import DOP853, RK4, Radau
+from lagrange_cli.simulate.integrators.symplectic import (
+    DIVERGES,
+    Gauss4,
+    Gauss6,
+    Rattle,
+    Verlet,
+    require_shift,
+)
 
 _ROWS = ctypes.CFUNCTYPE(LONG)
 _START = ctypes.CFUNCTYPE(ctypes.c_int, POINTER)

@@ -1,18 +1,59 @@
-"""Remark on sharp forces in runs that do not watch for them.
+"""Sharp forces, which may act between the evaluations of a step.
 
-Compiled runs without contacts resolve the peaks of sharp functions (:mod:`.peaks`). In others a
-force that acts for less than a step may fall between all evaluations of all runs.
+Compiled runs without contacts watch the exponents of sharp functions, so that their peaks are
+resolved. In others a force that acts for less than a step may fall between all evaluations of all
+runs: the result then has a remark.
 """
 
 from __future__ import annotations
 
+import copy
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
+from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
+from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
-from lagrange_cli.simulate.samples.rows import RowSequence, decimated
+from lagrange_cli.simulate.samples import RowSequence, decimated
 from lagrange_cli.simulate.system.functions import RightHandSide
+
+
+def watching(problem: InitialValueProblem) -> InitialValueProblem:
+    """The same problem, whose compiled integrators resolve the peaks of sharp functions."""
+    if problem.landmarks is None:
+        return problem
+    watched = partial(_watching, landmarks=problem.landmarks)
+    perturbed = problem.perturbed
+    return replace(
+        problem,
+        rhs=watched(problem.rhs),
+        perturbed=None if perturbed is None else (watched(perturbed[0]), watched(perturbed[1])),
+        wider=lambda: _wider(problem),
+        landmarks=None,
+    )
+
+
+def _wider(problem: InitialValueProblem) -> InitialValueProblem | None:
+    wider = problem.wider()
+    return None if wider is None else watching(wider)
+
+
+def _watching(rhs: Rhs, landmarks: NativeLandmarks) -> Rhs:
+    if not isinstance(rhs, NativeRhs):
+        return rhs
+    copied = copy.copy(rhs)
+    copied.landmarks = landmarks
+    surfaces = surfaces_of(rhs)
+    if surfaces is not None:
+        copied.surfaces = surfaces.through(partial(_watching, landmarks=landmarks))
+    return copied
+
 
 #: What the exponent of a sharp function may change by in the longest step, beside a peak that no
 #: step passes unseen (RESOLVED of kernels/landmarks.c).

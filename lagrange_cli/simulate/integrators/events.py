@@ -1,6 +1,6 @@
-"""Locate the first + → − zero crossing of several event functions on a step's dense output.
+"""Event functions g(t, y) of a run, and the location of their zeros on a step's dense output.
 
-The search of the compiled integrators in Python (kernels/events.c): signs are compared at the
+The search is that of the compiled integrators (kernels/events.c): signs are compared at the
 ends of parts of a step, and the least value of a function that dips between equal signs.
 """
 
@@ -8,16 +8,81 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.event_functions import (
-    EVENT_PARTS,
-    RISES,
-    TerminalEvents,
-    ZeroCrossing,
-)
+
+#: Parts of a step in which signs are looked at (events.h).
+EVENT_PARTS = 4
+
+#: The sign of a function that is zero at first, but for rounding, and then positive (events.h).
+RISES = 2.0
+
+
+@dataclass(frozen=True)
+class ZeroCrossing:
+    """Zero, or least value, of an event function.
+
+    Attributes
+    ----------
+    time
+        Its time.
+    index
+        Number of the event function.
+    state
+        State then, shape (2n,).
+    """
+
+    time: float
+    index: int
+    state: Array
+
+
+@dataclass(frozen=True)
+class NativeEvents:
+    """Event functions in C of the interface of a right-hand side.
+
+    Attributes
+    ----------
+    function
+        ``int g(t, y, u, p, work, out)`` of the :func:`.native.c_types.function_type` of the run's
+        numbers, which writes one value for each event.
+    parameters, work
+        As of a :class:`.native.function.NativeRhs`.
+    """
+
+    function: Any
+    parameters: Array
+    work: Array
+
+
+@dataclass(frozen=True)
+class TerminalEvents:
+    """Event functions g(t, y) that end a run: it stops where the first falls through zero.
+
+    Attributes
+    ----------
+    values
+        (t, y) → values of all functions, shape (events,).
+    signs
+        Signs at first. A function that rises from zero has :data:`RISES` and counts from where it
+        exceeds its noise.
+    noise
+        Error of each function at first.
+    native
+        The same functions for compiled integrators; None if none are compiled.
+    reach
+        Least values below it are told too; by default none are.
+    """
+
+    values: Callable[[float, Array], Array]
+    signs: tuple[float, ...]
+    noise: tuple[float, ...]
+    native: NativeEvents | None = None
+    reach: tuple[float, ...] = ()
+
 
 #: A function whose least value is more than so many times its changes does not dip to zero.
 _SHALLOW = 4.0

@@ -1,4 +1,4 @@
-"""Drift of a conserved energy, and when it disproves an accuracy.
+"""Drift of a motion: from its closure equations, of its conserved quantities, of its energy.
 
 The estimate of the error compares runs with each other. They do not see a barrier narrower than
 a step that all of them step over; the energy function may.
@@ -15,7 +15,111 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.samples.rows import RowSequence, windows
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.samples import WINDOW, RowSequence, windows
+from lagrange_cli.simulate.system.functions import RightHandSide
+
+#: Samples at which the change of residuals with the state is measured.
+_SAMPLES = 8
+
+#: Distance by which a state is moved for that, as a part of its scales: the error of a difference
+#: quotient and its rounding are then about equal.
+_MOVE = 2.0**-17
+
+#: Residuals of many states: t (m,), y (m, 2n) → (m, k).
+Constraints = Callable[[Array, Array], Array]
+
+
+def constraint_drift(
+    constraints: Constraints, t: RowSequence, states: RowSequence, scales: Array
+) -> float | None:
+    """Return the largest residual at any sample, as a part of its own scale.
+
+    The scale of a residual c is Σ |∂c/∂y_i|·scale_i, the largest at a few samples: a drift
+    of 1e-12 means that the constraint is off by what moving every coordinate (or velocity)
+    by 1e-12 of its scale can do. So neither units nor the way in which a constraint is
+    written matter.
+
+    Parameters
+    ----------
+    constraints
+        Residuals at many states.
+    t, states
+        Samples, shapes (m,) and (m, 2n).
+    scales
+        Of the numbers of a state, shape (2n,).
+
+    Returns
+    -------
+    None if there are no constraints, or a residual does not exist.
+    """
+    parts = [np.abs(constraints(*part)).max(axis=0) for part in windows(t, states)]
+    residuals = np.array(parts).max(axis=0)
+    if len(residuals) == 0:
+        return None
+    with np.errstate(all="ignore"):
+        ratios = residuals / _residual_scales(constraints, t, states, scales)
+    drift = float(np.where(residuals == 0, 0.0, ratios).max())
+    return drift if math.isfinite(drift) else None
+
+
+def _residual_scales(
+    constraints: Constraints, t: RowSequence, states: RowSequence, scales: Array
+) -> Array:
+    """Σ |∂c/∂y_i|·scale_i of each residual c, the largest at a few samples."""
+    picked = np.unique(np.linspace(0, len(states) - 1, _SAMPLES).round().astype(int)).tolist()
+    times, at = np.array([t[k] for k in picked]), np.array([states[k] for k in picked])
+    total, block = 0.0, max(1, WINDOW // (2 * at.size))
+    for first in range(0, len(scales), block):
+        rows = min(block, len(scales) - first)
+        moves = _MOVE * scales * np.eye(rows, len(scales), first)[:, None]
+        moved = np.concatenate([at + moves, at - moves])
+        every = constraints(np.tile(times, len(moved)), moved.reshape(-1, len(scales)))
+        above, below = every.reshape(2, rows, len(at), -1)
+        total = total + (np.abs(above - below) / (2 * _MOVE)).sum(axis=0)
+    return np.asarray(np.max(total, axis=0))
+
+
+def quantity_values(
+    model: Model, functions: RightHandSide, t: Array, states: Array
+) -> dict[str, tuple[Array, Array]]:
+    """Name of each conserved quantity → its values at samples, and the sizes of its terms.
+
+    Parameters
+    ----------
+    t, states
+        Shapes (m,) and (m, 2n). Values and sizes have shape (m,).
+    """
+    table, first = functions.outputs(t, states), len(model.outputs)
+    values = dict(zip(model.outputs, table.T, strict=False))
+    found = {}
+    for quantity in model.quantities or ():
+        terms = table[:, first : first + quantity.terms]
+        found[quantity.name] = values[quantity.name], np.abs(terms).sum(axis=1)
+        first += quantity.terms
+    return found
+
+
+def conserved_drifts(
+    model: Model, functions: RightHandSide, t: RowSequence, states: RowSequence
+) -> dict[str, float | None]:
+    """Measure the largest change of each quantity over the largest sum of sizes of its terms.
+
+    None where a number is not finite.
+    """
+    first: dict[str, float] = {}
+    change = {quantity.name: 0.0 for quantity in model.quantities or ()}
+    scale = dict(change)
+    if not change:
+        return {}
+    for part in windows(t, states):
+        for name, (values, sizes) in quantity_values(model, functions, *part).items():
+            start = first.setdefault(name, float(values[0]))
+            change[name] = float(np.max([change[name], np.abs(values - start).max()]))
+            scale[name] = float(np.max([scale[name], sizes.max()]))
+    drifts = {name: change[name] / (scale[name] or 1.0) for name in change}
+    return {name: drift if math.isfinite(drift) else None for name, drift in drifts.items()}
+
 
 #: Change of the energy that disproves an accuracy, as a multiple of its first-order effect.
 _MARGIN = 8.0
