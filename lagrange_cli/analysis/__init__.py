@@ -1,25 +1,11 @@
-"""What a course does with equations of motion once it has them, and a controller's designer.
+"""Analysis of certified equations of motion, as in a course on mechanics or on control.
 
-Certified :class:`~lagrange_cli.mechanics.equations.Equations` go in; symmetries, equilibria,
-linear systems, modes and other forms of the equations come out, as frozen values. Nothing is
-found unless it is asked for. Read :mod:`.analyze` first; :mod:`.symmetries` has Noether's theorem.
+:class:`~lagrange_cli.mechanics.equations.Equations` go in; a :class:`~.result.Analysis` comes out,
+or one of the forms of the equations, as frozen values. Read :mod:`.analyze` first: it calls the
+rooms in order, and only for the parts that were asked for. ``equilibria`` finds configurations of
+rest, ``linear`` linearizes there and proves stability, ``branches`` follows equilibria over a
+parameter, ``symmetries`` has Noether's theorem, ``forms`` the equations of Hamilton and Routh.
+Values that several rooms share are in :mod:`.values`.
 """
 
-__all__ = [
-    "analyze",
-    "brackets",
-    "branch_values",
-    "constants_of_motion",
-    "energies",
-    "frequency_response",
-    "hamiltonian",
-    "legendre",
-    "momenta",
-    "phrases",
-    "response_values",
-    "routhian",
-    "small_oscillations",
-    "symmetries",
-    "values",
-    "verdicts",
-]
+__all__ = ["analyze", "phrases", "result", "small_oscillations", "values"]

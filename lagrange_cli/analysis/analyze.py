@@ -14,33 +14,30 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.at import Configuration, configuration_at, nearest
 from lagrange_cli.analysis.branches.find import find_branches
-from lagrange_cli.analysis.closed_forms import ClosedForms, closed_forms
-from lagrange_cli.analysis.exact_matrices import exact_matrices
-from lagrange_cli.analysis.linearize import in_doubles, linear_system, state_space
-from lagrange_cli.analysis.modes import modes
-from lagrange_cli.analysis.phrases import Phrase
-from lagrange_cli.analysis.repeats import distance, without_repeats
-from lagrange_cli.analysis.rest_system import RestSystem, rest_system
-from lagrange_cli.analysis.search import search
-from lagrange_cli.analysis.stability import stability
-from lagrange_cli.analysis.steady import SteadySystem, steady_system, turning_names
-from lagrange_cli.analysis.symmetries import linear_symmetries
-from lagrange_cli.analysis.values import (
-    Analysis,
-    Equilibria,
-    Equilibrium,
-    LeftOut,
-    Linearization,
-    Mode,
+from lagrange_cli.analysis.equilibria.closed_forms import ClosedForms, closed_forms
+from lagrange_cli.analysis.equilibria.configuration import Configuration, configuration_at, nearest
+from lagrange_cli.analysis.equilibria.repeats import distance, without_repeats
+from lagrange_cli.analysis.equilibria.rest_system import RestSystem, rest_system
+from lagrange_cli.analysis.equilibria.search import search
+from lagrange_cli.analysis.equilibria.steady import SteadySystem, steady_system, turning_names
+from lagrange_cli.analysis.linear.linearize import (
+    exact_matrices,
+    in_doubles,
+    linear_system,
+    state_space,
 )
-from lagrange_cli.analysis.verdicts import Stability
+from lagrange_cli.analysis.linear.modes import modes
+from lagrange_cli.analysis.linear.stability import stability
+from lagrange_cli.analysis.phrases import Phrase
+from lagrange_cli.analysis.result import Analysis, LeftOut
+from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
+from lagrange_cli.analysis.values import Equilibria, Equilibrium, Linearization, Mode, Stability
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.branches.varied import Varied
+    from lagrange_cli.analysis.branches.parameter import Varied
     from lagrange_cli.mechanics.equations import Equations
 
 #: The parts of an analysis, in the order in which they are found.

@@ -2,8 +2,8 @@
 
 With q = q₀ + x, T and V are ½ ẋ·M ẋ and ½ x·K x up to terms of third order, and
 M ẍ + C ẋ + K x = 0 (H. Goldstein, C. Poole and J. Safko, Classical Mechanics, 3rd ed., chapter 6).
-The matrices are those of :mod:`.exact_matrices`, compared with the ones that differentiation of the
-value graph gives; where there is no closed form, these stand as numbers.
+The matrices are those of :func:`.linearize.exact_matrices`, compared with the ones that
+differentiation of the value graph gives; where there is no closed form, these stand as numbers.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.analyze import analyze
-from lagrange_cli.analysis.legendre import at_rest
+from lagrange_cli.analysis.forms.legendre import at_rest
 from lagrange_cli.analysis.values import Equilibrium, Linearization, Matrix, Mode
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics.dynamics.textbook_form import RowSystem, shown_rows

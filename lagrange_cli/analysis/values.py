@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -10,14 +9,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from sympy import Expr, Symbol
+    from sympy import Expr
 
-    from lagrange_cli.analysis.branch_values import Branches
-    from lagrange_cli.analysis.momenta import Momentum
-    from lagrange_cli.analysis.response_values import FrequencyResponse
-    from lagrange_cli.analysis.symmetries import Symmetries
-    from lagrange_cli.analysis.verdicts import Stability
-    from lagrange_cli.mechanics.equations import Equations
+
+Verdict: TypeAlias = Literal[
+    "stable",
+    "asymptotically stable",
+    "stable but for drift",
+    "stable in the linear approximation",
+    "unstable",
+    "undecided",
+]
+"""What is proven of the motions that begin near an equilibrium, at most as much as is proven."""
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Stability of an equilibrium.
+
+    Attributes
+    ----------
+    verdict
+        What is proven.
+    reason
+        The theorem and what of it was found to hold, a short phrase.
+    """
+
+    verdict: Verdict
+    reason: str
+
 
 Matrix: TypeAlias = NDArray[np.float64]
 """Numbers in doubles, of any shape."""
@@ -228,127 +248,87 @@ class Mode:
     exact_shape: tuple[Expr, ...] | None = None
 
 
+Complexes: TypeAlias = NDArray[np.complex128]
+"""Complex numbers of any shape."""
+
+
 @dataclass(frozen=True)
-class SteadyForm:
-    """The reduced system whose equilibria are steady motions.
+class ResponsePeak:
+    """A largest gain, or a frequency at which there is none.
 
     Attributes
     ----------
-    equations
-        Routh's equations of the coordinates that rest, the momenta being parameters.
-    momenta
-        The momenta of the ignored coordinates, with these.
-    given
-        For each of them what was given: its symbol, that of the momentum or of the rate, and
-        its value, None if that is not known.
+    frequency
+        Angular frequency.
+    gain, phase
+        |G| and arg G there, in radians; None where an undamped pole makes the gain infinite.
     """
 
-    equations: Equations
-    momenta: tuple[Momentum, ...]
-    given: tuple[tuple[Symbol, float | None], ...]
+    frequency: float
+    gain: float | None
+    phase: float | None
 
 
 @dataclass(frozen=True)
-class Exponents:
-    """Lyapunov exponents of a motion, averaged over a time.
+class Channel:
+    """The response of one output to one input.
 
     Attributes
     ----------
-    values, spreads
-        From the largest, and the standard error of each, in the inverse unit of time.
-    start, until
-        The time.
+    source, output
+        Names of the input and the output.
+    static
+        G(0), the response to a constant input; None where a pole at zero makes it infinite.
+    peaks
+        Largest gains between smaller ones, and undamped poles, by frequency.
     """
 
-    values: tuple[float, ...]
-    spreads: tuple[float, ...]
-    start: float
-    until: float
+    source: str
+    output: str
+    static: float | None
+    peaks: tuple[ResponsePeak, ...]
 
 
 @dataclass(frozen=True)
-class AlongMotion:
-    """A linear system along a motion, without its matrices.
+class FrequencyResponse:
+    """Responses y = G(iω) u e^{iωt} of all outputs to all inputs.
 
     Attributes
     ----------
-    count, start, until
-        Number of times, and the first and the last.
-    states, inputs, outputs
+    low, high
+        The angular frequencies that were looked at.
+    inputs, outputs
         Names.
-    is_constrained
-        True if there is a matrix E, whose null space holds the changes that constraints allow.
-    requested, estimated
-        Largest error of a matrix: what was asked for, and what is estimated.
-    reason
-        Why the promise is not kept; empty where it is.
-    report
-        Everything as values that JSON can hold.
+    frequencies
+        Angular frequencies, ascending, shape (m,); closer where a pole is near.
+    gains
+        G, shape (m, outputs, inputs); not a number at undamped poles.
+    channels
+        One a pair that is not zero.
+    error
+        Largest bound of the rounding errors of a value over its size, for the matrices in doubles.
+    settles
+        ``yes`` if all poles have negative real parts, so that motions settle to these responses;
+        ``undamped`` if some are on the imaginary axis, ``unstable`` if some are beyond it.
     """
 
-    count: int
-    start: float
-    until: float
-    states: tuple[str, ...]
+    low: float
+    high: float
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
-    is_constrained: bool
-    requested: float
-    estimated: float
-    reason: str
-    report: Mapping[str, Any] = field(repr=False)
+    frequencies: NDArray[np.float64]
+    gains: Complexes
+    channels: tuple[Channel, ...]
+    error: float
+    settles: Literal["yes", "undamped", "unstable"]
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """A part of an analysis that was left out, and the reason."""
+def continuous_phase(gains: Complexes) -> NDArray[np.float64]:
+    """Return phases in radians without jumps of whole turns, not a number where gains are not.
 
-    part: str
-    reason: str
-
-
-@dataclass(frozen=True)
-class Analysis:
-    """What was found of equations of motion.
-
-    Attributes
-    ----------
-    equations
-        The equations.
-    symmetries
-        Those beside cyclic coordinates; None if they were not asked for.
-    equilibria
-        None if they were not asked for, or left out.
-    linearization, modes
-        At the stable equilibrium nearest to the initial configuration, or at the one that was
-        asked for.
-    left_out
-        What was asked for and is not here.
-    steady
-        The reduced system, if steady motions were asked for; None if equilibria are of rest.
-    exponents
-        Lyapunov exponents of the motion; None if they were not asked for.
-    along
-        The linear system along the motion; None if it was not asked for.
-    branches
-        Branches of equilibria over a parameter; None if they were not asked for.
-    response
-        Frequency responses at an equilibrium; None if they were not asked for.
+    ``gains``: shape (m,), as the result.
     """
-
-    equations: Equations
-    symmetries: Symmetries | None = None
-    equilibria: Equilibria | None = None
-    linearization: Linearization | None = None
-    modes: tuple[Mode, ...] | None = None
-    left_out: tuple[LeftOut, ...] = field(default=())
-    steady: SteadyForm | None = None
-    exponents: Exponents | None = None
-    along: AlongMotion | None = None
-    branches: Branches | None = None
-    response: FrequencyResponse | None = None
-
-    @property
-    def resting(self) -> Equations:
-        """The equations of the coordinates that rest at an equilibrium."""
-        return self.equations if self.steady is None else self.steady.equations
+    phases = np.angle(gains)
+    known = np.isfinite(phases)
+    phases[known] = np.unwrap(phases[known])
+    return np.asarray(phases, dtype=float)

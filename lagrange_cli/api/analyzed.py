@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.analysis.values import Analysis
+from lagrange_cli.analysis.result import Analysis
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import ending_of
 

@@ -11,8 +11,8 @@ from lagrange_cli.api.values import GivenValues, text_of, texts
 from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.branches.varied import Varied
-    from lagrange_cli.analysis.response_values import FrequencyResponse
+    from lagrange_cli.analysis.branches.parameter import Varied
+    from lagrange_cli.analysis.values import FrequencyResponse
     from lagrange_cli.api.analyzed import Analyzed
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.studies.linear_motion import LinearMotion
@@ -73,7 +73,7 @@ class Analyzing(Moving):
         return Analyzed.of(analyze(self.equations, parts, texts(at), steady=steady, branches=over))
 
     def _varied(self, branches: Mapping[str, tuple[float | str, float | str]]) -> Varied:
-        from lagrange_cli.analysis.branches.varied import varied
+        from lagrange_cli.analysis.branches.parameter import varied
 
         if len(branches) != 1:
             raise ValueError("branches are followed over one parameter")
@@ -130,7 +130,7 @@ class Analyzing(Moving):
         >>> [round(peak.frequency, 6) for peak in found.channels[0].peaks]
         [6.324555]
         """
-        from lagrange_cli.analysis.frequency_response import frequency_response
+        from lagrange_cli.analysis.linear.frequency_response import frequency_response
 
         if not (0 < low < high < float("inf")):
             message = f"frequencies are positive and ascend, not from {low:g} to {high:g}"

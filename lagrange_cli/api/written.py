@@ -48,7 +48,7 @@ class Written(Derived):
         """
         if not brackets:
             return self
-        from lagrange_cli.analysis.brackets import WrittenBracket, with_brackets
+        from lagrange_cli.analysis.forms.brackets import WrittenBracket, with_brackets
 
         written = [WrittenBracket(text, "--bracket") for text in brackets]
         return replace(self, equations=with_brackets(self.equations, written))

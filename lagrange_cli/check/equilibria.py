@@ -47,7 +47,7 @@ def expected_equilibria(expect: Expect, equations: Equations) -> Iterator[Proble
 def _one_equilibrium(
     expected: EquilibriumExpectation, found: Equilibria, equations: Equations
 ) -> Iterator[Problem]:
-    from lagrange_cli.analysis.verdicts import Verdict
+    from lagrange_cli.analysis.values import Verdict
 
     verdicts = get_args(Verdict)
     if expected.stability is not None and expected.stability not in verdicts:

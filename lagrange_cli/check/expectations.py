@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from sympy import Expr
 
-from lagrange_cli.analysis.constants_of_motion import with_constants_of_motion
-from lagrange_cli.analysis.hamiltonian import hamiltonian_form
-from lagrange_cli.analysis.symmetries import linear_symmetries
+from lagrange_cli.analysis.forms.hamiltonian import hamiltonian_form
+from lagrange_cli.analysis.symmetries.conserved_quantities import with_constants_of_motion
+from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
 from lagrange_cli.check.compare import (
     Agreement,
     expressions_agree,

@@ -95,7 +95,7 @@ class AnalysisRequest:
 
     def _at_rest(self, derivation: Derivation) -> Analyzed:
         """Return the analysis of equilibria; of the equations alone if none is asked for."""
-        from lagrange_cli.analysis.values import Analysis
+        from lagrange_cli.analysis.result import Analysis
         from lagrange_cli.api.analyzed import Analyzed
 
         if not self._of_rest and (self.of_motions or self.response is not None):

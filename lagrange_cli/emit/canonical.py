@@ -26,8 +26,8 @@ def programs_of_momenta(equations: Equations) -> dict[str, Program]:
         There are multipliers, or momenta do not determine the velocities.
     """
     # Here and not above: simulation prints C too, and never this.
-    from lagrange_cli.analysis.hamiltonian import hamiltonian_form
-    from lagrange_cli.analysis.legendre import is_quadratic
+    from lagrange_cli.analysis.forms.hamiltonian import hamiltonian_form
+    from lagrange_cli.analysis.forms.legendre import is_quadratic
 
     if equations.pushing:
         name = equations.pushing[0].name
@@ -55,7 +55,7 @@ def _refused(equations: Equations, message: str, hint: str) -> InputError:
 
 def momentum_names(equations: Equations) -> list[str]:
     """Names of the momenta, in the order of the coordinates."""
-    from lagrange_cli.analysis.momenta import momentum_letter
+    from lagrange_cli.analysis.forms.momenta import momentum_letter
 
     letter = momentum_letter(equations)
     return [f"{letter}_{c.name}" for c in equations.coordinates]

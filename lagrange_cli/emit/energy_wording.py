@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.energies import EnergyLoss, EnergySum
+    from lagrange_cli.analysis.symmetries.conserved_quantities import EnergyLoss, EnergySum
     from lagrange_cli.emit.language import Language
 
 

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.analysis.response_values import continuous_phase
+from lagrange_cli.analysis.values import continuous_phase
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from lagrange_cli.analysis.response_values import Channel, FrequencyResponse
+    from lagrange_cli.analysis.values import Channel, FrequencyResponse
 
 #: Inches, and pairs that a legend names.
 _SIZE, _LONGEST_LEGEND = (6.3, 5.2), 12

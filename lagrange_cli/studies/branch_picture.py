@@ -16,7 +16,7 @@ from lagrange_cli.simulate.model.labels import Label, Labels, labels_of
 from lagrange_cli.simulate.results.picture import Line, MarkedPlace, Panel, Picture, axis_label
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.branch_values import Branch, Branches, Stretch
+    from lagrange_cli.analysis.branches.values import Branch, Branches, Stretch
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.simulate.arrays import Array
 

@@ -15,7 +15,7 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.routhian import Routhian, routhian_form
+from lagrange_cli.analysis.forms.routhian import Routhian, routhian_form
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from sympy import sign
 
-from lagrange_cli.analysis.values import AlongMotion
+from lagrange_cli.analysis.result import AlongMotion
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.simulate.system.linearization import LinearFunctions
 

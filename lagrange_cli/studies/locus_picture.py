@@ -12,7 +12,7 @@ from lagrange_cli.simulate.model.labels import Label, labels_of
 from lagrange_cli.simulate.results.picture import Line, MarkedPlace, Panel, Picture
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.branch_values import Branch, Branches
+    from lagrange_cli.analysis.branches.values import Branch, Branches
     from lagrange_cli.mechanics.equations import Equations
 
 #: Branches that have a panel.

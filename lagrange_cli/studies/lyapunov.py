@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.analysis.values import Exponents
+from lagrange_cli.analysis.result import Exponents
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.charts.simulation import simulate_with_sensitivities

@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 from lagrange_cli import load, loads
-from lagrange_cli.analysis.energies import energy_loss, energy_sum
+from lagrange_cli.analysis.symmetries.conserved_quantities import energy_loss, energy_sum
 from tests.systems.shipped import SYSTEMS
 
 

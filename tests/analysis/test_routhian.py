@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from lagrange_cli import api
-from lagrange_cli.analysis.routhian import routhian_form
+from lagrange_cli.analysis.forms.routhian import routhian_form
 from lagrange_cli.errors import InputError, InternalError
 from tests.analysis.form_motions import integrated, numbers, read_back
 

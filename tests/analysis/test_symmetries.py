@@ -6,7 +6,7 @@ import mpmath
 import pytest
 import sympy as sp
 
-from lagrange_cli.analysis.symmetries import Symmetries, linear_symmetries
+from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries, linear_symmetries
 from lagrange_cli.api import loads
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations

@@ -15,7 +15,7 @@ import lagrange_cli.analysis
 import lagrange_cli.emit
 from lagrange_cli import load
 from lagrange_cli.analysis.analyze import analyze
-from lagrange_cli.analysis.values import Exponents
+from lagrange_cli.analysis.result import Exponents
 from lagrange_cli.api.analyzed import Analyzed
 from lagrange_cli.emit.language import LANGUAGES, language
 from lagrange_cli.emit.registry import DERIVED, EMITTERS

@@ -17,7 +17,7 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.rest_functions import IN_DIGITS, exact_number
+from lagrange_cli.analysis.equilibria.rest_functions import IN_DIGITS, exact_number
 from lagrange_cli.analysis.sampled_values import IN_DOUBLES
 from lagrange_cli.analysis.values import Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
@@ -28,7 +28,7 @@ from lagrange_cli.program.graph.schedule import order_of
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.rest_system import RestSystem
+    from lagrange_cli.analysis.equilibria.rest_system import RestSystem
     from lagrange_cli.program.graph.operands import Coefficient
 
 

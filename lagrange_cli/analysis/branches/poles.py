@@ -17,9 +17,9 @@ import numpy as np
 from mpmath import mpf
 
 from lagrange_cli.analysis.branches.curve import DIGITS
-from lagrange_cli.analysis.branches.special import Located, point_at
-from lagrange_cli.analysis.linearize import linear_system
-from lagrange_cli.analysis.stability import first_order
+from lagrange_cli.analysis.branches.singular_points import Located, point_at
+from lagrange_cli.analysis.linear.linearize import linear_system
+from lagrange_cli.analysis.linear.stability import first_order
 from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lagrange_cli.analysis.branches.curve import Space
-    from lagrange_cli.analysis.rest_system import RestSystem
+    from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 
 #: Real part of a pole, relative to the largest pole, that counts in doubles, and in digits.
 _COARSE, _FINE = 1e-6, mpf(10) ** -15

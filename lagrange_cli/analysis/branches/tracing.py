@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from mpmath import mpf
 
+from lagrange_cli.analysis.branches.continuation import Way, follow
 from lagrange_cli.analysis.branches.curve import CurvePoint, Space
-from lagrange_cli.analysis.branches.follow import Way, follow
 from lagrange_cli.analysis.branches.refining import refined
-from lagrange_cli.analysis.branches.special import Crossing, Located, crossing_at, fold_at
+from lagrange_cli.analysis.branches.singular_points import Crossing, Located, crossing_at, fold_at
 from lagrange_cli.analysis.values import Matrix
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.branch_values import EndKind, MarkKind
+    from lagrange_cli.analysis.branches.values import EndKind, MarkKind
 
 # All set by hand.
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from lagrange_cli.analysis.branch_values import Branch, Branches, MarkedPoint
+    from lagrange_cli.analysis.branches.values import Branch, Branches, MarkedPoint
 
 
 def branches_report(found: Branches | None, names: Sequence[str]) -> dict[str, Any]:

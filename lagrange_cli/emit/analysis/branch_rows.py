@@ -23,7 +23,7 @@ from lagrange_cli.emit.analysis.wording import verdict_word
 from lagrange_cli.notation.page import Block, Row, words
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.branch_values import Branch, Branches, MarkedPoint, Stretch
+    from lagrange_cli.analysis.branches.values import Branch, Branches, MarkedPoint, Stretch
     from lagrange_cli.emit.language import Language
 
 #: Coordinates of which both ends of a part are written.

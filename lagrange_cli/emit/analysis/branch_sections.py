@@ -23,7 +23,7 @@ from lagrange_cli.emit.analysis.wording import verdict_word
 from lagrange_cli.emit.steps.sections import Block, Bullets, Section, Table, Words, section
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.branch_values import Branch, Branches, MarkedPoint
+    from lagrange_cli.analysis.branches.values import Branch, Branches, MarkedPoint
     from lagrange_cli.emit.analysis.places import Places
     from lagrange_cli.emit.document.writer import DocumentWriter
 

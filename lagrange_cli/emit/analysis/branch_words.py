@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lagrange_cli.analysis.branch_values import Branch, Branches, EndKind, MarkKind
+    from lagrange_cli.analysis.branches.values import Branch, Branches, EndKind, MarkKind
     from lagrange_cli.emit.language import Language
 
 #: Branches and marked points that are listed.

@@ -38,13 +38,10 @@ from lagrange_cli.emit.steps.sections import (
 )
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.momenta import Momentum
-    from lagrange_cli.analysis.symmetries import Symmetry
-    from lagrange_cli.analysis.values import (
-        Analysis,
-        Equilibria,
-        Equilibrium,
-    )
+    from lagrange_cli.analysis.forms.momenta import Momentum
+    from lagrange_cli.analysis.result import Analysis
+    from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetry
+    from lagrange_cli.analysis.values import Equilibria, Equilibrium
     from lagrange_cli.notation.vocabulary import Vocabulary
 
 #: Equilibria that are listed.

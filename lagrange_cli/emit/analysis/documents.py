@@ -15,7 +15,7 @@ from lagrange_cli.emit.latex.markdown import emit_markdown
 from lagrange_cli.emit.typst.document import emit_typst
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.values import Analysis
+    from lagrange_cli.analysis.result import Analysis
     from lagrange_cli.mechanics.equations import Equations
 
 _Emit: TypeAlias = Callable[["Equations", Mapping[str, OptionValue], Content], dict[str, str]]

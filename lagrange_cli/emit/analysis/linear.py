@@ -19,7 +19,8 @@ from lagrange_cli.notation.ordering import root_of
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.analysis.values import Analysis, Linearization, Mode
+    from lagrange_cli.analysis.result import Analysis
+    from lagrange_cli.analysis.values import Linearization, Mode
     from lagrange_cli.emit.document.writer import DocumentWriter
     from lagrange_cli.notation.tree import DisplayNode
 

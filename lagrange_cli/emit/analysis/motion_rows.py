@@ -8,7 +8,7 @@ from lagrange_cli.emit.analysis.wording import along_lines, averaged_line, span_
 from lagrange_cli.notation.page import Block, Row, words
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.values import AlongMotion, Exponents
+    from lagrange_cli.analysis.result import AlongMotion, Exponents
     from lagrange_cli.emit.language import Language
 
 

@@ -13,7 +13,8 @@ from lagrange_cli.emit.steps.sections import Formula
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-    from lagrange_cli.analysis.values import Equilibrium, Existence, SteadyForm
+    from lagrange_cli.analysis.equilibria.steady import SteadyForm
+    from lagrange_cli.analysis.values import Equilibrium, Existence
     from lagrange_cli.emit.document.writer import DocumentWriter
     from lagrange_cli.mechanics.equations import Coordinate
 

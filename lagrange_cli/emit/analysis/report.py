@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.analysis.response_values import continuous_phase
-from lagrange_cli.analysis.symmetries import Symmetries, Symmetry
+from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries, Symmetry
+from lagrange_cli.analysis.values import continuous_phase
 from lagrange_cli.emit.analysis.branch_report import branches_report
 from lagrange_cli.emit.forms.writer import with_momenta
 from lagrange_cli.notation.build import display
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from sympy import Expr
 
-    from lagrange_cli.analysis.response_values import Channel, FrequencyResponse
+    from lagrange_cli.analysis.equilibria.steady import SteadyForm
+    from lagrange_cli.analysis.result import Analysis, Exponents
     from lagrange_cli.analysis.values import (
-        Analysis,
+        Channel,
         Equilibria,
         Equilibrium,
         Existence,
-        Exponents,
+        FrequencyResponse,
         Linearization,
         Mode,
-        SteadyForm,
         Turning,
     )
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.notation.page import Block, Row, words
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.response_values import Channel, FrequencyResponse
+    from lagrange_cli.analysis.values import Channel, FrequencyResponse
     from lagrange_cli.emit.language import Language
 
 #: Pairs of inputs and outputs, and peaks of each, that are listed.

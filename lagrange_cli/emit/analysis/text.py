@@ -36,10 +36,10 @@ from lagrange_cli.notation.vocabulary import Vocabulary, vocabulary
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-    from lagrange_cli.analysis.branch_values import Branches
-    from lagrange_cli.analysis.symmetries import Symmetry
+    from lagrange_cli.analysis.branches.values import Branches
+    from lagrange_cli.analysis.result import Analysis
+    from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetry
     from lagrange_cli.analysis.values import (
-        Analysis,
         Equilibria,
         Equilibrium,
         Existence,

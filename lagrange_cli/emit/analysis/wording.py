@@ -11,17 +11,16 @@ from lagrange_cli.analysis.phrases import Part, Phrase
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-    from lagrange_cli.analysis.symmetries import Symmetries
+    from lagrange_cli.analysis.equilibria.steady import SteadyForm
+    from lagrange_cli.analysis.result import AlongMotion, Exponents
+    from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries
     from lagrange_cli.analysis.values import (
-        AlongMotion,
         Equilibria,
         Equilibrium,
-        Exponents,
         Linearization,
-        SteadyForm,
         Turning,
+        Verdict,
     )
-    from lagrange_cli.analysis.verdicts import Verdict
     from lagrange_cli.emit.language import Language
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lagrange_cli.analysis.energies import energy_loss, energy_sum
+from lagrange_cli.analysis.symmetries.conserved_quantities import energy_loss, energy_sum
 from lagrange_cli.emit.constraint_wording import (
     conserved_reason,
     energy_is_sum,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.analysis.hamiltonian import Hamiltonian, hamiltonian_form
+from lagrange_cli.analysis.forms.hamiltonian import Hamiltonian, hamiltonian_form
 from lagrange_cli.emit.constraint_wording import is_generalized_potential
 from lagrange_cli.emit.forms.brackets import bracket_sections
 from lagrange_cli.emit.forms.certified import certified

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.analysis.hamiltonian import Hamiltonian, hamiltonian_form
-from lagrange_cli.analysis.routhian import routhian_form
+from lagrange_cli.analysis.forms.hamiltonian import Hamiltonian, hamiltonian_form
+from lagrange_cli.analysis.forms.routhian import routhian_form
 from lagrange_cli.analysis.small_oscillations import small_oscillations
 from lagrange_cli.emit.forms.brackets import bracket_report
 from lagrange_cli.emit.forms.first_order import velocity_letter, with_velocities
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
-    from lagrange_cli.analysis.momenta import Momentum
+    from lagrange_cli.analysis.forms.momenta import Momentum
     from lagrange_cli.mechanics.equations import Equations
 
 

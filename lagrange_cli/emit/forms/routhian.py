@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.analysis.routhian import Routhian, routhian_form
+from lagrange_cli.analysis.forms.routhian import Routhian, routhian_form
 from lagrange_cli.emit.constraint_wording import quantity_labels
 from lagrange_cli.emit.forms.certified import certified
 from lagrange_cli.emit.forms.writer import FormWriter

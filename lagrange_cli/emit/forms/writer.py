@@ -16,7 +16,7 @@ from lagrange_cli.notation.vocabulary import Vocabulary, with_symbols
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-    from lagrange_cli.analysis.momenta import Momentum
+    from lagrange_cli.analysis.forms.momenta import Momentum
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 #: Name → function that adds its outputs, as ``module:function``, in this order. The functions need
 #: the coordinates of the scene.
 FURTHER: Mapping[str, str] = {
-    "momenta": "lagrange_cli.analysis.momenta:with_momenta",
-    "conserved": "lagrange_cli.analysis.constants_of_motion:with_constants_of_motion",
+    "momenta": "lagrange_cli.analysis.forms.momenta:with_momenta",
+    "conserved": "lagrange_cli.analysis.symmetries.conserved_quantities:with_constants_of_motion",
 }
 
 

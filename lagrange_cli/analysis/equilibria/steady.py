@@ -16,12 +16,12 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.at import Configuration
-from lagrange_cli.analysis.momenta import Momentum, momentum_letter
-from lagrange_cli.analysis.repeats import is_turned
-from lagrange_cli.analysis.rest_system import RestSystem, rest_system
-from lagrange_cli.analysis.routhian import Routhian, ignorable, routhian_form
-from lagrange_cli.analysis.values import Equilibrium, Mpf, SteadyForm, Turning
+from lagrange_cli.analysis.equilibria.configuration import Configuration
+from lagrange_cli.analysis.equilibria.repeats import is_turned
+from lagrange_cli.analysis.equilibria.rest_system import RestSystem, rest_system
+from lagrange_cli.analysis.forms.momenta import Momentum, momentum_letter
+from lagrange_cli.analysis.forms.routhian import Routhian, ignorable, routhian_form
+from lagrange_cli.analysis.values import Equilibrium, Mpf, Turning
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.equations import Equations, InitialState, Parameter
@@ -35,6 +35,26 @@ _WITHOUT_INERTIA = mpf(10) ** -25
 
 #: Ignored angles whose half turns are tried when motions are compared.
 _TURNED = 3
+
+
+@dataclass(frozen=True)
+class SteadyForm:
+    """The reduced system whose equilibria are steady motions.
+
+    Attributes
+    ----------
+    equations
+        Routh's equations of the coordinates that rest, the momenta being parameters.
+    momenta
+        The momenta of the ignored coordinates, with these.
+    given
+        For each of them what was given: its symbol, that of the momentum or of the rate, and
+        its value, None if that is not known.
+    """
+
+    equations: Equations
+    momenta: tuple[Momentum, ...]
+    given: tuple[tuple[sp.Symbol, float | None], ...]
 
 
 @dataclass(frozen=True)

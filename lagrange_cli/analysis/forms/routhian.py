@@ -20,7 +20,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.form_states import (
+from lagrange_cli.analysis.forms.certificate import (
     Evaluated,
     LagrangianSlopes,
     Pair,
@@ -29,7 +29,7 @@ from lagrange_cli.analysis.form_states import (
     certify_form,
     lagrangian_symbols,
 )
-from lagrange_cli.analysis.legendre import (
+from lagrange_cli.analysis.forms.legendre import (
     Momenta,
     at_rest,
     blocks_of,
@@ -39,7 +39,7 @@ from lagrange_cli.analysis.legendre import (
     is_quadratic,
     momenta_of,
 )
-from lagrange_cli.analysis.momenta import Momentum, momenta
+from lagrange_cli.analysis.forms.momenta import Momentum, momenta
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative

@@ -18,10 +18,10 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.form_states import Evaluated, Pair, State, certify_form
-from lagrange_cli.analysis.hamiltonian import Hamiltonian, hamiltonian_form
-from lagrange_cli.analysis.legendre import collected
-from lagrange_cli.analysis.symmetries import linear_symmetries
+from lagrange_cli.analysis.forms.certificate import Evaluated, Pair, State, certify_form
+from lagrange_cli.analysis.forms.hamiltonian import Hamiltonian, hamiltonian_form
+from lagrange_cli.analysis.forms.legendre import collected
+from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
 from lagrange_cli.errors import InternalError
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
@@ -39,7 +39,7 @@ from lagrange_cli.scene.language.expression import TIME_DERIVATIVES, Call, names
 from lagrange_cli.scene.language.written_text import WrittenText
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.momenta import Momentum
+    from lagrange_cli.analysis.forms.momenta import Momentum
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.scene.language.expression import Expression
 

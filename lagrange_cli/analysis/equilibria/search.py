@@ -15,9 +15,9 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
-from lagrange_cli.analysis.repeats import distance
-from lagrange_cli.analysis.rest_functions import RestFunctions
-from lagrange_cli.analysis.rest_system import RestSystem
+from lagrange_cli.analysis.equilibria.repeats import distance
+from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions
+from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from mpmath import mpf
 
-from lagrange_cli.analysis.branch_values import MarkedPoint, Stretch
 from lagrange_cli.analysis.branches.curve import CurvePoint, Space
 from lagrange_cli.analysis.branches.poles import (
     MOST_STATES,
@@ -18,18 +17,19 @@ from lagrange_cli.analysis.branches.poles import (
     counted,
     equilibrium,
 )
-from lagrange_cli.analysis.branches.special import Located, point_at
+from lagrange_cli.analysis.branches.singular_points import Located, point_at
 from lagrange_cli.analysis.branches.tracing import Mark, Traced, insert
-from lagrange_cli.analysis.linearize import linear_system
+from lagrange_cli.analysis.branches.values import MarkedPoint, Stretch
+from lagrange_cli.analysis.linear.linearize import linear_system
+from lagrange_cli.analysis.linear.stability import stability
 from lagrange_cli.analysis.phrases import Phrase
-from lagrange_cli.analysis.stability import stability
-from lagrange_cli.analysis.verdicts import Stability
+from lagrange_cli.analysis.values import Stability
 from lagrange_cli.errors import InputError
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.branch_values import MarkKind
-    from lagrange_cli.analysis.branches.varied import Varied
-    from lagrange_cli.analysis.rest_system import RestSystem
+    from lagrange_cli.analysis.branches.parameter import Varied
+    from lagrange_cli.analysis.branches.values import MarkKind
+    from lagrange_cli.analysis.equilibria.rest_system import RestSystem
     from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf
 
 #: Halvings of an interval in which the number of unstable poles changes.

@@ -15,8 +15,8 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.rest_system import RestSystem
-from lagrange_cli.analysis.single_equation import factors_of, real_roots
+from lagrange_cli.analysis.equilibria.rest_system import RestSystem
+from lagrange_cli.analysis.equilibria.single_equation import factors_of, real_roots
 from lagrange_cli.analysis.values import AbsentEquilibrium, Equilibrium, Existence, Mpf
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts

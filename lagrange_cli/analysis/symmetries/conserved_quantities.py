@@ -8,18 +8,22 @@ points of finite fields, or it does not at a state in many digits.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.sampled_values import SampledValues
+from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.energies import parts_by_degree
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.findings import FollowedQuantity
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.finite_field import field_inverse
 from lagrange_cli.mechanics.proofs.zero_test import (
@@ -234,3 +238,55 @@ def _power(equations: Equations, force: Sequence[sp.Expr]) -> sp.Expr:
 
 def _moves(equations: Equations, rate: sp.Expr) -> bool:
     return not are_equal(rate, sp.Integer(0))
+
+
+#: Terms that a quantity is multiplied out to; a longer one is compared with its own size.
+_TERM_BUDGET = 200
+
+#: Column of T + V, where Jacobi's integral is another function.
+ENERGY_SUM = "T + V"
+
+
+def with_constants_of_motion(equations: Equations) -> Equations:
+    """Follow all that :func:`.analyze.analyze` finds conserved; the energy is followed anyway.
+
+    Momenta of cyclic coordinates, those of linear symmetries, and T + V where that is conserved
+    and is not the energy function h.
+    """
+    outputs, followed = dict(equations.outputs), list[FollowedQuantity]()
+    taken = {s.name for c in equations.coordinates for s in (c.q,)} | {"t", "energy", "jacobi"}
+    taken |= {c.name for c in equations.cartesian_names}
+    for quantity in _quantities(equations):
+        name = _free_name(quantity, taken, outputs)
+        outputs[name] = quantity.expression
+        followed.append(replace(quantity, name=name))
+        taken.add(name)
+    return replace(equations, outputs=tuple(outputs.items()), followed=tuple(followed))
+
+
+def _quantities(equations: Equations) -> Iterator[FollowedQuantity]:
+    for known in equations.conserved:
+        if known.kind == "momentum":
+            yield _of_terms(known.name, known.expression)
+    for symmetry in linear_symmetries(equations).found:
+        yield _of_terms(symmetry.name, symmetry.expression)
+    found = energy_sum(equations)
+    # At impacts it changes as h does, which is told by itself.
+    if found is not None and found.conserved and not equations.contacts:
+        whole = sp.Add(equations.energy, found.difference)
+        yield FollowedQuantity(ENERGY_SUM, whole, (equations.kinetic,))
+
+
+def _of_terms(name: str, expression: sp.Expr) -> FollowedQuantity:
+    """Multiply a quantity out, so that no term is a difference that may vanish by itself."""
+    terms = expand_terms(expression, _TERM_BUDGET) or sp.Add.make_args(expression)
+    return FollowedQuantity(name, expression, tuple(terms))
+
+
+def _free_name(quantity: FollowedQuantity, taken: set[str], outputs: dict[str, sp.Expr]) -> str:
+    """Return the name, numbered where the scene has another quantity of that name."""
+    for k in count(1):
+        name = quantity.name if k == 1 else f"{quantity.name}_{k}"
+        if name not in taken and outputs.get(name, quantity.expression) == quantity.expression:
+            return name
+    raise AssertionError

@@ -19,7 +19,7 @@ from lagrange_cli.analysis.values import Equilibrium, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.rest_system import RestSystem
+    from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 
 _DIGITS = 50
 

@@ -14,7 +14,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.linearize import DIGITS, LinearSystem
+from lagrange_cli.analysis.linear.linearize import DIGITS, LinearSystem
 from lagrange_cli.analysis.values import Equilibrium, Mpf
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
@@ -22,7 +22,7 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lagrange_cli.analysis.rest_system import RestSystem
+    from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 
 # The budget; all set by hand.
 

@@ -10,9 +10,9 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.analysis.equilibria.repeats import distance
+from lagrange_cli.analysis.equilibria.search import polished
 from lagrange_cli.analysis.phrases import Phrase
-from lagrange_cli.analysis.repeats import distance
-from lagrange_cli.analysis.search import polished
 from lagrange_cli.analysis.values import Equilibria, Equilibrium, Mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.errors import nearest as nearest_name
@@ -21,7 +21,7 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.scene.language.families import read_expression
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.rest_system import RestSystem
+    from lagrange_cli.analysis.equilibria.rest_system import RestSystem
     from lagrange_cli.mechanics.equations import Equations
 
 _DIGITS = 50

@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from lagrange_cli.analysis.linearize import DIGITS
+from lagrange_cli.analysis.linear.linearize import DIGITS
 from lagrange_cli.analysis.values import ExactMatrices, Linearization, Matrix, Mode
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.elimination.solve_equation import solutions

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.verdicts import Stability
+    from lagrange_cli.analysis.values import Stability
 
 EndKind: TypeAlias = Literal[
     "range", "closed", "branch point", "singular", "far", "stuck", "budget"

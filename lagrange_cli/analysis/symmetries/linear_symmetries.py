@@ -22,12 +22,12 @@ import numpy as np
 import sympy as sp
 
 from lagrange_cli.analysis.phrases import Phrase
-from lagrange_cli.analysis.rigid_displacements import (
+from lagrange_cli.analysis.sampled_values import Array, SampledValues
+from lagrange_cli.analysis.symmetries.rigid_displacements import (
     Displacement,
     displacement,
     translations_among,
 )
-from lagrange_cli.analysis.sampled_values import Array, SampledValues
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.energies import by_parameters

@@ -17,7 +17,7 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.form_states import (
+from lagrange_cli.analysis.forms.certificate import (
     Evaluated,
     LagrangianSlopes,
     Pair,
@@ -26,7 +26,7 @@ from lagrange_cli.analysis.form_states import (
     certify_form,
     lagrangian_symbols,
 )
-from lagrange_cli.analysis.legendre import (
+from lagrange_cli.analysis.forms.legendre import (
     BlockTransform,
     at_rest,
     collected,
@@ -35,7 +35,7 @@ from lagrange_cli.analysis.legendre import (
     terms_by_symbol,
     transformed,
 )
-from lagrange_cli.analysis.momenta import Momentum, momenta
+from lagrange_cli.analysis.forms.momenta import Momentum, momenta
 from lagrange_cli.errors import InputError, Mark, Problem, SingularError
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative

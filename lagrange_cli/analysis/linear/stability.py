@@ -19,15 +19,14 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.energy_test import EnergyTest, reduced_energy
-from lagrange_cli.analysis.kinks import kinks_at
-from lagrange_cli.analysis.linearize import DIGITS, LinearSystem, in_doubles
+from lagrange_cli.analysis.equilibria.rest_system import kinks_at
+from lagrange_cli.analysis.linear.energy_test import EnergyTest, reduced_energy
+from lagrange_cli.analysis.linear.linearize import DIGITS, LinearSystem, in_doubles
 from lagrange_cli.analysis.phrases import Phrase
-from lagrange_cli.analysis.values import Equilibrium, Mpf
-from lagrange_cli.analysis.verdicts import Stability
+from lagrange_cli.analysis.values import Equilibrium, Mpf, Stability
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.rest_system import RestSystem
+    from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 
 #: Part of the largest entry below which an eigenvalue is taken for zero, at a point that is known
 #: to 30 digits.

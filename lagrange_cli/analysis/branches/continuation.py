@@ -16,7 +16,7 @@ import numpy as np
 from lagrange_cli.analysis.branches.curve import CurvePoint, Space
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.branch_values import EndKind
+    from lagrange_cli.analysis.branches.values import EndKind
     from lagrange_cli.analysis.values import Matrix
 
 # All set by hand.

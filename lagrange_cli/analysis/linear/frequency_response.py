@@ -17,13 +17,14 @@ import numpy as np
 from scipy.linalg import hessenberg, matrix_balance, schur, solve_sylvester
 from scipy.optimize import minimize_scalar
 
-from lagrange_cli.analysis.response_values import (
+from lagrange_cli.analysis.values import (
     Channel,
     Complexes,
     FrequencyResponse,
+    Matrix,
     ResponsePeak,
+    StateSpace,
 )
-from lagrange_cli.analysis.values import Matrix, StateSpace
 
 # All set by hand.
 
