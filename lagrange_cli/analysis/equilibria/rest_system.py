@@ -38,6 +38,12 @@ _DIGITS = 50
 
 _ZERO = sp.S.Zero
 
+#: Functions with a kink or a jump.
+_KINKED = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.Heaviside)
+
+#: Size of an argument of these that is zero: a configuration is known to 30 digits.
+_NOTHING = mpf(10) ** -12
+
 
 @dataclass(frozen=True)
 class RestSystem:
@@ -292,12 +298,6 @@ def _require_autonomous(equations: Equations, at_rest: tuple[sp.Expr, ...]) -> N
         message = Phrase("nothing stays at rest: the equations depend on {time}", time=("t",))
         hint = "only inputs can be held, with --at NAME=VALUE"
         raise InputError(Problem(message, hint=hint, rule="analysis-time"))
-
-
-_KINKED = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.Heaviside)
-
-#: Digits of the numbers that decide, and the size of one that is zero.
-_DIGITS, _NOTHING = 50, mpf(10) ** -12
 
 
 def kinks_at(system: RestSystem, at: Equilibrium) -> list[tuple[sp.Expr, sp.Expr]]:

@@ -44,6 +44,17 @@ _WITHOUT_INERTIA = mpf(10) ** -25
 #: Part of its terms below which a sum is rounding.
 _ROUNDING = mpf(10) ** -30
 
+# The budget; all set by hand.
+
+#: Coordinates of M, C, K, and of A and B, which hold the inverse of M.
+_MATRICES, _STATE_SPACE = 10, 3
+#: Operations of the forcing, and of an entry.
+_OPERATIONS, _LONGEST = 1_500, 60
+#: Operations of an entry at the equilibrium, before it is simplified.
+_PLACED = 300
+
+_Rows = tuple[tuple[sp.Expr, ...], ...]
+
 
 @dataclass(frozen=True)
 class LinearSystem:
@@ -296,18 +307,6 @@ def in_doubles(matrix: mpmath.matrix) -> Matrix:
     return np.array([[float(x) for x in row] for row in matrix.tolist()]).reshape(
         matrix.rows, matrix.cols
     )
-
-
-# The budget; all set by hand.
-
-#: Coordinates of M, C, K, and of A and B, which hold the inverse of M.
-_MATRICES, _STATE_SPACE = 10, 3
-#: Operations of the forcing, and of an entry.
-_OPERATIONS, _LONGEST = 1_500, 60
-#: Operations of an entry at the equilibrium, before it is simplified.
-_PLACED = 300
-
-_Rows = tuple[tuple[sp.Expr, ...], ...]
 
 
 def exact_matrices(system: RestSystem, at: Equilibrium) -> ExactMatrices | None:
