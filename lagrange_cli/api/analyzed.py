@@ -89,7 +89,7 @@ class Analyzed(Analysis):
         """
         from lagrange_cli.simulate.results.plot import draw
         from lagrange_cli.studies.branch_picture import picture_of_branches
-        from lagrange_cli.studies.locus_picture import picture_of_loci
+        from lagrange_cli.studies.linear_pictures import picture_of_loci
 
         if self.branches is None:
             hint = "branches={NAME: (FROM, TO)}"

@@ -151,7 +151,7 @@ class Analyzing(Moving):
             matplotlib is not installed, or cannot write such a file.
         """
         from lagrange_cli.files import write_file
-        from lagrange_cli.studies.bode import bode_diagram
+        from lagrange_cli.studies.linear_pictures import bode_diagram
 
         title = self.equations.title or self.equations.name
         write_file(path, bode_diagram(response, title, _ending(path)))

@@ -13,12 +13,12 @@ from lagrange_cli.api.values import GivenValues
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
-    from lagrange_cli.studies.fit.fit import Fit
+    from lagrange_cli.studies.fit.result import Fit
     from lagrange_cli.studies.lyapunov import Lyapunov
     from lagrange_cli.studies.path.models import PathModels
     from lagrange_cli.studies.path.result import Paths
     from lagrange_cli.studies.section.result import Section
-    from lagrange_cli.studies.tradeoff.measure import Trade
+    from lagrange_cli.studies.tradeoff.result import Trade
 
 
 class Studied(Analyzing):
@@ -199,8 +199,11 @@ class Studied(Analyzing):
         from lagrange_cli.simulate.model.requested_outputs import WrittenCondition
         from lagrange_cli.simulate.options import SimulationOptions
         from lagrange_cli.simulate.simulation import RunContext
-        from lagrange_cli.studies.section.members import section_of_members, single_section
-        from lagrange_cli.studies.section.models import section_model
+        from lagrange_cli.studies.section.members import (
+            section_model,
+            section_of_members,
+            single_section,
+        )
 
         written = WrittenCondition(condition, "section")
         options = SimulationOptions(
@@ -274,8 +277,7 @@ class Studied(Analyzing):
         InputError
             The motion is not that of stationary action, with the reason.
         """
-        from lagrange_cli.studies.path.lagrangian import periodic_coordinates, with_action
-        from lagrange_cli.studies.path.models import PathModels
+        from lagrange_cli.studies.path.models import PathModels, periodic_coordinates, with_action
 
         acting = replace(self, equations=with_action(self.equations))
         rates = [f"dot({c.name})" for c in self.equations.coordinates]

@@ -68,7 +68,7 @@ def fit(
         found = derivation.fit(data, free, accuracy=accuracy, progress=move)
     print_report(found, FORMATS, as_json=as_json, output=output)
     if plot is not None:
-        from lagrange_cli.studies.fit.plot import draw_fit
+        from lagrange_cli.studies.fit.result import draw_fit
 
         write_file(plot, draw_fit(found, ending_of(plot).lstrip(".")))
     return found.exit_code

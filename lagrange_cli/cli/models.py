@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.model.requested_outputs import Reduction, WrittenCondition
     from lagrange_cli.simulate.options import SimulationOptions
     from lagrange_cli.studies.path.models import PathModels
-    from lagrange_cli.studies.section.models import SectionModel
+    from lagrange_cli.studies.section.members import SectionModel
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ def section_model_of_scene(
     """Return what a section of a scene is found with, kept from before or derived anew."""
 
     def work() -> Answer:
-        from lagrange_cli.studies.section.models import section_model
+        from lagrange_cli.studies.section.members import section_model
 
         derivation = derivation_of_scene(session, scene)
         announce("preparing the section")
@@ -193,7 +193,7 @@ def section_model_of_scene(
 
     question = [*scene.values, scene.formulation, condition.text]
     value = remembered(session, "section", scene.source, question, work)
-    from lagrange_cli.studies.section.models import SectionModel
+    from lagrange_cli.studies.section.members import SectionModel
 
     return SectionModel.from_json(value)
 

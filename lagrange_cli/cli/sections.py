@@ -22,7 +22,7 @@ from lagrange_cli.stages import Listener, heard_by
 if TYPE_CHECKING:
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.model.requested_outputs import WrittenCondition
-    from lagrange_cli.studies.section.models import SectionModel
+    from lagrange_cli.studies.section.members import SectionModel
     from lagrange_cli.studies.section.result import Section
 
 

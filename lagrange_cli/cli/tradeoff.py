@@ -88,6 +88,6 @@ def tradeoff(
     session.explain_code()
     print_report(measured, FORMATS, as_json=as_json, output=output)
     if plot is not None:
-        from lagrange_cli.studies.tradeoff.plot import draw_trade
+        from lagrange_cli.studies.tradeoff.result import draw_trade
 
         write_file(plot, draw_trade(measured, ending_of(plot).lstrip(".")))

@@ -5,11 +5,10 @@ accuracy. Read :mod:`.reference` first.
 """
 
 __all__ = [
-    "bode",
     "branch_picture",
     "effective_potential",
     "linear_motion",
-    "locus_picture",
+    "linear_pictures",
     "lyapunov",
     "mode_pictures",
     "reference",

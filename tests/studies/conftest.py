@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.studies.tradeoff.measure import Trade, trade
+from lagrange_cli.studies.tradeoff.measure import trade
+from lagrange_cli.studies.tradeoff.result import Trade
 from tests.studies.trade_systems import OSCILLATOR, model
 
 

@@ -16,7 +16,7 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import ModeChange
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales
 from lagrange_cli.studies.reference import Motion, errors, reference
 from lagrange_cli.studies.tradeoff.measure import trade
-from lagrange_cli.studies.tradeoff.pareto import cheapest, cost_ratio, pareto
+from lagrange_cli.studies.tradeoff.result import cheapest, cost_ratio, pareto
 from tests.studies.trade_systems import (
     BALL,
     DOUBLE,

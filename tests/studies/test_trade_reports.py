@@ -15,7 +15,7 @@ from lagrange_cli.cli.reports.tradeoff import options_of, tradeoff_summary, trad
 from lagrange_cli.errors import InputError
 from lagrange_cli.notation.page import UNBROKEN
 from lagrange_cli.simulate import simulate
-from lagrange_cli.studies.tradeoff.plot import draw_trade
+from lagrange_cli.studies.tradeoff.result import draw_trade
 from lagrange_cli.studies.tradeoff.runs import Setting
 from tests.studies.trade_systems import (
     made,

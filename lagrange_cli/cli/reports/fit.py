@@ -11,7 +11,7 @@ from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
 from lagrange_cli.notation.page import Page, page
 
 if TYPE_CHECKING:
-    from lagrange_cli.studies.fit.fit import Fit, FittedValue
+    from lagrange_cli.studies.fit.result import Fit, FittedValue
 
 _VALUES = (
     TableColumn("name"),

@@ -11,7 +11,8 @@ from lagrange_cli.notation.page import Page, Row, page
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.path.ends import End
-    from lagrange_cli.studies.path.result import Paths, StationaryPath
+    from lagrange_cli.studies.path.measure import StationaryPath
+    from lagrange_cli.studies.path.result import Paths
 
 _PATHS = (
     TableColumn("", 3, ">"),

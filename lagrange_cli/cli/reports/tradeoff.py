@@ -13,7 +13,7 @@ from lagrange_cli.notation.page import Page, Row, page
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.reference import Reference
-    from lagrange_cli.studies.tradeoff.measure import CostRatios, Recommendation, Trade
+    from lagrange_cli.studies.tradeoff.result import CostRatios, Recommendation, Trade
     from lagrange_cli.studies.tradeoff.runs import Setting, WorkPrecisionPoint
 
 #: Outcome of a run → its words in tables.

@@ -4,4 +4,4 @@ A table of measurements and names go in; values with standard errors come out. R
 first.
 """
 
-__all__ = ["fit", "measurements", "plot"]
+__all__ = ["fit", "measurements", "result"]

@@ -11,14 +11,13 @@ Error Analysis for the Physical Sciences*, 3rd ed., chapters 7 and 8).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
-from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.studies.fit.measurements import Measurements, require_names, require_times
+from lagrange_cli.studies.fit.result import Fit, FittedColumn, FittedValue
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.arrays import Array
@@ -46,124 +45,6 @@ _MOST_RUNS = 100
 Run = Callable[[Mapping[str, float], Sequence[str], int], "Trajectory"]
 """Values by name, names to differentiate by, number of samples → the motion until the last
 measurement."""
-
-
-@dataclass(frozen=True)
-class FittedValue:
-    """A value that was fitted.
-
-    Attributes
-    ----------
-    name
-        Of a parameter, or of a coordinate or its ``dot`` for its start.
-    start, value
-        The scene's, and the fitted one.
-    error
-        Its standard error; None if the measurements do not tell.
-    """
-
-    name: str
-    start: float
-    value: float
-    error: float | None
-
-
-@dataclass(frozen=True)
-class FittedColumn:
-    """A measured column beside the motion that was fitted.
-
-    Attributes
-    ----------
-    name
-        The column.
-    times, measured, fitted
-        Where there is a measurement: times, values, and those of the motion.
-    deviations
-        Standard deviations of the measurements: given, or estimated as the one number that
-        the residuals have.
-    """
-
-    name: str
-    times: Array
-    measured: Array
-    fitted: Array
-    deviations: Array
-
-    @property
-    def root_mean_square(self) -> float:
-        """Of the residuals."""
-        return float(np.sqrt(np.mean((self.measured - self.fitted) ** 2)))
-
-
-@dataclass(frozen=True)
-class Fit:
-    """A fit.
-
-    Attributes
-    ----------
-    name
-        The scene's.
-    status
-        ``ok``; ``undetermined``: other values fit as well; ``not_converged``.
-    reason
-        Words that say more, if the status is not ``ok``.
-    values
-        What was fitted, in the order that was asked for.
-    columns
-        The measured columns.
-    correlation
-        Of the errors of the values, shape (values, values); not numbers if undetermined.
-    chi_squared
-        Sum of the squares of residuals over deviations.
-    degrees_of_freedom
-        Measurements less values.
-    given_deviations
-        True if the file gave them; else they are estimated, and ``chi_squared`` tells nothing.
-    derivatives
-        ``variational equations`` or ``differences``.
-    runs
-        Motions that were simulated.
-    motion
-        The fitted motion.
-    """
-
-    name: str
-    status: Literal["ok", "undetermined", "not_converged"]
-    reason: str
-    values: tuple[FittedValue, ...]
-    columns: tuple[FittedColumn, ...]
-    correlation: Array
-    chi_squared: float
-    degrees_of_freedom: int
-    given_deviations: bool
-    derivatives: str
-    runs: int
-    motion: Trajectory
-
-    @property
-    def exit_code(self) -> int:
-        """0 where the values are determined, else 1."""
-        return 0 if self.status == "ok" else 1
-
-    def __repr__(self) -> str:
-        """Return a line."""
-        listed = ", ".join(f"{v.name} = {v.value:.6g}" for v in self.values)
-        return f"<Fit of {self.name}: {listed}; {self.status}>"
-
-    def _repr_html_(self) -> str:
-        """Return a table of the values, which notebooks show."""
-        rows = [
-            [
-                html_text(v.name),
-                f"{v.value:.9g}",
-                "" if v.error is None else f"{v.error:.2g}",
-                f"{v.start:.6g}",
-            ]
-            for v in self.values
-        ]
-        told = f": {html_text(self.reason)}" if self.reason else ""
-        caption = f"<b>{html_text(self.name)}</b>: {self.status.replace('_', ' ')}{told}"
-        return html_table(caption, ("name", "value", "error", "start"), rows, len(rows))
 
 
 def fit_motion(

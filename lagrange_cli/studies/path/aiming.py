@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.studies.chebyshev import panels
 from lagrange_cli.studies.path.motions import looser
-from lagrange_cli.studies.path.panels import panels
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.path.ends import End

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.studies.chebyshev import Points, coefficients_of, nodes, points_of
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.path.ends import End
@@ -36,28 +36,6 @@ _DEGENERATE = 1e-9
 
 #: Part of the highest coefficients of a polynomial that is resolved.
 _RESOLVED = 1e-5
-
-
-@dataclass(frozen=True)
-class Points:
-    """Chebyshev points on [0, 1] in ascending order, and derivatives of polynomials there."""
-
-    s: Array
-    first: Array
-    second: Array
-
-
-@cache
-def points_of(degree: int) -> Points:
-    # Trefethen, Spectral Methods in MATLAB, chapter 6.
-    number = np.arange(degree + 1)
-    x = -np.cos(np.pi * number / degree)
-    signs = np.where(number % 2, -1.0, 1.0)
-    signs[[0, -1]] *= 2
-    first = np.outer(signs, 1 / signs) / (x[:, None] - x + np.eye(degree + 1))
-    first -= np.diag(first.sum(1))
-    first *= 2
-    return Points((1 + x) / 2, first, first @ first)
 
 
 @dataclass(frozen=True)
@@ -167,15 +145,6 @@ def _newton(problem: TwoPointProblem, points: Points, path: Array) -> Array | No
     return None
 
 
-def coefficients_of(path: Array) -> Array:
-    """Return the Chebyshev coefficients of a path, of ascending degree, shape (m, n)."""
-    from scipy.fft import dct
-
-    found = np.asarray(dct(path[::-1], 1, axis=0)) / (len(path) - 1)
-    found[[0, -1]] /= 2
-    return found
-
-
 def _is_resolved(path: Array) -> bool:
     coefficients = np.abs(coefficients_of(path))
     tail = max(2, len(path) // 8)
@@ -184,6 +153,5 @@ def _is_resolved(path: Array) -> bool:
 
 def _refined(path: Array) -> Array:
     """Return the same polynomial at the points of twice the degree."""
-    degree = 2 * (len(path) - 1)
-    x = -np.cos(np.pi * np.arange(degree + 1) / degree)
+    x = nodes(2 * (len(path) - 1))
     return np.asarray(np.polynomial.chebyshev.chebval(x, coefficients_of(path)).T)

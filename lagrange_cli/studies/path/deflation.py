@@ -14,12 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.studies.chebyshev import Points, coefficients_of, points_of
 from lagrange_cli.studies.path.collocation import (
     CLOSE,
-    Points,
     TwoPointProblem,
-    coefficients_of,
-    points_of,
     solved,
     solver,
 )

@@ -19,10 +19,10 @@ import numpy as np
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.studies.path.aiming import aimed
 from lagrange_cli.studies.path.ends import End
-from lagrange_cli.studies.path.measure import measured_path
+from lagrange_cli.studies.path.measure import StationaryPath, measured_path
 from lagrange_cli.studies.path.models import PathModels, require_smooth
 from lagrange_cli.studies.path.motions import Motions
-from lagrange_cli.studies.path.result import Paths, StationaryPath
+from lagrange_cli.studies.path.result import Paths
 from lagrange_cli.studies.path.scan import scan, scanned
 from lagrange_cli.studies.path.search import candidates, scales_of
 

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.studies.chebyshev import Panels, panels
 from lagrange_cli.studies.path.aiming import path_error
 from lagrange_cli.studies.path.morse import Conjugacy, TooCoarseError, conjugacy
 from lagrange_cli.studies.path.motions import looser
-from lagrange_cli.studies.path.panels import Panels, panels
-from lagrange_cli.studies.path.result import StationaryPath
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.arrays import Array
     from lagrange_cli.simulate.results.trajectory import Trajectory
+    from lagrange_cli.studies.chebyshev import Panels
     from lagrange_cli.studies.path.aiming import Aim
     from lagrange_cli.studies.path.ends import End
+    from lagrange_cli.studies.path.morse import Conjugacy
     from lagrange_cli.studies.path.motions import ActionValues, Motions, Shot
 
 #: Largest estimated error of what is called a path, over the scales.
@@ -28,6 +31,43 @@ _STEPS_A_PANEL, _FEWEST_PANELS, _MOST_PANELS = 4, 16, 4096
 
 #: Rounding error of a sum, relative to the sum of magnitudes.
 _ROUNDING = 1e-15
+
+
+@dataclass(frozen=True)
+class StationaryPath:
+    """One path of stationary action.
+
+    Attributes
+    ----------
+    last
+        Its end: other turns of an angle than those asked for are possible.
+    velocity
+        Initial velocity, shape (n,).
+    action, action_error
+        ∫ L dt, and a bound of its error.
+    conjugacy
+        Its kind and its conjugate points.
+    reached
+        Distance from the end over the scales, with the estimated error, of the motion that
+        ``simulate`` promises from the start of the path.
+    estimated
+        Estimated distance from the exact path between the ends, over the scales.
+    trajectory
+        That motion, sampled for the user.
+    shot, panels
+        The same with its Jacobi fields, at the nodes of the panels.
+    """
+
+    last: End
+    velocity: Array
+    action: float
+    action_error: float
+    conjugacy: Conjugacy
+    reached: float
+    estimated: float
+    trajectory: Trajectory
+    shot: Shot
+    panels: Panels
 
 
 def measured_path(

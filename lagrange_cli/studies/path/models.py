@@ -1,4 +1,6 @@
-"""Models of a two-point problem: the motion, and the motion with its Jacobi fields.
+"""Models of a two-point problem: the motion with its action, and with its Jacobi fields.
+
+A motion without a Lagrangian, or with contacts, is refused: it makes no action stationary.
 
 Jacobi fields are the derivatives of the motion by its initial velocities: they vanish at the
 start, and solve Jacobi's equation, that of the second variation of the action. Their model is that
@@ -8,11 +10,16 @@ of the variational equations (:mod:`lagrange_cli.simulate.model.sensitivities`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.model.model import Model
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
 
 
 @dataclass(frozen=True)
@@ -22,7 +29,7 @@ class PathModels:
     Attributes
     ----------
     motion
-        Model of the motion, whose outputs are those of :func:`.lagrangian.with_action`.
+        Model of the motion, whose outputs are those of :func:`with_action`.
     jacobi
         The same with the derivatives by the n initial velocities as further coordinates, those by
         the first velocity first.
@@ -63,3 +70,67 @@ def require_smooth(model: Model) -> None:
             " change by jumps, across which paths are not varied"
         )
         raise InputError(Problem(message, rule="path"))
+
+
+def with_action(equations: Equations) -> Equations:
+    """Return equations whose outputs are L, the momenta, and the mass matrix up to its diagonal.
+
+    Raises
+    ------
+    InputError
+        The motion is not that of stationary action, with the reason.
+    """
+    from lagrange_cli.mechanics.algebra.derivatives import derivative
+
+    _require_action(equations)
+    lagrangian = equations.lagrangian
+    momenta = [derivative(lagrangian, c.v) for c in equations.coordinates]
+    inertia = [
+        derivative(p, c.v) for i, p in enumerate(momenta) for c in equations.coordinates[: i + 1]
+    ]
+    values: list[Expr] = [lagrangian, *momenta, *inertia]
+    # No name of a scene has a blank.
+    outputs = tuple((f"action {k}", value) for k, value in enumerate(values))
+    return replace(equations, outputs=outputs)
+
+
+def _require_action(equations: Equations) -> None:
+    """Refuse systems whose motion makes no action stationary against fixed-end variations."""
+    reason, hint = "", ""
+    acting = [f.name for f in equations.forces if any(q != 0 for q in f.generalized)]
+    if not equations.coordinates:
+        reason = "nothing can move: there are no degrees of freedom"
+    elif equations.dissipation != 0:
+        reason = "there is dissipation, which has no potential: no action has its motion"
+        hint = "set its coefficients to 0 by -p NAME=0, and leave it out of the scene"
+    elif acting:
+        reason = f"the force {_listed(acting)} has no potential: no action has its motion"
+        hint = "write it as a potential if it has one"
+    elif equations.contacts:
+        reason = "paths are not varied across contacts, where velocities jump"
+    elif any(c.kind == "velocity" for c in equations.closures):
+        reason = (
+            "a constraint between velocities cannot be integrated: paths that obey it beside the"
+            " motion are no fixed-end variations, and the motion does not make the action"
+            " stationary among them"
+        )
+    elif equations.closures:
+        names = _listed([c.name for c in equations.closures])
+        reason = f"{names} is kept beside the coordinates, which therefore do not vary freely"
+        hint = "coordinates that solve the constraint, where there are some"
+    if reason:
+        message = f"no path of stationary action for '{equations.name}': {reason}"
+        raise InputError(Problem(message, hint=hint, rule="path"))
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(f"'{name}'" for name in names)
+
+
+def periodic_coordinates(equations: Equations) -> tuple[bool, ...]:
+    """Find the coordinates a whole turn of which is proven to leave L as it is."""
+    from lagrange_cli.mechanics.proofs.zero_test import is_periodic
+
+    return tuple(
+        c.is_angle and is_periodic(equations.lagrangian, c.q) for c in equations.coordinates
+    )

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.studies.path.panels import DEGREE, interpolated
+from lagrange_cli.studies.chebyshev import DEGREE, barycentric
 
 if TYPE_CHECKING:
+    from lagrange_cli.studies.chebyshev import Panels
     from lagrange_cli.studies.path.motions import Shot
-    from lagrange_cli.studies.path.panels import Panels
 
 #: What a stationary path is among its neighbours.
 Kind = Literal["minimum", "saddle", "degenerate", "undecided"]
@@ -155,7 +155,7 @@ def _located(frames: Array, panels: Panels, node: int, total: float, number: int
     before, low, high = _planes(frames[node]), panels.nodes[node], panels.nodes[node + 1]
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        plane = _planes(interpolated(nodes, values, middle))
+        plane = _planes(barycentric(nodes, values, middle))
         reached = total + float(np.sum(_turns(before, plane))) / 2
         if _passed(reached, plane) > number:
             high = middle

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,10 +11,10 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Label
 from lagrange_cli.simulate.results.picture import Line, Panel, Picture
-from lagrange_cli.studies.path.variations import Variation, actions, deviation, modes
 
 if TYPE_CHECKING:
-    from lagrange_cli.studies.path.result import Paths, StationaryPath
+    from lagrange_cli.studies.path.measure import StationaryPath
+    from lagrange_cli.studies.path.motions import Motions
 
 #: Variations that are drawn, and paths whose actions are.
 _VARIATIONS, _PATHS = 3, 3
@@ -24,29 +25,128 @@ _DRAWN = (-1.0, -0.5, 0.5, 1.0)
 
 _NO_LABEL = Label("", "")
 
+# Variations.
 
-def picture_of_paths(paths: Paths) -> Picture:
-    """Draw coordinates over the time, and the actions of varied paths."""
-    labels = paths.motions.models.motion.labels
-    shown = [_shown_modes(paths, path) for path in paths.solutions[:_PATHS]]
-    panels = [_path_panel(paths, number, shown[0]) for number in range(len(paths.coordinates))]
-    panels += [
-        _action_panel(paths, path, number, variations)
-        for number, (path, variations) in enumerate(zip(paths.solutions, shown, strict=False), 1)
+#: Sines a coordinate that modes are made of, beside twice as many as conjugate points, and most.
+_SINES, _MOST_SINES = 8, 60
+
+#: Largest deviation of varied paths in a picture, over the extent of the path.
+_DEVIATION = 0.2
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A direction η(t) in which a path is varied, zero at both ends.
+
+    Attributes
+    ----------
+    values, rates
+        η and its rate at the nodes of the path, shape (m, n); over the scales of the coordinates
+        its largest component is 1.
+    second
+        δ²S: the second derivative by ε of the action of q + ε η.
+    """
+
+    values: Array
+    rates: Array
+    second: float
+
+
+def modes(motions: Motions, path: StationaryPath) -> list[Variation]:
+    """Return the modes of the second variation in ascending order of their eigenvalues.
+
+    Eigenfunctions of δ²S[η] = ∫ η·M(∂a/∂q η + ∂a/∂q̇ η̇ − η̈) dt beside ∫ η·M η dt, in a basis of
+    sines. As many have a negative eigenvalue as there are conjugate points.
+    """
+    from scipy.linalg import eigh
+
+    shot, n, span = path.shot, motions.size, path.panels.span
+    count = min(_SINES + 2 * (path.conjugacy.index or 0), max(_MOST_SINES // n, _SINES))
+    wave = np.pi * np.arange(1, count + 1) / span
+    phases = np.outer(shot.t - shot.t[0], wave)
+    sines, cosines = np.sin(phases), np.cos(phases) * wave
+    scales = shot.scales[0]
+    by_q, by_v = motions.slopes(shot.t, shot.q, shot.v)
+    inertia = motions.action_values(shot.t, shot.q, shot.v).inertia
+    # Basis: sine k of coordinate i, times its scale, in the order (k, i).
+    moved = np.einsum("tk,tij->tkij", sines, by_q) + np.einsum("tk,tij->tkij", cosines, by_v)
+    moved += np.einsum("tk,ij->tkij", sines * wave**2, np.eye(n))
+    weights = path.panels.weights()
+    forces = np.einsum("t,tij,tkjl->tkil", weights, inertia, moved)
+    size = count * n
+    second = np.einsum("th,tkil->hikl", sines, forces) * scales[:, None, None] * scales
+    norm = np.einsum("t,th,tk,tij->hikj", weights, sines, sines, inertia)
+    norm *= scales[:, None, None] * scales
+    matrix = second.reshape(size, size)
+    values, vectors = eigh((matrix + matrix.T) / 2, norm.reshape(size, size))
+    return [
+        _mode(sines, cosines, vectors[:, number].reshape(count, n), scales, value)
+        for number, value in enumerate(values)
     ]
-    return Picture(labels.title or paths.name, tuple(panels), stacked=True)
 
 
-def _shown_modes(paths: Paths, path: StationaryPath) -> Sequence[Variation]:
+def _mode(sines: Array, cosines: Array, shares: Array, scales: Array, value: float) -> Variation:
+    """Make a mode whose largest component is 1 and positive."""
+    values = sines @ shares
+    largest = values.ravel()[np.argmax(np.abs(values))]
+    # Modes have the norm 1.
+    return Variation(
+        values * scales / largest, cosines @ shares * scales / largest, value / largest**2
+    )
+
+
+def deviation(path: StationaryPath) -> float:
+    """Return how far pictures vary a path, over the scales of its coordinates."""
+    extent = float(np.max(np.ptp(path.shot.q, axis=0) / path.shot.scales[0]))
+    return _DEVIATION * (extent or 1.0)
+
+
+def actions(motions: Motions, path: StationaryPath, variation: Variation, sizes: Array) -> Array:
+    """Integrate the actions of q + ε η for some ε, less that of the path; NaN where L is not
+    known."""
+    shot = path.shot
+    own, _ = path.panels.integral(motions.action_values(shot.t, shot.q, shot.v).lagrangian)
+    changed = []
+    for size in sizes:
+        q, v = shot.q + size * variation.values, shot.v + size * variation.rates
+        action, _ = path.panels.integral(motions.action_values(shot.t, q, v).lagrangian)
+        changed.append(action - own)
+    return np.array(changed)
+
+
+# The panels of a picture.
+
+
+def picture_of_paths(motions: Motions, solutions: Sequence[StationaryPath]) -> Picture:
+    """Draw coordinates over the time, and the actions of varied paths."""
+    labels = motions.models.motion.labels
+    shown = [_shown_modes(motions, path) for path in solutions[:_PATHS]]
+    panels = [
+        _path_panel(motions, solutions, number, shown[0])
+        for number in range(len(motions.coordinates))
+    ]
+    panels += [
+        _action_panel(motions, path, number, variations)
+        for number, (path, variations) in enumerate(zip(solutions, shown, strict=False), 1)
+    ]
+    return Picture(labels.title or motions.models.motion.name, tuple(panels), stacked=True)
+
+
+def _shown_modes(motions: Motions, path: StationaryPath) -> Sequence[Variation]:
     """Choose modes: the lowest; of a saddle the last that lowers the action, and those after."""
     first = max((path.conjugacy.index or 0) - 1, 0)
-    return modes(paths.motions, path)[first : first + _VARIATIONS]
+    return modes(motions, path)[first : first + _VARIATIONS]
 
 
-def _path_panel(paths: Paths, number: int, variations: Sequence[Variation]) -> Panel:
+def _path_panel(
+    motions: Motions,
+    solutions: Sequence[StationaryPath],
+    number: int,
+    variations: Sequence[Variation],
+) -> Panel:
     """Draw one coordinate of all paths, and of what the first is varied to."""
-    labels, name = paths.motions.models.motion.labels, paths.coordinates[number]
-    first = paths.solutions[0]
+    labels, name = motions.models.motion.labels, motions.coordinates[number]
+    first = solutions[0]
     largest = deviation(first)
     beside = (
         Line(_NO_LABEL, first.shot.t, q[:, number], faint=True)
@@ -56,17 +156,17 @@ def _path_panel(paths: Paths, number: int, variations: Sequence[Variation]) -> P
     )
     lines = (
         Line(_named(path, place), path.shot.t, path.shot.q[:, number])
-        for place, path in enumerate(paths.solutions, 1)
+        for place, path in enumerate(solutions, 1)
     )
     symbol, unit = labels.symbol(name), labels.unit(name)
     axis = Label(f"${symbol.latex}$", symbol.plain)
     if unit is not None:
         axis = Label(f"{axis.latex} in ${unit.latex}$", f"{axis.plain} in {unit.plain}")
-    return Panel((*lines, *beside), _time_label(paths), axis, over_time=False, equal=False)
+    return Panel((*lines, *beside), _time_label(motions), axis, over_time=False, equal=False)
 
 
-def _time_label(paths: Paths) -> Label:
-    unit = paths.motions.models.motion.labels.unit("t")
+def _time_label(motions: Motions) -> Label:
+    unit = motions.models.motion.labels.unit("t")
     if unit is None:
         return Label("$t$", "t")
     return Label(f"$t$ in ${unit.latex}$", f"t in {unit.plain}")
@@ -78,14 +178,14 @@ def _named(path: StationaryPath, number: int) -> Label:
 
 
 def _action_panel(
-    paths: Paths, path: StationaryPath, number: int, variations: Sequence[Variation]
+    motions: Motions, path: StationaryPath, number: int, variations: Sequence[Variation]
 ) -> Panel:
     """Draw the action over the size of variations."""
     sizes = deviation(path) * np.linspace(-1, 1, _POINTS)
-    lines = tuple(_action_lines(paths, path, variations, sizes))
+    lines = tuple(_action_lines(motions, path, variations, sizes))
     own = f"q_{{{number}}}"
     label = Label(rf"$S[{own} + \varepsilon\eta] - S[{own}]$", f"S[q{number} + εη] − S[q{number}]")
-    units = [paths.motions.models.motion.labels.unit(name) for name in ("energy", "t")]
+    units = [motions.models.motion.labels.unit(name) for name in ("energy", "t")]
     energy, time = units
     if energy is not None and time is not None:
         unit = Label(rf"${energy.latex}\,{time.latex}$", f"{energy.plain} {time.plain}")
@@ -94,10 +194,10 @@ def _action_panel(
 
 
 def _action_lines(
-    paths: Paths, path: StationaryPath, variations: Sequence[Variation], sizes: Array
+    motions: Motions, path: StationaryPath, variations: Sequence[Variation], sizes: Array
 ) -> Iterator[Line]:
     for number, variation in enumerate(variations, 1):
-        changes = actions(paths.motions, path, variation, sizes)
+        changes = actions(motions, path, variation, sizes)
         known = np.isfinite(changes)
         label = Label(rf"$\eta_{{{number}}}$", f"η{number}")
         yield Line(label, sizes[known], changes[known])

@@ -14,51 +14,13 @@ from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.formats import as_csv
+from lagrange_cli.studies.path.measure import StationaryPath
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.results.trajectory import Trajectory
     from lagrange_cli.studies.path.ends import End
-    from lagrange_cli.studies.path.morse import Conjugacy
-    from lagrange_cli.studies.path.motions import Motions, Shot
-    from lagrange_cli.studies.path.panels import Panels
+    from lagrange_cli.studies.path.motions import Motions
     from lagrange_cli.studies.path.scan import Scan
-
-
-@dataclass(frozen=True)
-class StationaryPath:
-    """One path of stationary action.
-
-    Attributes
-    ----------
-    last
-        Its end: other turns of an angle than those asked for are possible.
-    velocity
-        Initial velocity, shape (n,).
-    action, action_error
-        ∫ L dt, and a bound of its error.
-    conjugacy
-        Its kind and its conjugate points.
-    reached
-        Distance from the end over the scales, with the estimated error, of the motion that
-        ``simulate`` promises from the start of the path.
-    estimated
-        Estimated distance from the exact path between the ends, over the scales.
-    trajectory
-        That motion, sampled for the user.
-    shot, panels
-        The same with its Jacobi fields, at the nodes of the panels.
-    """
-
-    last: End
-    velocity: Array
-    action: float
-    action_error: float
-    conjugacy: Conjugacy
-    reached: float
-    estimated: float
-    trajectory: Trajectory
-    shot: Shot
-    panels: Panels
 
 
 @dataclass(frozen=True)
@@ -235,7 +197,7 @@ class Paths:
         from lagrange_cli.studies.path.plot import picture_of_paths
 
         ending = ending_of(path).lstrip(".")
-        write_file(path, draw(picture_of_paths(self), ending))
+        write_file(path, draw(picture_of_paths(self.motions, self.solutions), ending))
 
 
 def _columns(trajectory: Trajectory, names: tuple[str, ...]) -> list[Array]:

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.studies.chebyshev import points_of
 from lagrange_cli.studies.path.collocation import (
     LARGEST_DEGREE,
     TwoPointProblem,
-    points_of,
     solved,
 )
 from lagrange_cli.studies.path.deflation import Solutions, deflated

@@ -6,4 +6,4 @@ mécanique céleste* III, 1899, chapter 27; M. Hénon, On the numerical computat
 Physica D 5 (1982) 412). Read :mod:`.find` first.
 """
 
-__all__ = ["members", "models", "result"]
+__all__ = ["members", "result"]

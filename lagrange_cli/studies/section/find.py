@@ -25,8 +25,8 @@ from lagrange_cli.simulate.options import AUTO, SimulationOptions
 from lagrange_cli.simulate.request import MOST_SAMPLES_IN_MEMORY, method_of
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.simulation import RunContext
+from lagrange_cli.studies.chebyshev import DEGREE, nodes_between
 from lagrange_cli.studies.section.followed import PARTS, FollowedMotion, Mesh
-from lagrange_cli.studies.section.panels import DEGREE, nodes_between
 from lagrange_cli.studies.section.result import SectionPoints
 
 #: Panels of the first run: no step of a run is longer.

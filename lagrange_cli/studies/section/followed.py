@@ -12,7 +12,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.model.requested_outputs import section_outputs
 from lagrange_cli.simulate.results.trajectory import Trajectory
-from lagrange_cli.studies.section.panels import (
+from lagrange_cli.studies.chebyshev import (
     DEGREE,
     Flags,
     Interpolated,

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,8 +21,64 @@ from lagrange_cli.simulate.parallel import in_any_order
 from lagrange_cli.simulate.simulation import RunContext
 from lagrange_cli.simulate.system.functions import KeptFunctions
 from lagrange_cli.studies.section.find import section_points
-from lagrange_cli.studies.section.models import SectionModel
 from lagrange_cli.studies.section.result import REFUSED, Section, SectionPoints
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.simulate.model.requested_outputs import WrittenCondition
+
+
+@dataclass(frozen=True)
+class SectionModel:
+    """A model whose outputs include the condition of a section.
+
+    Attributes
+    ----------
+    condition
+        As it was written.
+    model
+        The model.
+    free, turning
+        As in :class:`.result.Section`.
+    """
+
+    condition: str
+    model: Model
+    free: tuple[str, ...]
+    turning: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return values that JSON holds."""
+        return {**vars(self), "model": self.model.to_json()}
+
+    @classmethod
+    def from_json(cls, value: Mapping[str, Any]) -> SectionModel:
+        """Make what :meth:`to_json` gave."""
+        known = (tuple(value[name]) for name in ("free", "turning"))
+        return cls(value["condition"], Model.from_json(value["model"]), *known)
+
+
+def section_model(equations: Equations, condition: WrittenCondition) -> SectionModel:
+    """Make the model of a section of the motions of equations.
+
+    Raises
+    ------
+    InputError
+        As :func:`.simulate.model.requested_outputs.with_section`.
+    """
+    from lagrange_cli.simulate.model.build import model_of
+    from lagrange_cli.simulate.model.requested_outputs import (
+        free_coordinates,
+        turning_coordinates,
+        with_section,
+    )
+
+    return SectionModel(
+        condition.text.strip(),
+        model_of(with_section(equations, condition)),
+        free_coordinates(equations, condition),
+        turning_coordinates(equations),
+    )
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.studies.section.panels import DEGREE, Flags, Series
+from lagrange_cli.studies.chebyshev import DEGREE, Flags, Series
 
 #: Halvings of an interval until its ends are neighbouring doubles.
 _HALVINGS = 60

@@ -4,4 +4,4 @@ A model and methods go in; errors, seconds and the Pareto front come out. Read :
 first.
 """
 
-__all__ = ["measure", "plot", "runs"]
+__all__ = ["measure", "result", "runs"]

@@ -14,7 +14,7 @@ import heapq
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,10 +31,8 @@ from lagrange_cli.simulate.runs.problem import require_a_start
 from lagrange_cli.simulate.simulation import problem_of
 from lagrange_cli.simulate.system.functions import RightHandSide, right_hand_side
 from lagrange_cli.studies.reference import Reference, no_time, reference
-from lagrange_cli.studies.tradeoff.notebook import trade_html
-from lagrange_cli.studies.tradeoff.pareto import cheapest, cost_ratio, pareto
+from lagrange_cli.studies.tradeoff.result import CostRatios, Trade, cost_ratio, pareto
 from lagrange_cli.studies.tradeoff.runs import (
-    ACCURACIES,
     ESTIMATE,
     FINE_ENOUGH,
     RESOLVED,
@@ -61,101 +59,6 @@ _TIMED = 0.05
 
 #: Largest error on a front, relative to scales: beyond, a run shows nothing of the motion.
 _NOTHING = 1.0
-
-
-@dataclass(frozen=True)
-class Recommendation:
-    """The run to take for an accuracy."""
-
-    accuracy: float
-    point: WorkPrecisionPoint
-
-
-@dataclass(frozen=True)
-class CostRatios:
-    """Costs of a run of ``auto`` relative to the cheapest runs; None if there is none as good.
-
-    Attributes
-    ----------
-    point
-        The run of ``auto``.
-    seconds, evaluations
-        Relative to the cheapest run that is as accurate as this one turned out.
-    seconds_needed, evaluations_needed
-        Relative to the cheapest run with the accuracy that was asked for.
-    """
-
-    point: WorkPrecisionPoint
-    seconds: float | None = None
-    evaluations: float | None = None
-    seconds_needed: float | None = None
-    evaluations_needed: float | None = None
-
-
-@dataclass(frozen=True, repr=False)
-class Trade:
-    """Speed against accuracy of one scene.
-
-    Attributes
-    ----------
-    name
-        Name of the scene.
-    until
-        Time of the last sample.
-    samples
-        Number of samples.
-    formulation
-        Minimal or multiplier form.
-    implementation
-        The code that ran, in words.
-    stiff
-        True if the coarse run found the system stiff.
-    reference
-        The solution that errors are measured from.
-    points
-        Runs of methods.
-    automatic
-        Runs of ``auto``.
-    left_out
-        Method that cannot run here, or is too slow → the reason.
-    repeat
-        Largest number of times that a run was timed.
-    budget
-        Seconds after which a run was given up.
-    """
-
-    name: str
-    until: float
-    samples: int
-    formulation: str
-    implementation: str
-    stiff: bool
-    reference: Reference
-    points: tuple[WorkPrecisionPoint, ...]
-    automatic: tuple[CostRatios, ...]
-    left_out: dict[str, str]
-    repeat: int
-    budget: float
-
-    @property
-    def recommended(self) -> tuple[Recommendation, ...]:
-        """The fastest run for each accuracy that one reaches, the reference's error added."""
-        recommendations = []
-        for accuracy in ACCURACIES:
-            most = accuracy - self.reference.error
-            good = [p for p in self.points if p.distance <= most]
-            best = cheapest(good, lambda p: p.median, lambda p: p.evaluations)
-            if best is not None:
-                recommendations.append(Recommendation(accuracy, best))
-        return tuple(recommendations)
-
-    def _repr_html_(self) -> str:
-        """Return what notebooks show."""
-        return trade_html(self)
-
-    def __repr__(self) -> str:
-        counts = f"{len(self.points)} runs, {len(self.recommended)} recommended"
-        return f"<Trade of {self.name}: {counts}>"
 
 
 def trade(

@@ -1,0 +1,259 @@
+"""Speed against accuracy of one scene as a value, with its tables and pictures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+from lagrange_cli.notation.html import html_table, html_text
+from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
+from lagrange_cli.studies.reference import Reference
+from lagrange_cli.studies.tradeoff.runs import ACCURACIES, WorkPrecisionPoint
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The run to take for an accuracy."""
+
+    accuracy: float
+    point: WorkPrecisionPoint
+
+
+@dataclass(frozen=True)
+class CostRatios:
+    """Costs of a run of ``auto`` relative to the cheapest runs; None if there is none as good.
+
+    Attributes
+    ----------
+    point
+        The run of ``auto``.
+    seconds, evaluations
+        Relative to the cheapest run that is as accurate as this one turned out.
+    seconds_needed, evaluations_needed
+        Relative to the cheapest run with the accuracy that was asked for.
+    """
+
+    point: WorkPrecisionPoint
+    seconds: float | None = None
+    evaluations: float | None = None
+    seconds_needed: float | None = None
+    evaluations_needed: float | None = None
+
+
+@dataclass(frozen=True, repr=False)
+class Trade:
+    """Speed against accuracy of one scene.
+
+    Attributes
+    ----------
+    name
+        Name of the scene.
+    until
+        Time of the last sample.
+    samples
+        Number of samples.
+    formulation
+        Minimal or multiplier form.
+    implementation
+        The code that ran, in words.
+    stiff
+        True if the coarse run found the system stiff.
+    reference
+        The solution that errors are measured from.
+    points
+        Runs of methods.
+    automatic
+        Runs of ``auto``.
+    left_out
+        Method that cannot run here, or is too slow → the reason.
+    repeat
+        Largest number of times that a run was timed.
+    budget
+        Seconds after which a run was given up.
+    """
+
+    name: str
+    until: float
+    samples: int
+    formulation: str
+    implementation: str
+    stiff: bool
+    reference: Reference
+    points: tuple[WorkPrecisionPoint, ...]
+    automatic: tuple[CostRatios, ...]
+    left_out: dict[str, str]
+    repeat: int
+    budget: float
+
+    @property
+    def recommended(self) -> tuple[Recommendation, ...]:
+        """The fastest run for each accuracy that one reaches, the reference's error added."""
+        recommendations = []
+        for accuracy in ACCURACIES:
+            most = accuracy - self.reference.error
+            good = [p for p in self.points if p.distance <= most]
+            best = cheapest(good, lambda p: p.median, lambda p: p.evaluations)
+            if best is not None:
+                recommendations.append(Recommendation(accuracy, best))
+        return tuple(recommendations)
+
+    def _repr_html_(self) -> str:
+        """Return what notebooks show."""
+        return trade_html(self)
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.points)} runs, {len(self.recommended)} recommended"
+        return f"<Trade of {self.name}: {counts}>"
+
+
+# The front, and the run to recommend.
+
+
+_Run = TypeVar("_Run")
+
+#: Runs whose seconds differ by less than this part are equally fast; set by hand.
+_EQUALLY_FAST = 0.1
+
+
+def pareto(points: Sequence[tuple[float, float]]) -> list[bool]:
+    """Tell for each point (error, cost) if it is on the front.
+
+    It is if no other point is better in one of the two without being worse in the other. Equal
+    points are on the front together; infinite ones are not on it.
+    """
+    order = sorted((p, k) for k, p in enumerate(points) if all(map(math.isfinite, p)))
+    front = [False] * len(points)
+    least, last = math.inf, None
+    for point, k in order:
+        if point[1] < least or point == last:
+            front[k], least, last = True, point[1], point
+    return front
+
+
+def cost_ratio(error: float, cost: float, points: Iterable[tuple[float, float]]) -> float | None:
+    """Cost relative to the cheapest point with error ≤ ``error``; None if there is none."""
+    good = [c for e, c in points if e <= error]
+    return None if not good else cost / min(good)
+
+
+def cheapest(
+    runs: Sequence[_Run], seconds: Callable[[_Run], float], evaluations: Callable[[_Run], int]
+) -> _Run | None:
+    """Return the run of least work among those that are as fast as the fastest but for chance."""
+    if not runs:
+        return None
+    least = min(seconds(run) for run in runs)
+    close = [run for run in runs if seconds(run) <= (1 + _EQUALLY_FAST) * least]
+    return min(close, key=lambda run: (evaluations(run), seconds(run)))
+
+
+# Tables of notebooks.
+
+
+_HEADS = ("method", "setting", "error", "seconds", "right-hand sides")
+
+
+def trade_html(trade: Trade) -> str:
+    """Two tables: runs on a front, and the run to take for each accuracy."""
+    name = f"<b>{html_text(trade.name)}</b>"
+    front = [p for p in trade.points if p.pareto or p.pareto_evaluations]
+    caption = f"{name} until t = {trade.until:.9g}: best of {len(trade.points)} runs"
+    taken = [[f"{r.accuracy:.0e}", *_row(r.point)] for r in trade.recommended]
+    return "\n".join(
+        [
+            html_table(caption, _HEADS, map(_row, front), len(front)),
+            html_table("Recommended", ("accuracy", *_HEADS), taken, len(taken)),
+        ]
+    )
+
+
+def _row(point: WorkPrecisionPoint) -> list[str]:
+    setting = point.setting
+    is_adaptive = setting.rtol is not None
+    return [
+        html_text(setting.method),
+        f"rtol {setting.rtol:.0e}" if is_adaptive else f"step {setting.step:.3g}",
+        "" if point.error is None else f"{point.error:.1e}",
+        f"{point.median:.2e}",
+        f"{point.evaluations}",
+    ]
+
+
+# Pictures.
+
+
+_MARKERS = "os^vDP*Xph"
+
+#: Largest error that is drawn, relative to scales.
+_LARGEST = 1.0
+
+
+def draw_trade(trade: Trade, ending: str) -> bytes:
+    """Draw seconds and right-hand sides over the error, with the fronts; return the file's bytes.
+
+    Raises
+    ------
+    InputError
+        matplotlib is not installed, or does not know the ending.
+    """
+    figure = new_figure((11, 5.5), ending)
+    left, right = figure.subplots(1, 2)
+    for axes, cost, front, label in (
+        (left, _seconds, lambda p: p.pareto, "seconds"),
+        (right, _evaluations, lambda p: p.pareto_evaluations, "right-hand sides"),
+    ):
+        if not any(map(_drawn, trade.points)):
+            axes.set_title("no run to draw")
+            continue
+        _lines(axes, trade, cost)
+        _front(axes, trade, cost, front)
+        axes.set(xscale="log", yscale="log", ylabel=label)
+        axes.set_xlabel("largest error over its scale")
+        axes.invert_xaxis()
+        axes.grid(visible=True, alpha=0.3)
+        axes.axvline(trade.reference.error, color="grey", linestyle=":", label="reference's error")
+    right.legend(*right.get_legend_handles_labels(), fontsize="small")
+    # Text of a scene is text, not mathematics to be parsed.
+    figure.suptitle(f"{trade.name}, until t = {trade.until:.6g}", parse_math=False)
+    return picture_bytes(figure, ending)
+
+
+def _seconds(point: WorkPrecisionPoint) -> float:
+    return point.median
+
+
+def _evaluations(point: WorkPrecisionPoint) -> float:
+    return float(point.evaluations)
+
+
+def _drawn(point: WorkPrecisionPoint) -> bool:
+    return bool(point.seconds) and 0 < point.distance <= _LARGEST
+
+
+def _lines(axes: Axes, trade: Trade, cost: Callable[[WorkPrecisionPoint], float]) -> None:
+    """Draw a line for each method, and crosses for ``auto``."""
+    names = dict.fromkeys(p.setting.method for p in trade.points)
+    for number, name in enumerate(names):
+        mine = [p for p in trade.points if p.setting.method == name and _drawn(p)]
+        (line,) = axes.plot([p.distance for p in mine], [cost(p) for p in mine], label=name)
+        line.set(marker=_MARKERS[number % len(_MARKERS)], markersize=4, linewidth=1)
+    automatic = [ratios.point for ratios in trade.automatic if _drawn(ratios.point)]
+    if automatic:
+        crosses = [(p.distance, cost(p)) for p in automatic]
+        axes.plot(*zip(*crosses, strict=True), "k+", ms=12, label="auto")
+
+
+def _front(
+    axes: Axes,
+    trade: Trade,
+    cost: Callable[[WorkPrecisionPoint], float],
+    on_front: Callable[[WorkPrecisionPoint], bool],
+) -> None:
+    """Draw the Pareto front."""
+    best = sorted((p.distance, cost(p)) for p in trade.points if _drawn(p) and on_front(p))
+    axes.plot(*zip(*best, strict=True), color="black", lw=5, alpha=0.15, label="front")
