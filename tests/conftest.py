@@ -44,6 +44,21 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="write expected outputs and messages anew; read the difference before committing it",
     )
+    parser.addoption(
+        "--campaigns",
+        action="store_true",
+        help="run tests marked 'campaign' too: every case where the suite runs a slice of them",
+    )
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave campaigns out, unless they are asked for."""
+    if config.getoption("--campaigns"):
+        return
+    left_out = [item for item in items if item.get_closest_marker("campaign")]
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if not item.get_closest_marker("campaign")]
 
 
 def pytest_collection_finish() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Iterable
 from functools import cache
 from pathlib import Path
 
@@ -12,7 +13,9 @@ from numpy.typing import NDArray
 from lagrange_cli.cache import open_cache
 from lagrange_cli.files import read_bytes
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.step_values import Way
 from lagrange_cli.mechanics.stored_derivation import stored_derivation
+from lagrange_cli.scene.conditions import Formulation
 from lagrange_cli.scene.reader import SceneText
 from lagrange_cli.simulate import Trajectory, simulate
 
@@ -32,18 +35,67 @@ REFUSED = sorted((SYSTEMS / "refused").glob("*.yaml"))
 
 CONTACTS = [name for name, p in SCENES.items() if p.parent.name == "contact"]
 
+#: Scenes of which each differs from the others in structure: that each key and each formulation,
+#: fact and count of constraints is among them is tested.
+SLICE = (
+    "bead_on_rotating_hoop",
+    "kepler",
+    "schwarzschild_orbit",
+    "two_bodies",
+    "chain_of_rods",
+    "net_of_springs",
+    "oscillator_ring",
+    "four_bar_linkage",
+    "spherical_pendulum_from_the_pole",
+    "bouncing_ball",
+    "dropped_rod",
+    "particle_leaving_sphere",
+    "charged_particle",
+    "relativistic_particle",
+    "balance",
+    "lever",
+    "pendulum_driven_support",
+    "driven_spring",
+    "seismometer",
+    "damped_driven_pendulum",
+    "double_pendulum",
+    "swinging_spring",
+    "tautochrone",
+    "double_atwood",
+    "heavy_top",
+    "rolling_cylinder",
+    "chaplygin_sleigh",
+    "rolling_disk",
+    "wheel_down_incline",
+)
+
 every_scene = pytest.mark.parametrize("name", list(SCENES))
+
+
+def sliced(names: Iterable[str], chosen: Container[str] = SLICE) -> pytest.MarkDecorator:
+    """Parametrize by the names of scenes; those that are not chosen run in campaigns alone."""
+    campaign = pytest.mark.campaign
+    cases = [name if name in chosen else pytest.param(name, marks=campaign) for name in names]
+    return pytest.mark.parametrize("name", cases)
+
 
 #: Scenes without contacts: one right-hand side for all of a motion.
 every_smooth_scene = pytest.mark.parametrize("name", [n for n in SCENES if n not in CONTACTS])
 
 
 @cache
-def derived(name: str) -> Equations:
+def derived(
+    name: str,
+    *,
+    formulation: Formulation = "auto",
+    steps: Way | None = None,
+    forces: bool = False,
+) -> Equations:
     """The equations of a scene, which all processes of a run derive once."""
-    path = str(SCENES[name])
+    path = str(SCENES.get(name) or APART[name])
     text = SceneText(path, read_bytes(path))
-    return stored_derivation(text.read(), text, open_cache())
+    options = {"forces": forces, "formulation": formulation, "steps": steps}
+    return stored_derivation(text.read(), text, open_cache(), **options)
 
 
 @cache

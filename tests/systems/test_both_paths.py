@@ -2,40 +2,34 @@
 
 from __future__ import annotations
 
-import functools
 import os
-from pathlib import Path
+from functools import cache
 
 import numpy as np
 import pytest
 
-from lagrange_cli import load
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
+from tests.systems.shipped import APART, CONTACTS, SCENES, SLICE, derived, sliced
 
 pytestmark = pytest.mark.slow
 
-SYSTEMS = Path(__file__).parents[2] / "systems"
-#: But those with contacts, whose method is another one.
-OTHERS = ("refused", "contact")
-SCENES = sorted(path for path in SYSTEMS.rglob("*.yaml") if path.parent.name not in OTHERS)
+#: Scenes with contacts have another method.
+SMOOTH = sorted({*SCENES, *APART} - set(CONTACTS))
 
 #: Part of a scene's duration that is integrated, and the step as a part of that.
-PART, STEPS = 0.02, 200
+PART, STEPS = 0.02, 40
 
 
-BOTH = pytest.mark.parametrize("paths", SCENES, ids=lambda path: path.stem, indirect=True)
-
-
-@functools.cache
-def model_at(path):
-    return model_of(load(path).derive().equations)
+@cache
+def model_at(name):
+    return model_of(derived(name))
 
 
 @pytest.fixture
-def paths(request):
-    model = model_at(request.param)
+def paths(name):
+    model = model_at(name)
     if model.initial is None or model.defaults.until is None:
         pytest.skip("the scene has nothing to simulate")
     native = right_hand_side(model)
@@ -45,7 +39,7 @@ def paths(request):
     return model, native, interpreted(model, "")
 
 
-@BOTH
+@pytest.mark.parametrize("name", SMOOTH)
 def test_functions_and_motions_agree(paths):
     model, native, python = paths
     start = model.defaults.start
@@ -71,7 +65,7 @@ def test_functions_and_motions_agree(paths):
         assert found == pytest.approx(expected, rel=1e-11, abs=1e-11, nan_ok=True)
 
 
-@BOTH
+@sliced(SMOOTH, {*SLICE, "snakeboard"})
 def test_the_promise_holds_on_both(paths):
     model, native, python = paths
     start = model.defaults.start

@@ -10,9 +10,7 @@ from mpmath import mpf
 
 from lagrange_cli import load
 from lagrange_cli.errors import InputError
-from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.numerics.autodiff import Tape
-from lagrange_cli.scene import read_file
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions
@@ -42,7 +40,7 @@ def multiplied(name):
     if derived(name).closures or derived(name).contacts:
         return None
     try:
-        return derive(read_file(str(SCENES[name])), formulation="multiplier")
+        return derived(name, formulation="multiplier")
     except InputError as refusal:
         if refusal.problems[0].rule != "formulation":
             raise
