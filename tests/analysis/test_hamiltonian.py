@@ -11,8 +11,10 @@ import sympy as sp
 
 from lagrange_cli import api
 from lagrange_cli.analysis.forms.hamiltonian import hamiltonian_form
+from lagrange_cli.cache import open_cache
 from lagrange_cli.errors import InputError, InternalError
 from tests.analysis.form_motions import integrated, numbers, read_back
+from tests.systems.shipped import sliced
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 
@@ -187,11 +189,11 @@ def test_equations_that_are_made_wrong_are_not_shown():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*/*.yaml")), ids=lambda p: p.stem)
+@sliced(sorted(SYSTEMS.glob("*/*.yaml")), argument="path")
 def test_every_scene_has_the_form_or_a_reason(path):
     form, reason = None, "no-hamiltonian"
     with contextlib.suppress(InputError):
-        derivation = api.load(path).derive()
+        derivation = api.load(path).derive(cache=open_cache())
         try:
             form = hamiltonian_form(derivation.equations)
         except InputError as refusal:

@@ -1,4 +1,4 @@
-"""Every shipped scene is analyzed within its budget, and each equilibrium is one."""
+"""A slice of the shipped scenes is analyzed within its budget, and each equilibrium is one."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.analyze import PARTS
 from lagrange_cli.api import load
+from lagrange_cli.cache import open_cache
 from lagrange_cli.emit.analysis.report import analysis_report
 from lagrange_cli.emit.analysis.text import analysis_page
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.sparse import entries
-from tests.systems.shipped import SCENES
+from tests.systems.shipped import SCENES, sliced
 
 pytestmark = pytest.mark.slow
 
@@ -40,9 +41,9 @@ def residuals(equations, place):
         yield abs(mpmath.fsum(values)), mpmath.fsum(map(abs, values))
 
 
-@pytest.mark.parametrize("name", SCENES)
+@sliced(SCENES)
 def test_analysis_ends_and_says_what_it_left_out(name):
-    derivation = load(SCENES[name]).derive()
+    derivation = load(SCENES[name]).derive(cache=open_cache())
     analysis = derivation.analyze()
     found = {part: getattr(analysis, part) for part in PARTS}
     left_out = {left.part for left in analysis.left_out}

@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate import simulate
-from tests.systems.shipped import derived, every_scene
+from tests.systems.shipped import SCENES, derived, sliced
 
 BODIES = """
 parameters: {m1: 2, m2: 3, m3: 5, k: 7}
@@ -171,7 +171,7 @@ def quantities_at(equations: Equations, found: Symmetries, k: int, trajectory) -
 
 
 @pytest.mark.slow
-@every_scene
+@sliced(SCENES)
 def test_quantities_stay_along_accurate_motions(name: str) -> None:
     equations = derived(name)
     found = linear_symmetries(equations)

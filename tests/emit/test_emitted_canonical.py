@@ -15,7 +15,7 @@ from tests.cli.terminal import lagrange
 from tests.emit.emitted_c import WARNINGS, compiler, run
 from tests.emit.test_jacobians import SCENES, Library, state_near
 from tests.emit.test_jacobians import module_of as module_with
-from tests.systems.shipped import SYSTEMS
+from tests.systems.shipped import SYSTEMS, sliced
 
 #: Of one and of two coupled coordinates; solved by elimination and by a loop; with velocities in V;
 #: no square of the velocities; with friction and inputs; of a moving frame.
@@ -104,7 +104,7 @@ def test_python(scene):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", sorted(set(SCENES) - set(FEW)))
+@sliced(sorted(set(SCENES) - set(FEW)), argument="scene")
 def test_shipped_scenes(scene):
     check(scene, (3,))
 

@@ -16,6 +16,7 @@ from tests.emit.derivative_reference import AccelerationReference, relative
 from tests.emit.emitted_c import WARNINGS, compiler, run
 from tests.emit.test_jacobians import FEW, SCENES, SYSTEMS, TOLERANCE, Library, modes_of, state_near
 from tests.emit.test_jacobians import module_of as module_of_text
+from tests.systems.shipped import sliced
 
 
 def module_of(derivation):
@@ -129,7 +130,7 @@ def test_c(scene, parameters, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("scene", SCENES)
+@sliced(SCENES, argument="scene")
 def test_shipped_scenes(scene, tmp_path):
     compiler()
     check(scene, tmp_path)

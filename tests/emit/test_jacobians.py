@@ -14,6 +14,7 @@ from lagrange_cli import load
 from lagrange_cli.errors import InputError
 from tests.emit.derivative_reference import AccelerationReference, relative
 from tests.emit.emitted_c import WARNINGS, Compiled, compiler, run
+from tests.systems.shipped import sliced
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 SCENES = sorted(str(path.relative_to(SYSTEMS).with_suffix("")) for path in SYSTEMS.glob("*/*.yaml"))
@@ -182,7 +183,7 @@ def test_without_it_nothing_is_added():
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("scene", SCENES)
+@sliced(SCENES, argument="scene")
 def test_shipped_scenes(scene, tmp_path):
     compiler()
     check(scene, tmp_path)

@@ -58,6 +58,40 @@ def compiled(tmp_path, text):
     return log
 
 
+def one_document(documents):
+    """One document of several, which the log tells apart by their names.
+
+    Packages are loaded once; other commands of a preamble hold for its document alone.
+    """
+    packages, bodies = [], []
+    for name, text in documents.items():
+        preamble, body = text.split("\\begin{document}\n")
+        lines = preamble.splitlines()
+        loading = [
+            x for x in lines if x.startswith(("\\documentclass", "\\usepackage", "\\IfFile"))
+        ]
+        own = [x for x in lines if x not in loading and not x.startswith("%")]
+        packages += [line for line in loading if line not in packages]
+        body = body.rpartition("\\end{document}")[0]
+        begin = rf"\clearpage\typeout{{{BEGIN}{name}}}\begingroup"
+        bodies.append("\n".join([begin, *own, body, r"\endgroup"]))
+    parts = [*packages, r"\begin{document}", *bodies, r"\end{document}"]
+    return "\n".join(parts) + "\n"
+
+
+#: What begins a line of a preamble that loads a class or a package.
+LOADING = ("\\documentclass", "\\usepackage", "\\IfFileExists")
+
+#: What the log says before a document.
+BEGIN = "== document "
+
+
+def logs_by_document(log):
+    """The parts of the log of :func:`one_document`, by the names of its documents."""
+    _, *parts = re.split(rf"^{BEGIN}", log, flags=re.M)
+    return dict(part.split("\n", 1) for part in parts)
+
+
 def overfull(log):
     """Points by which lines stick out of the page."""
     return [float(p) for p in re.findall(r"Overfull \\hbox \(([\d.]+)pt too wide\)", log)]

@@ -25,7 +25,7 @@ from lagrange_cli.emit.sketch.placement import half_size
 from lagrange_cli.emit.sketch.view import view_of
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene.reader import read_text
-from tests.systems.shipped import SCENES, derived
+from tests.systems.shipped import SCENES, derived, sliced
 
 #: A bob that two definitions put somewhere, with a potential.
 BOB = """
@@ -545,7 +545,7 @@ DRAWN = [name for name, path in SCENES.items() if "\nparticles:" in Path(path).r
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", DRAWN)
+@sliced(DRAWN)
 def test_every_shipped_scene_with_particles_is_drawn(name):
     equations = derived(name)
     (svg,) = EMITTERS["svg"].emit(equations).values()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -16,10 +15,11 @@ from lagrange_cli.errors import InputError, Mark
 from lagrange_cli.mechanics import derive, interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.step_values import Way
-from lagrange_cli.scene import parse_expression, read_file, read_text
-from tests.emit.test_latex import compiled, overfull
+from lagrange_cli.scene import parse_expression, read_text
+from tests.emit.test_latex import compiled, logs_by_document, one_document, overfull
 from tests.mechanics.steps.test_steps import FULL
-from tests.systems.shipped import APART, SCENES
+from tests.systems import shipped
+from tests.systems.shipped import APART, SCENES, derived, sliced
 
 #: Scenes that are tried in every run, with the others in long ones.
 SLICE = (
@@ -35,9 +35,8 @@ SLICE = (
 TOO_LONG = {"bicycle", "fput", "hanging_net", "net_of_rods_and_springs", "pleiades"}
 
 
-@cache
 def stepped(name: str, way: Way) -> Equations:
-    return derive(read_file(str({**SCENES, **APART}[name])), steps=way, forces=way == "dalembert")
+    return derived(name, steps=way, forces=way == "dalembert")
 
 
 def latex(equations: Equations, style: str = "document") -> str:
@@ -75,7 +74,7 @@ def test_steps_of_scenes_are_certified_and_printed(name: str, way: Way) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted({*SCENES, *APART} - set(SLICE)))
+@sliced(sorted({*SCENES, *APART} - set(SLICE)), {*shipped.SLICE, "fput"})
 def test_steps_of_all_other_scenes_are_certified_and_printed(name: str) -> None:
     for way in ("lagrange", "dalembert"):
         if name in TOO_LONG:
@@ -118,11 +117,22 @@ def test_a_snippet_compiles_with_amsmath(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.latex
-@pytest.mark.parametrize("name", sorted({*SCENES, *APART} - TOO_LONG))
-def test_documents_of_all_scenes_stay_on_the_page(name: str, tmp_path: Path) -> None:
-    for way in ("lagrange", "dalembert"):
-        log = compiled(tmp_path, latex(stepped(name, way)))
-        assert [points for points in overfull(log) if points > 5] == [], way
+@pytest.mark.parametrize(
+    "names",
+    [
+        pytest.param({*SLICE, *shipped.SLICE}, id="slice"),
+        pytest.param({*SCENES, *APART} - TOO_LONG, id="all", marks=pytest.mark.campaign),
+    ],
+)
+def test_documents_of_scenes_stay_on_the_page(names: set[str], tmp_path: Path) -> None:
+    documents = {
+        f"{name} {way}": latex(stepped(name, way))
+        for name in sorted(names)
+        for way in ("lagrange", "dalembert")
+    }
+    logs = logs_by_document(compiled(tmp_path, one_document(documents)))
+    wide = {name: [p for p in overfull(log) if p > 5] for name, log in logs.items()}
+    assert wide == {name: [] for name in documents}
 
 
 # -- the lecture: each statement has its line ---------------------------------------

@@ -14,7 +14,7 @@ from tests.emit import emit_systems as systems
 from tests.emit.test_arrays import example
 from tests.emit.test_python import load
 from tests.program import test_bandwidth as bands
-from tests.systems.shipped import SCENES, derived
+from tests.systems.shipped import SCENES, derived, sliced
 
 STYLES = ["jax", "casadi"]
 
@@ -112,7 +112,7 @@ def test_values_and_derivatives(name, style):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES)
-@pytest.mark.parametrize("name", [name for name in SCENES if name not in FEW])
+@sliced(name for name in SCENES if name not in FEW)
 def test_every_scene(name, style):
     """A scene that a style cannot hold is refused."""
     equations = derived(name)

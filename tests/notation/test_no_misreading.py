@@ -14,6 +14,7 @@ from lagrange_cli.notation.typst import TypstPrinter, balanced
 from lagrange_cli.notation.unicode import UnicodePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 from tests.notation.formula_readers import Reader, TypstReader
+from tests.systems.shipped import sliced
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 #: The bicycle's formulas have thousands of terms of the kinds that others have.
@@ -59,7 +60,7 @@ def _typst_text(tree):
     return ' \\ & "" '.join(balanced(line.text for line in lines))
 
 
-@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+@sliced(SCENES, argument="path")
 def test_formulas_read_back(path):
     equations = api.load(path).derive().equations
     words = vocabulary(equations, abbreviating=True)

@@ -72,11 +72,16 @@ SLICE = (
 every_scene = pytest.mark.parametrize("name", list(SCENES))
 
 
-def sliced(names: Iterable[str], chosen: Container[str] = SLICE) -> pytest.MarkDecorator:
-    """Parametrize by the names of scenes; those that are not chosen run in campaigns alone."""
-    campaign = pytest.mark.campaign
-    cases = [name if name in chosen else pytest.param(name, marks=campaign) for name in names]
-    return pytest.mark.parametrize("name", cases)
+def sliced(
+    scenes: Iterable[str | Path], chosen: Container[str] = SLICE, argument: str = "name"
+) -> pytest.MarkDecorator:
+    """Parametrize by scenes, given by names or paths; the names not chosen are campaigns."""
+    stems = [(scene, Path(scene).stem) for scene in scenes]
+    cases = [
+        pytest.param(scene, id=stem, marks=() if stem in chosen else pytest.mark.campaign)
+        for scene, stem in stems
+    ]
+    return pytest.mark.parametrize(argument, cases)
 
 
 #: Scenes without contacts: one right-hand side for all of a motion.
