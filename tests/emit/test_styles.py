@@ -33,19 +33,22 @@ def module(equations, style="numpy", **options):
 
 
 class OfJax:
-    """Functions and the Jacobian of the right-hand side, compiled."""
+    """Functions and the Jacobian of the right-hand side, compiled as one."""
 
     def __init__(self, functions: dict[str, Any]) -> None:
         self.functions = functions
         self.jax: Any = pytest.importorskip("jax")
         self.jax.config.update("jax_enable_x64", True)
+        # What is compiled here runs once.
+        self.jax.config.update("jax_disable_most_optimizations", True)
 
-    def values(self, name, t, y, p):
-        return self.jax.jit(self.functions[name])(t, y, self.functions["Parameters"](*p))
-
-    def jacobian(self, t, y, p):
-        rhs = self.jax.jit(self.jax.jacfwd(self.functions["rhs"], 1))
-        return rhs(t, y, self.functions["Parameters"](*p))
+    def results(self, names, t, y, p):
+        """Values of functions at a state; ``jacobian`` is that of the right-hand side."""
+        called = {name: self.functions[name] for name in names if name != "jacobian"}
+        if "jacobian" in names:
+            called["jacobian"] = self.jax.jacfwd(self.functions["rhs"], 1)
+        together = self.jax.jit(lambda *state: {name: f(*state) for name, f in called.items()})
+        return together(t, y, self.functions["Parameters"](*p))
 
 
 class OfCasadi:
@@ -57,9 +60,14 @@ class OfCasadi:
 
     def given(self, name, t, y, p):
         driven = name != "inputs" and "INPUTS" in self.functions
-        return [t, y, list(p), *([self.values("inputs", t, y, p)] if driven else [])]
+        return [t, y, list(p), *([self.value("inputs", t, y, p)] if driven else [])]
 
-    def values(self, name, t, y, p):
+    def results(self, names, t, y, p):
+        return {name: self.value(name, t, y, p) for name in names}
+
+    def value(self, name, t, y, p):
+        if name == "jacobian":
+            return self.jacobian(t, y, p)
         function = self.functions["function"](self.functions[name])
         return np.array(function(*self.given(name, t, y, p)))
 
@@ -86,21 +94,19 @@ def compare(equations, style):
     random = np.random.default_rng(3)
     start = np.array(reference["INITIAL"] or [0.3] * 2 * n)
     t, y, p = 0.3, start + 0.03 * random.standard_normal(2 * n), reference["DEFAULTS"]
-    for name in FUNCTIONS:
-        if name in reference:
-            expected = np.asarray(reference[name](t, y, p))
-            got = np.asarray(run.values(name, t, y, p)).reshape(expected.shape)
-            assert np.abs(got - expected).max(initial=0) <= 1e-10 * np.abs(expected).max(
-                initial=1e-3
-            )
-        else:
-            assert name not in run.functions
+    names = [name for name in FUNCTIONS if name in reference]
+    assert names == [name for name in FUNCTIONS if name in run.functions]
+    results = run.results([*names, "jacobian"], t, y, p)
+    for name in names:
+        expected = np.asarray(reference[name](t, y, p))
+        got = np.asarray(results[name]).reshape(expected.shape)
+        assert np.abs(got - expected).max(initial=0) <= 1e-10 * np.abs(expected).max(initial=1e-3)
     expected = reference["jacobian"](t, y, p)
     if "JACOBIAN_ROWS" in reference:
         whole = np.zeros((n, 2 * n))
         whole[reference["JACOBIAN_ROWS"], reference["JACOBIAN_COLUMNS"]] = expected
         expected = whole
-    got = run.jacobian(t, y, p)[n:]
+    got = np.asarray(results["jacobian"])[n:]
     assert np.abs(got - expected).max() <= 1e-8 * np.abs(expected).max()
 
 
@@ -148,9 +154,9 @@ def test_a_singular_mass_matrix_gives_nan(make, massless, style):
     run = RUNS[style](module(make(), style))
     p, y = run.functions["DEFAULTS"], np.array([0.1, 0.4, 0.2, 0.9, 0.3, 0.7, *[0.0] * 6])
     y = y if massless == "m6" else y[[0, 1, 6, 7]]
-    assert np.isfinite(run.values("rhs", 0.0, y, p)).all()
+    assert np.isfinite(run.results(["rhs"], 0.0, y, p)["rhs"]).all()
     light = p._replace(**{massless: 0.0})
-    assert np.isnan(np.asarray(run.values("rhs", 0.0, y, light))).any()
+    assert np.isnan(np.asarray(run.results(["rhs"], 0.0, y, light)["rhs"])).any()
 
 
 def test_jax_maps_states_and_differentiates_energies():
