@@ -17,7 +17,7 @@ class DerivationSources:
 
     Attributes
     ----------
-    rest
+    other_lagrangian
         The Lagrangian without ½ m ṙ² of the particles.
     forcing
         The forcing that was derived from this; equations with another one are not of these sources.
@@ -33,7 +33,7 @@ class DerivationSources:
         The value of Σ q̇ ∂L/∂q̇ − L there.
     """
 
-    rest: Expr
+    other_lagrangian: Expr
     forcing: tuple[Expr, ...]
     collected_terms: int | None
     state: Mapping[Symbol, mpf]

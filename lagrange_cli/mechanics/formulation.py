@@ -168,18 +168,18 @@ def _minimal(reduced: Reduced) -> int:
     """
     q = {c.q for c in reduced.coordinates}
     number = {c.q: j for j, c in enumerate(reduced.coordinates)}
-    beside = [0] * len(number)  # coordinates that stand in a position with each, as bits
+    coupled = [0] * len(number)  # coordinates that stand in a position with each, as bits
     constant = True
     for place in {reduced.resolved[s] for body in reduced.names.particle_symbols for s in body}:
-        held = [number[s] for s in symbols_in(place) if s in number]
-        bits = sum(1 << j for j in held)
-        for j in held:
-            beside[j] |= bits
+        numbers = [number[s] for s in symbols_in(place) if s in number]
+        bits = sum(1 << j for j in numbers)
+        for j in numbers:
+            coupled[j] |= bits
         constant = constant and _is_linear(place, q)
     n = len(q)
-    pairs = (sum(map(int.bit_count, beside)) + sum(map(bool, beside))) // 2
+    pairs = (sum(map(int.bit_count, coupled)) + sum(map(bool, coupled))) // 2
     full = 2 * n**2 + (0 if constant else n**3 // 3)
-    solve = n if all(bits.bit_count() <= 1 for bits in beside) else full
+    solve = n if all(bits.bit_count() <= 1 for bits in coupled) else full
     return solve + (0 if constant else _PRODUCT * pairs)
 
 
@@ -305,8 +305,10 @@ def minimal_form(reduced: Reduced) -> Reduced:
     """
     while (name := _given_by_others(reduced)) is not None:
         scene = reduced.scene
-        kept = tuple(c for c in scene.coordinates or () if c.name != name)
-        reduced = reduce(replace(scene, coordinates=kept, eliminated=(*scene.eliminated, name)))
+        remaining = tuple(c for c in scene.coordinates or () if c.name != name)
+        reduced = reduce(
+            replace(scene, coordinates=remaining, eliminated=(*scene.eliminated, name))
+        )
     return reduced
 
 

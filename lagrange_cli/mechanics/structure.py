@@ -168,9 +168,9 @@ def require_no_rates_of_inputs(derivation: Uncertified) -> None:
     if derivation.extra.free_symbols.isdisjoint(reduced.names.inputs.values()):
         return
     parts = [e.free_symbols for e in sp.Add.make_args(sp.expand_mul(derivation.extra))]
-    beside = set().union(*(symbols for symbols in parts if symbols & velocities))
+    coupled = set().union(*(symbols for symbols in parts if symbols & velocities))
     for term in reduced.scene.inputs:
-        if reduced.names.inputs[term.name] in beside:
+        if reduced.names.inputs[term.name] in coupled:
             raise InputError(
                 Problem(
                     f"the input '{term.name}' stands beside velocities in the Lagrangian,"
@@ -379,15 +379,15 @@ def short_lagrangian(derivation: Uncertified) -> ShortLagrangian | None:
     """
     reduced = derivation.reduced
     velocities = frozenset(c.v for c in reduced.coordinates)
-    kept, left_out = moving_part(
+    moving, left_out = moving_part(
         derivation.lagrangian, velocities | {c.q for c in reduced.coordinates}
     )
-    if 0 in (kept, left_out):
+    if 0 in (moving, left_out):
         return None
     time = {reduced.names.t, *reduced.names.inputs.values()}
-    if kept.free_symbols.isdisjoint(time) and not left_out.free_symbols.isdisjoint(time):
+    if moving.free_symbols.isdisjoint(time) and not left_out.free_symbols.isdisjoint(time):
         return None
-    terms = sp.Add.make_args(kept)
+    terms = sp.Add.make_args(moving)
     still = [term for term in terms if symbols_in(term).isdisjoint(velocities)]
     rates = [term for term in terms if not symbols_in(term).isdisjoint(velocities)]
     constants = frozenset(reduced.names.parameters.values())

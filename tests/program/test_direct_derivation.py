@@ -37,7 +37,7 @@ def test_sources_that_do_not_agree_are_left(equations):
     (first, size), second = sources.residuals
     off = ((first + size * mpf("1e-9"), size), second)
     assert accelerations(equations, residuals=off) == collected
-    assert accelerations(equations, rest=2 * sources.rest) == collected
+    assert accelerations(equations, other_lagrangian=2 * sources.other_lagrangian) == collected
 
 
 def test_a_state_at_which_the_graph_divides_by_zero_does_not_agree(equations):

@@ -53,7 +53,7 @@ class ShapeClasses(Generic[_Result]):
         self._known: dict[Hashable, tuple[list[int], _Result]] = {}
         self.width = len(coordinates)
 
-    def of(self, expr: sp.Expr) -> ShapeInstance[_Result]:
+    def instance(self, expr: sp.Expr) -> ShapeInstance[_Result]:
         """Give the result for an expression, in terms of the first of its shape."""
         numbers = sorted({self._number[s] for s in expr.free_symbols if s in self._number})
         # What is simplified for a positive symbol does not hold for another one.

@@ -56,22 +56,22 @@ def _new_key(expr: sp.Basic) -> tuple[Any, ...]:
 
 def plain_sum(terms: Iterable[sp.Expr]) -> sp.Expr:
     """Add expressions of the scene language."""
-    given = list(terms)
-    number, kept = _ZERO, dict[_Rest, list[sp.Expr]]()
-    for term in _flat(given):
+    addends = list(terms)
+    number, like_terms = _ZERO, dict[_Rest, list[sp.Expr]]()
+    for term in _flat(addends):
         if term.is_Rational:
             number += term
             continue
         parts = _coefficient_and_rest(term)
         if parts is None:
-            return sp.Add(*given)
-        count, rest = parts
+            return sp.Add(*addends)
+        count, product_part = parts
         new = [count, term]
-        like = kept.setdefault(rest, new)
+        like = like_terms.setdefault(product_part, new)
         if like is not new:
             like[0] += count
-            like[1] = _scaled(like[0], rest)
-    ordered = sorted([t for _, t in kept.values() if t is not _ZERO], key=sympy_order)
+            like[1] = _scaled(like[0], product_part)
+    ordered = sorted([t for _, t in like_terms.values() if t is not _ZERO], key=sympy_order)
     if number is not _ZERO:
         ordered.insert(0, number)
     return sp.Add._from_args(ordered, True)
@@ -94,10 +94,10 @@ def _coefficient_and_rest(term: sp.Expr) -> tuple[sp.Rational, _Rest] | None:
         if len(factors) > 2:
             is_plain = factors[0].is_Rational and not factors[1].is_Number
             return (factors[0], factors[1:]) if is_plain else None
-        count, rest = factors
-        if not count.is_Rational or rest.is_Mul or rest.is_Number:
+        count, factor = factors
+        if not count.is_Rational or factor.is_Mul or factor.is_Number:
             return None
-        return (count, rest) if _is_plain(rest) or rest.is_Add else None
+        return (count, factor) if _is_plain(factor) or factor.is_Add else None
     return (_ONE, term) if _is_plain(term) else None
 
 
@@ -108,11 +108,11 @@ def _is_plain(factor: sp.Expr) -> bool:
     return bool(factor.is_Symbol or (factor.is_Function and factor.func is not sp.exp))
 
 
-def _scaled(count: sp.Rational, rest: _Rest) -> sp.Expr:
+def _scaled(count: sp.Rational, factors_of_term: _Rest) -> sp.Expr:
     """Put a term together again."""
     if count is _ZERO:
         return _ZERO
-    factors = rest if isinstance(rest, tuple) else (rest,)
+    factors = factors_of_term if isinstance(factors_of_term, tuple) else (factors_of_term,)
     return sp.Mul._from_args(factors if count is _ONE else (count, *factors), True)
 
 

@@ -171,9 +171,9 @@ class Splitter:
             return tuple(trig.items())
         rank = self.rank
         if len(trig) == 2:
-            one, other = trig.items()
-            is_first = rank.setdefault(one[0], len(rank)) < rank.setdefault(other[0], len(rank))
-            return (one, other) if is_first else (other, one)
+            first, second = trig.items()
+            is_first = rank.setdefault(first[0], len(rank)) < rank.setdefault(second[0], len(rank))
+            return (first, second) if is_first else (second, first)
         ordered = sorted([(rank.setdefault(item[0], len(rank)), item) for item in trig.items()])
         return tuple([item for _, item in ordered])
 

@@ -71,9 +71,9 @@ def _with_factors_in_front(energy: sp.Expr, brackets: Collection[sp.Expr]) -> sp
     number, common = common_factor([*inner.args]).as_coeff_Mul(rational=True)
     if number * common == 1:
         return energy
-    rest = sp.Add(*(term / number / common for term in inner.args))
+    cofactor = sp.Add(*(term / number / common for term in inner.args))
     outer, product = sp.Mul(*(f for f in factors if f is not inner)).as_coeff_Mul(rational=True)
-    shown = scaled(outer * number, product * common * rest)
+    shown = scaled(outer * number, product * common * cofactor)
     return shown if printed_length(shown) < printed_length(energy) else energy
 
 
@@ -85,15 +85,15 @@ def _ways(
     brackets: Collection[sp.Expr],
 ) -> list[sp.Expr]:
     """Collect an energy over all its terms in several ways; none beyond the budget of terms."""
-    kept = {e: sp.Symbol(f"({k})", real=True) for k, e in enumerate(brackets)}
-    expanded = expand_terms(energy.xreplace(kept), _TERM_BUDGET)
+    stand_ins = {e: sp.Symbol(f"({k})", real=True) for k, e in enumerate(brackets)}
+    expanded = expand_terms(energy.xreplace(stand_ins), _TERM_BUDGET)
     if expanded is None:
         return []
-    constants |= {s for e, s in kept.items() if e.free_symbols <= constants}
+    constants |= {s for e, s in stand_ins.items() if e.free_symbols <= constants}
     total = TermSum(splitter)
     total.add_all(e for e in expanded if e != 0)
     terms = total.collected()
-    written = {s: e for e, s in kept.items()}
+    written = {s: e for e, s in stand_ins.items()}
     ways = [by_parameters(terms, constants, velocities)]
     if len({_degree(term, velocities) for term in terms}) == 1:
         ways += _in_front(terms, constants, velocities)
@@ -135,18 +135,20 @@ def _in_front(
         return
     number, common = whole.as_coeff_Mul(rational=True)
     divisor = 1 / whole
-    rest = [term * divisor for term in terms]
-    is_integer = all(t.as_coeff_Mul(rational=True)[0].is_Integer for t in rest)
-    unweighted = common.free_symbols <= constants and all(_weight(t, constants) == 1 for t in rest)
-    still = all(t.free_symbols <= constants for t in rest)
+    quotients = [term * divisor for term in terms]
+    is_integer = all(t.as_coeff_Mul(rational=True)[0].is_Integer for t in quotients)
+    unweighted = common.free_symbols <= constants and all(
+        _weight(t, constants) == 1 for t in quotients
+    )
+    still = all(t.free_symbols <= constants for t in quotients)
     if not is_integer or not (unweighted or still):
         return
-    if all(t.could_extract_minus_sign() for t in rest):
-        number, rest = -number, [-t for t in rest]
+    if all(t.could_extract_minus_sign() for t in quotients):
+        number, quotients = -number, [-t for t in quotients]
     if still:
-        inner = sp.Add(*rest)
+        inner = sp.Add(*quotients)
     else:
-        groups = group_by_velocities(rest, velocities)
+        groups = group_by_velocities(quotients, velocities)
         inner = sp.Add(*(factored(cofactors) * rates for rates, cofactors in groups))
     yield scaled(number, common * inner)
 
@@ -179,24 +181,26 @@ def moving_part(energy: sp.Expr, moving: Collection[sp.Symbol]) -> tuple[sp.Expr
     A sum that is the one factor of a term that holds them is split too:
     ``m g (A cos(Ω t) - l cos θ)`` into ``-m g l cos θ`` and ``m g A cos(Ω t)``. Powers are not.
     """
-    kept, others = [], []
+    moving_terms, others = [], []
     for term in sp.Add.make_args(energy):
         factors = sp.Mul.make_args(term)
-        held = [f for f in factors if not symbols_in(f).isdisjoint(moving)]
-        inner, still = held[0] if held else sp.S.Zero, sp.S.Zero
-        if not held:
+        moving_factors = [f for f in factors if not symbols_in(f).isdisjoint(moving)]
+        inner, still = moving_factors[0] if moving_factors else sp.S.Zero, sp.S.Zero
+        if not moving_factors:
             others.append(term)
-        elif len(held) == 1 and inner.is_Add:
+        elif len(moving_factors) == 1 and inner.is_Add:
             inner, still = moving_part(inner, moving)
             inner = _in_front_of(inner, moving)
         if still == 0:
-            kept += [term] if held else []
+            moving_terms += [term] if moving_factors else []
             continue
-        number, scale = sp.Mul(*(f for f in factors if f != held[0])).as_coeff_Mul(rational=True)
-        for part, into in ((inner, kept), (still, others)):
-            own, product = part.as_coeff_Mul(rational=True)
-            into.append(scaled(number * own, scale * product))
-    return sp.Add(*kept), sp.Add(*others)
+        number, scale = sp.Mul(*(f for f in factors if f != moving_factors[0])).as_coeff_Mul(
+            rational=True
+        )
+        for part, into in ((inner, moving_terms), (still, others)):
+            content, product = part.as_coeff_Mul(rational=True)
+            into.append(scaled(number * content, scale * product))
+    return sp.Add(*moving_terms), sp.Add(*others)
 
 
 def _in_front_of(energy: sp.Expr, moving: Collection[sp.Symbol]) -> sp.Expr:
@@ -225,15 +229,15 @@ def over_roots(terms: list[sp.Expr]) -> list[sp.Expr]:
     bases = {f.base for t in terms for f in sp.Mul.make_args(t) if f.is_Pow and _is_half(f.exp)}
     for base in sorted(bases, key=sp.default_sort_key):
         powers = {t: dict(f.as_base_exp() for f in sp.Mul.make_args(t)).get(base) for t in terms}
-        held = {t: e for t, e in powers.items() if e is not None and _is_half(e)}
-        if len(set(held.values())) < 2:
+        half_powers = {t: e for t, e in powers.items() if e is not None and _is_half(e)}
+        if len(set(half_powers.values())) < 2:
             continue
-        lowest = min(held.values())
-        whole = sp.Add(*(t / base**e * base ** (e - lowest) for t, e in held.items()))
+        lowest = min(half_powers.values())
+        whole = sp.Add(*(t / base**e * base ** (e - lowest) for t, e in half_powers.items()))
         expanded = expand_terms(whole, _TERM_BUDGET)
-        numerator = collected_terms(expanded) if expanded is not None else list(held)
-        if len(numerator) < len(held):
-            others = [t for t in terms if t not in held]
+        numerator = collected_terms(expanded) if expanded is not None else list(half_powers)
+        if len(numerator) < len(half_powers):
+            others = [t for t in terms if t not in half_powers]
             terms = others + [t * base**lowest for t in numerator]
     return terms
 

@@ -84,9 +84,12 @@ def _powers(product: sp.Expr) -> dict[sp.Expr, sp.Expr]:
 
 def holds_powers(product: sp.Expr, powers: Mapping[sp.Expr, sp.Expr]) -> bool:
     """Tell whether a product holds powers of some bases, or higher ones of the same signs."""
-    own = product.as_powers_dict()
+    exponents = product.as_powers_dict()
     return all(
-        b in own and own[b].is_Integer and own[b] * e > 0 and abs(own[b]) >= abs(e)
+        b in exponents
+        and exponents[b].is_Integer
+        and exponents[b] * e > 0
+        and abs(exponents[b]) >= abs(e)
         for b, e in powers.items()
     )
 
@@ -201,11 +204,13 @@ def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
 def _have_own_angles(terms: Sequence[sp.Expr]) -> bool:
     """Tell whether each term is one sine or cosine, of which no two are alike, times symbols."""
     factors = [sp.Mul.make_args(term) for term in terms]
-    others = [f for own in factors for f in own if not (f.is_Symbol or f.is_Rational)]
+    others = [
+        f for term_factors in factors for f in term_factors if not (f.is_Symbol or f.is_Rational)
+    ]
     return (
         all(f.func in (sp.sin, sp.cos) for f in others)
         and len(others) == len(terms) == len(set(others))
-        and all(any(f.is_Function for f in own) for own in factors)
+        and all(any(f.is_Function for f in term_factors) for term_factors in factors)
     )
 
 

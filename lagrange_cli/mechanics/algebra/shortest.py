@@ -63,9 +63,9 @@ def shortest_groups(
     ways = [_by_function(terms, constants)]
     if len(terms) <= _MOST_TERMS:
         bracketed = _bracketed(terms, brackets)
-        for given in (terms,) if bracketed == list(terms) else (terms, bracketed):
-            ways.append(_gathered(given, constants, _head))
-            ways.append(_gathered(given, constants, _parameters))
+        for candidate in (terms,) if bracketed == list(terms) else (terms, bracketed):
+            ways.append(_gathered(candidate, constants, _head))
+            ways.append(_gathered(candidate, constants, _parameters))
     return min((joined(way) for way in ways), key=_length)
 
 
@@ -104,24 +104,24 @@ def _square_rules(u: sp.Expr) -> Iterator[dict[sp.Expr, sp.Expr]]:
 
 def _bracketed(terms: Sequence[sp.Expr], brackets: Sequence[sp.Expr]) -> list[sp.Expr]:
     """Put together the terms that are a multiple of a bracket: ``k (y - l0)``."""
-    kept = list(terms)
+    remaining = list(terms)
     present = frozenset[sp.Symbol]().union(*map(symbols_in, terms))
     for bracket in brackets:
         if not symbols_in(bracket) <= present:
             continue
         first, *others = _ordered_terms(bracket)
         divisors = _bases(first)
-        for term in kept:
+        for term in remaining:
             if not divisors <= _bases(term):
                 continue
             cofactor = term / first
-            if all(cofactor * other in kept for other in others):
-                members = [term, *(cofactor * other for other in others)]
+            if all(cofactor * bracket_term in remaining for bracket_term in others):
+                members = [term, *(cofactor * bracket_term for bracket_term in others)]
                 number, product = cofactor.as_coeff_Mul(rational=True)
-                kept = [t for t in kept if t not in members]
-                kept.append(scaled(number, product * bracket))
+                remaining = [t for t in remaining if t not in members]
+                remaining.append(scaled(number, product * bracket))
                 break
-    return kept
+    return remaining
 
 
 @lru_cache(maxsize=_KEPT)
@@ -212,8 +212,8 @@ def _product(members: list[sp.Expr]) -> sp.Expr:
 
 def _factored_sum(expr: sp.Expr) -> sp.Expr:
     """Write ``ψ + sin ψ + sin ψ cos ψ + ψ cos ψ`` as ``(ψ + sin ψ) (1 + cos ψ)``; leave others."""
-    few = 2 < len(expr.args) <= _FACTOR_TERMS and len(expr.free_symbols) <= _FACTOR_SYMBOLS
-    product = factored_form(expr) if few and expr.has(*_HEADS) else expr
+    is_short = 2 < len(expr.args) <= _FACTOR_TERMS and len(expr.free_symbols) <= _FACTOR_SYMBOLS
+    product = factored_form(expr) if is_short and expr.has(*_HEADS) else expr
     return product if product.is_Mul else expr
 
 

@@ -75,11 +75,11 @@ class Template:
     def over(self, symbols: Sequence[sp.Symbol]) -> sp.Expr:
         """Write the expression with other symbols, one in place of each of the template's."""
         values = [*symbols, *self.constants]
-        for _, build, operands, held, known in self.steps:
-            if len(held) > 1:
+        for _, build, operands, symbol_numbers, known in self.steps:
+            if len(symbol_numbers) > 1:
                 values.append(build(*[values[k] for k in operands]))
                 continue
-            (place,) = held
+            (place,) = symbol_numbers
             symbol = symbols[place]
             if symbol not in known:
                 known[symbol] = build(*[values[k] for k in operands])
@@ -127,7 +127,7 @@ class Shapes:
     def __init__(self) -> None:
         self._known: dict[Hashable, Shape] = {}
 
-    def of(self, expr: sp.Expr) -> Element:
+    def element(self, expr: sp.Expr) -> Element:
         """Give the shape of an expression, which is the first one of it if it is new."""
         symbols = tuple(sorted(symbols_in(expr), key=attrgetter("name")))
         places: dict[sp.Basic, Hashable] = {s: (k, s.is_positive) for k, s in enumerate(symbols)}
@@ -163,8 +163,8 @@ def _parts(expr: sp.Expr, symbols: Sequence[sp.Symbol]) -> list[sp.Basic]:
 
 def _step(expr: sp.Basic, places: Mapping[sp.Basic, int]) -> Step:
     operands = [places[a] for a in expr.args]
-    held = frozenset(places[s] for s in symbols_in(expr))
-    return Step(expr.func, _builder(expr), operands, held, {})
+    symbol_numbers = frozenset(places[s] for s in symbols_in(expr))
+    return Step(expr.func, _builder(expr), operands, symbol_numbers, {})
 
 
 def _builder(expr: sp.Basic) -> Callable[..., sp.Expr]:

@@ -53,11 +53,11 @@ class FeasibilitySearch:
         The search is at the time at which the motion starts, then at others. Gauss-Newton from
         ``starts`` configurations (default: all) proves nothing where it fails.
         """
-        kept = range(len(self.closures)) if closures is None else closures
+        closure_numbers = range(len(self.closures)) if closures is None else closures
         sides = [self.gaps[k] for k in (range(len(self.gaps)) if gaps is None else gaps)]
-        ways = self._ways([self.closures[k] for k in kept], sides)
+        ways = self._ways([self.closures[k] for k in closure_numbers], sides)
         for attempt in range(min(self.starts, starts or self.starts)):
-            start = self._start(attempt, kept)
+            start = self._start(attempt, closure_numbers)
             if start is None:
                 continue
             start[self._clock] = start[self._time]
@@ -87,12 +87,12 @@ class FeasibilitySearch:
         return manifolds
 
     def _manifold(
-        self, sides: Sequence[tuple[sp.Expr, sp.Expr]], beside: Sequence[sp.Symbol]
+        self, sides: Sequence[tuple[sp.Expr, sp.Expr]], gaps: Sequence[sp.Symbol]
     ) -> Manifold:
         names, q = self._reduced.names, self._coordinates
         constants = [*names.parameters.values()]
-        scale = {**self._reduced.scales, **dict.fromkeys(beside, mpf(1))}
-        return Manifold(sides, [], names.t, [*q, *beside], [], constants, scale)
+        scale = {**self._reduced.scales, **dict.fromkeys(gaps, mpf(1))}
+        return Manifold(sides, [], names.t, [*q, *gaps], [], constants, scale)
 
     @cached_property
     def _given(self) -> SamplePoint:

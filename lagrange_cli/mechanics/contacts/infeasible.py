@@ -116,7 +116,7 @@ def _proven(reduced: Reduced, stated: Sequence[StatedEquation]) -> InputError | 
     if total is not None:
         chosen = [stated[k] for k in total.shares]
         last = next((s for s in reversed(chosen) if s.one_sided), chosen[-1])
-        missing = total.rest / abs(total.shares[stated.index(last)])
+        missing = total.shortfall / abs(total.shares[stated.index(last)])
         if total.bounds and len(chosen) <= _WRITTEN:  # others may say more than their sum
             premises = [s for s in chosen if s is not last]
             missing = _missed(names, premises, last, constants) or missing
@@ -156,8 +156,8 @@ def _sum(chosen: Sequence[StatedEquation], total: FalseSum) -> str:
         what = "their sum" if plain else "their sum, with factors,"
         if len(chosen) <= _WRITTEN:
             what = f"their sum {_products(chosen, shares)}"
-    says = f"0 >= {_number(total.rest / unit)}"
-    if not total.rest:
+    says = f"0 >= {_number(total.shortfall / unit)}"
+    if not total.shortfall:
         factors = (sp.Rational(_number(x)) for x in shares)
         left = sp.Add(*(x * s.phi for x, s in zip(factors, chosen, strict=True)))
         says = f"{written(sp.expand(left))} >= 0"
@@ -318,6 +318,6 @@ def _beside(
     for one_sided in reduced.scene.unilateral:
         if one_sided.name in chosen:
             sources |= elimination.sources_of(_stated(names, one_sided).phi)
-    kept = {search.closures[k].name for k in closures}
-    numbers = [k for k, s in enumerate(elimination.stated) if s.constraint in kept]
+    closure_names = {search.closures[k].name for k in closures}
+    numbers = [k for k, s in enumerate(elimination.stated) if s.constraint in closure_names]
     return [s.constraint for s in equations_behind(elimination, sorted(sources | {*numbers}))]

@@ -118,25 +118,25 @@ def too_many_error(
     scene: Scene,
     stated: StatedEquation,
     involved: Sequence[sp.Symbol],
-    kept: Sequence[str],
+    remaining: Sequence[str],
     dropped: tuple[str, sp.Expr],
 ) -> InputError:
     """Refuse a constraint that relates coordinates, or fixes one.
 
     Parameters
     ----------
-    kept
+    remaining
         The coordinates but for the one to be ``dropped``, which is given with its value.
     """
     name, value = dropped
     verb = "fixes" if len(involved) == 1 else "relates"
-    hint = fewer_coordinates_snippet(scene, kept, {name: written(value)})
+    hint = fewer_coordinates_snippet(scene, remaining, {name: written(value)})
     if must_stay(scene, name):
         hint = _WITHOUT_ONE.format(quoted(involved))
     return InputError(
         Problem(
             f"too many coordinates: constraint '{stated.constraint}' {verb} {quoted(involved)}"
-            f" ({len(kept) + 1} declared)",
+            f" ({len(remaining) + 1} declared)",
             stated.equation.mark(),
             hint=hint,
             rule="too-many-coordinates",
@@ -164,8 +164,8 @@ def remaining_coordinates(scene: Scene, *phis: sp.Expr) -> list[str]:
             if len(ways) == 1:
                 dropped[q.name] = written(ways[0])
                 break
-    kept = [name for name in declared if name not in dropped]
-    return [fewer_coordinates_snippet(scene, kept, dropped)] if dropped else []
+    remaining = [name for name in declared if name not in dropped]
+    return [fewer_coordinates_snippet(scene, remaining, dropped)] if dropped else []
 
 
 def dependence_error(
@@ -178,8 +178,8 @@ def dependence_error(
             value = next(
                 (e.value.text for e in scene.initial if (e.name, e.order) == (name, 0)), "1"
             )
-            kept = [coordinate for coordinate in coordinates if coordinate != name]
-            hint = f"{hint}:\n{fewer_coordinates_snippet(scene, kept, {name: value})}"
+            remaining = [coordinate for coordinate in coordinates if coordinate != name]
+            hint = f"{hint}:\n{fewer_coordinates_snippet(scene, remaining, {name: value})}"
             break
     return InputError(
         Problem(

@@ -59,12 +59,12 @@ def irreducible_subset(
 
     The deletion filter of Chinneck and Dravnieks (ORSA J. Computing 3, 1991).
     """
-    kept = list(suspects)
+    subset = list(suspects)
     for candidate in suspects:
-        fewer = [k for k in kept if k != candidate]
+        fewer = [k for k in subset if k != candidate]
         if fewer and wrong(fewer):
-            kept = fewer
-    return kept
+            subset = fewer
+    return subset
 
 
 def proven_inconsistency(

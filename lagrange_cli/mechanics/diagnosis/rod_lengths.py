@@ -62,12 +62,12 @@ def overlong_rod_error(
 
 def _overlong(rods: Sequence[_Rod]) -> tuple[_Rod, list[_Rod]] | None:
     """Find the longest rod that is longer than a path of others, and this path."""
-    beside: dict[int, list[_Rod]] = {}
+    rods_at: dict[int, list[_Rod]] = {}
     for rod in rods:
         for end in rod.ends:
-            beside.setdefault(end, []).append(rod)
+            rods_at.setdefault(end, []).append(rod)
     for rod in sorted(rods, key=lambda r: -r.length):
-        path = _shortest_path(beside, rod)
+        path = _shortest_path(rods_at, rod)
         if path and sum(r.length for r in path) < rod.length * (1 - RANK_TOLERANCE):
             return rod, path
     return None
@@ -111,12 +111,12 @@ def _ends(names: Names, expr: sp.Expr) -> tuple[int, int] | None:
     return None
 
 
-def _shortest_path(beside: Mapping[int, Sequence[_Rod]], around: _Rod) -> list[_Rod]:
+def _shortest_path(rods_at: Mapping[int, Sequence[_Rod]], around: _Rod) -> list[_Rod]:
     """Find the shortest path between the ends of a rod (Dijkstra); empty if none is shorter.
 
     Parameters
     ----------
-    beside
+    rods_at
         The rods that end at each body.
     """
     start, end = around.ends
@@ -130,7 +130,7 @@ def _shortest_path(beside: Mapping[int, Sequence[_Rod]], around: _Rod) -> list[_
         if body in reached:
             continue
         reached.add(body)
-        for rod in beside[body]:
+        for rod in rods_at[body]:
             if rod is not around:
                 far_end = rod.ends[0] if rod.ends[1] == body else rod.ends[1]
                 pushed += 1

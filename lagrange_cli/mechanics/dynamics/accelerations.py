@@ -222,7 +222,7 @@ def _over_one(quotient: sympy.Expr, constants: frozenset[sympy.Symbol]) -> Itera
             for term in whole.args:
                 left = above / term
                 if sympy.fraction(left)[1] == 1:
-                    inner = sympy.Add(*(other / term for other in whole.args))
+                    inner = sympy.Add(*(summand / term for summand in whole.args))
                     yield left / (below / whole * inner)
 
 

@@ -95,7 +95,7 @@ class _Parts:
 def _closure(
     equation: ClosureEquation, name: str, multiplier: sp.Symbol, families: ShapeClasses[_Parts]
 ) -> Closure:
-    member = families.of(equation.left - equation.right)
+    member = families.instance(equation.left - equation.right)
     parts = member.result
     numbers = dict(zip(sorted(parts.gradient), member.numbers, strict=True))
     gradient = {numbers[j]: member.renamed(entry) for j, entry in parts.gradient.items()}

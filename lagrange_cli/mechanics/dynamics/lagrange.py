@@ -191,7 +191,7 @@ class _Builder:
             for body in self.reduced.names.particle_symbols
             for s in body
         }
-        kept, gaps = closures(self.reduced)
+        closure_equations, gaps = closures(self.reduced)
         return Uncertified(
             self.reduced,
             tuple(_full(self.n, upper)),
@@ -205,7 +205,7 @@ class _Builder:
             forces,
             velocity,
             collected,
-            kept,
+            closure_equations,
             contacts(self.reduced, gaps),
             self.sums,
         )
@@ -276,15 +276,15 @@ class _Builder:
 
     def _add_potential(self, potential: Element) -> None:
         """−∂V/∂q through the Cartesian names that V is written in."""
-        for found in self._potential_forces.of(potential):
-            if isinstance(found, CoordinateForce):
-                into = self.forcing[self.number[found.symbol]]
-                for parts in found.terms:
+        for force in self._potential_forces.forces_of(potential):
+            if isinstance(force, CoordinateForce):
+                into = self.forcing[self.number[force.symbol]]
+                for parts in force.terms:
                     into.add_parts(parts)
-            elif found.symbol in self.number:
-                self.forcing[self.number[found.symbol]].add_all(self._terms(found.force))
+            elif force.symbol in self.number:
+                self.forcing[self.number[force.symbol]].add_all(self._terms(force.force))
             else:
-                self._add_work(found.symbol, found.force, self.forcing)
+                self._add_work(force.symbol, force.force, self.forcing)
 
     def _split_terms(self, force: sp.Expr) -> list[TermParts]:
         return [self.splitter.split(term) for term in self._terms(force)]

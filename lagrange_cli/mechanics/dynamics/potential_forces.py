@@ -116,7 +116,7 @@ class PotentialForces:
             Hashable, tuple[Sequence[sp.Symbol], list[NameForce | CoordinateForce]]
         ] = {}
 
-    def of(self, potential: Element) -> Iterator[NameForce | CoordinateForce]:
+    def forces_of(self, potential: Element) -> Iterator[NameForce | CoordinateForce]:
         """Give the forces of a potential along the names that move."""
         key = potential.shape, *[self._movement(s) or s for s in potential.symbols]
         if key not in self._known:

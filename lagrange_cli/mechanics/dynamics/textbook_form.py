@@ -204,9 +204,9 @@ class _Rows:
             if monomial != 1:
                 terms.append((coefficient(factored(cofactors)), monomial))
             else:
-                kept = present | self.system.apart
-                moving = [c for c in cofactors if c.free_symbols & kept]
-                free = [c for c in cofactors if not c.free_symbols & kept]
+                fixed = present | self.system.apart
+                moving = [c for c in cofactors if c.free_symbols & fixed]
+                free = [c for c in cofactors if not c.free_symbols & fixed]
                 terms.extend((c, sp.Integer(1)) for c in moving)
                 terms.extend(
                     (c, sp.Integer(1)) for c in shortest_groups(free, constants, self.brackets)
@@ -234,8 +234,8 @@ class _Rows:
 
     def takes_apart(self, coefficient: sp.Expr, divisor: sp.Expr) -> bool:
         """Tell whether a quotient no longer holds a product that has a name."""
-        held = [powers for powers in self.named if holds_powers(coefficient, powers)]
-        return any(not holds_powers(coefficient / divisor, powers) for powers in held)
+        products = [powers for powers in self.named if holds_powers(coefficient, powers)]
+        return any(not holds_powers(coefficient / divisor, powers) for powers in products)
 
     def _has_decimals(self, numbers: Iterable[sp.Rational]) -> bool:
         return any(Fraction(int(abs(n.p)), int(n.q)) in self.decimals for n in numbers)

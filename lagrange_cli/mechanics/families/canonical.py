@@ -72,11 +72,11 @@ class Shapes:
         Gives the element that a symbol is, None for a symbol of no family.
     """
 
-    def __init__(self, of: Callable[[sp.Symbol], Element | None]) -> None:
-        self._element = of
+    def __init__(self, element_of: Callable[[sp.Symbol], Element | None]) -> None:
+        self._element = element_of
         self._known: dict[sp.Expr, Shape] = {}
 
-    def of(self, expr: sp.Expr) -> Shape:
+    def shape_of(self, expr: sp.Expr) -> Shape:
         """Take an expression apart."""
         if expr not in self._known:
             self._known[expr] = self._shape(expr)
@@ -91,7 +91,7 @@ class Shapes:
             return None
         terms = []
         for flat in self._flat(expr):
-            number, text, symbols = self.of(flat)
+            number, text, symbols = self.shape_of(flat)
             value = Fraction(int(number.p), int(number.q))
             terms.append(Term(row, value, text, symbols, flat / number))
         return terms
@@ -109,7 +109,7 @@ class Shapes:
         if expr.is_Add:
             return self._sum(expr)
         if expr.is_Mul:
-            parts = [self.of(a) for a in expr.args]
+            parts = [self.shape_of(a) for a in expr.args]
             number = sp.Mul(*(p.number for p in parts))
             named = self._sorted([p for p in parts if p.text])
             return Shape(number, "*".join(p.text for p in named), _joined(named))
@@ -119,7 +119,7 @@ class Shapes:
 
     def _call(self, expr: sp.Expr) -> Shape:
         """A function, the sign of whose argument stands before it where it is odd or even."""
-        parts = [self.of(a) for a in expr.args]
+        parts = [self.shape_of(a) for a in expr.args]
         number = sp.S.One
         if len(parts) == 1 and isinstance(expr, (*_ODD, *_EVEN)) and parts[0].number < 0:
             number = -number if isinstance(expr, _ODD) else number
@@ -128,16 +128,16 @@ class Shapes:
         return Shape(number, f"{type(expr).__name__}({inner})", _joined(parts))
 
     def _sum(self, expr: sp.Expr) -> Shape:
-        parts = self._sorted([self.of(a) for a in expr.args])
+        parts = self._sorted([self.shape_of(a) for a in expr.args])
         sign = sp.S.One if parts[0].number > 0 else sp.S.NegativeOne
         text = " ".join(f"{sign * p.number}*{p.text}" for p in parts)
         return Shape(sign, f"({text})", _joined(parts))
 
     def _power(self, expr: sp.Expr) -> Shape:
-        base, exponent = self.of(expr.base), expr.exp
+        base, exponent = self.shape_of(expr.base), expr.exp
         if exponent.is_Integer:
             return Shape(base.number**exponent, f"{base.text}^{exponent}", base.symbols)
-        above = self.of(exponent)
+        above = self.shape_of(exponent)
         text = f"{base.number}*{base.text}^({above.number}*{above.text})"
         return Shape(sp.S.One, text, (*base.symbols, *above.symbols))
 

@@ -104,7 +104,7 @@ class Elements:
 
     Attributes
     ----------
-    of
+    by_symbol
         Symbol → the element that it is.
     symbols
         Element → its symbol.
@@ -118,7 +118,7 @@ class Elements:
         The same symbol → that of one such element.
     """
 
-    of: Mapping[sp.Symbol, Element]
+    by_symbol: Mapping[sp.Symbol, Element]
     symbols: Mapping[Element, sp.Symbol]
     beyond: Mapping[Element, sp.Expr]
     patterns: dict[Element, sp.Symbol] = field(default_factory=dict)
@@ -146,7 +146,7 @@ class Elements:
 
     def element(self, symbol: sp.Symbol) -> Element | None:
         """The element that a symbol is or stands for; None of a symbol of no family."""
-        return self.of.get(symbol) or self.meanings.get(symbol)
+        return self.by_symbol.get(symbol) or self.meanings.get(symbol)
 
     def closed(self) -> Elements | None:
         """The same with the elements before the first and after the last as on a ring.
@@ -180,12 +180,12 @@ def elements_of(equations: Equations) -> Elements | None:
     )
     if not families.keys().isdisjoint(others):
         return None
-    of: dict[sp.Symbol, Element] = {}
+    by_symbol: dict[sp.Symbol, Element] = {}
     for c in equations.coordinates:
         element = element_of(c.name)
         if element is not None and element.family in families:
             for order, symbol in enumerate((c.q, c.v, c.a)):
-                of[symbol] = element._replace(order=order)
+                by_symbol[symbol] = element._replace(order=order)
     for named in (
         *((p.name, p.symbol) for p in equations.parameters),
         *((u.name, u.symbol) for u in equations.inputs),
@@ -193,9 +193,9 @@ def elements_of(equations: Equations) -> Elements | None:
     ):
         element = element_of(named[0])
         if element is not None and element.family in others:
-            of[named[1]] = element
+            by_symbol[named[1]] = element
     beyond = dict(_beyond(equations, families.keys() | others.keys()))
-    return Elements(of, {e: s for s, e in of.items()}, beyond)
+    return Elements(by_symbol, {e: s for s, e in by_symbol.items()}, beyond)
 
 
 def _beyond(equations: Equations, families: Iterable[str]) -> Iterator[tuple[Element, sp.Expr]]:

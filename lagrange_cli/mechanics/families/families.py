@@ -142,17 +142,17 @@ class Families:
     def coordinates(self) -> tuple[FamilyName, ...]:
         """The families among the coordinates."""
         numbers = {c.name: k for k, c in enumerate(self.equations.coordinates)}
-        found = []
+        names = []
         for family, elements in families_of(numbers).items():
             for text in indexed_texts([*elements.values()], self.letters):
                 if text.ranges:
                     covered = tuple(numbers[[*elements.values()][k]] for k in text.covers)
                     ranges = tuple(
-                        self._sizing.span(r, self._sizing.of(family, k, r))
+                        self._sizing.span(r, self._sizing.size_of(family, k, r))
                         for k, r in enumerate(text.ranges)
                     )
-                    found.append(FamilyName(text.text, ranges, covered))
-        return tuple(found)
+                    names.append(FamilyName(text.text, ranges, covered))
+        return tuple(names)
 
     @cached_property
     def beyond(self) -> tuple[FamilyRow, ...]:
@@ -166,19 +166,19 @@ class Families:
             Row(k, element, _stated(element.name, reached[element]))
             for k, element in enumerate(sorted(reached))
         ]
-        found = list(self._rows(self._search, rows))
-        held = {k for f in found for k in f.covers}
+        forms = list(self._rows(self._search, rows))
+        covered = {k for f in forms for k in f.covers}
         for row in rows:
-            if row.number not in held:
+            if row.number not in covered:
                 meaning = _stated(row.element.name, self._last_element(reached[row.element]))
-                found.append(
+                forms.append(
                     self._sizing.row(FamilyRow(row.element.name, (), (row.number,), meaning))
                 )
-        return tuple(sorted(found, key=lambda row: row.covers))
+        return tuple(sorted(forms, key=lambda row: row.covers))
 
     def _last_element(self, symbol: sp.Expr) -> sp.Expr:
         """The last element of a family with the size as its index; others as they are."""
-        element = self.elements.of.get(symbol)
+        element = self.elements.by_symbol.get(symbol)
         if element is None:
             return symbol
         places = tuple(
@@ -218,14 +218,14 @@ class Families:
             and element.family in self._given.families
         ]
         plain = self._searching(self._given)
-        found = self._rows(plain, rows)
-        closed = None if _covers(found, rows) else self._given.closed()
+        motion = self._rows(plain, rows)
+        closed = None if _covers(motion, rows) else self._given.closed()
         if closed is not None:
             ring = self._searching(closed)
             around = self._rows(ring, rows)
             if _covers(around, rows):
                 return ring, around
-        return plain, found
+        return plain, motion
 
     def _searching(self, elements: Elements) -> Search:
         return Search(elements, Instances(elements, self._point), self._constants)
@@ -272,8 +272,8 @@ class Families:
         return self._rows(self._search, rows)
 
     def _rows(self, search: Search, rows: Sequence[Row]) -> tuple[FamilyRow, ...]:
-        found = map(self._sizing.row, search.rows(rows, self.letters))
-        return tuple(sorted(found, key=lambda row: row.covers))
+        sized = map(self._sizing.row, search.rows(rows, self.letters))
+        return tuple(sorted(sized, key=lambda row: row.covers))
 
     # -- beyond the ends ----------------------------------------------------------------
 
@@ -286,7 +286,7 @@ class Families:
 
     def _reached(self, form: Form, ranges: tuple[Range, ...]) -> set[Element]:
         """Elements of a form that no coordinate has."""
-        found: set[Element] = set()
+        reached: set[Element] = set()
         parts = [(form.expression, ranges)]
         parts += [(one.body, (*ranges, *one.ranges)) for one in form.series.values()]
         at_sizes = dict(self.sizes)
@@ -301,14 +301,16 @@ class Families:
                     )
                     element = pattern._replace(places=places)
                     if element not in self.elements.symbols:
-                        found.add(element)
-        return found
+                        reached.add(element)
+        return reached
 
 
-def _covers(found: Sequence[FamilyRow], rows: Sequence[Row]) -> bool:
+def _covers(family_rows: Sequence[FamilyRow], rows: Sequence[Row]) -> bool:
     """Tell whether each family has one row that stands for all of its elements."""
     families = {row.element.family for row in rows}
-    return len(found) == len(families) and sum(len(f.covers) for f in found) == len(rows)
+    return len(family_rows) == len(families) and sum(len(f.covers) for f in family_rows) == len(
+        rows
+    )
 
 
 def _stated(name: str, expression: sp.Expr) -> ShownEquation:
@@ -331,8 +333,8 @@ def _letters(equations: Equations) -> tuple[sp.Symbol, ...]:
     taken |= {name.partition("[")[0] for name in named}
     families = [element.family for c in equations.coordinates if (element := element_of(c.name))]
     declared = dict(equations.families)
-    own = next((declared[f] for f in families if f in declared), ())
-    letters = dict.fromkeys([index.letter for index in own] + [*_LETTERS])
+    declared_letters = next((declared[f] for f in families if f in declared), ())
+    letters = dict.fromkeys([index.letter for index in declared_letters] + [*_LETTERS])
     return tuple(
         sp.Symbol(letter, integer=True, positive=True) for letter in letters if letter not in taken
     )

@@ -37,20 +37,20 @@ def links(vectors: Sequence[Vector]) -> list[Link]:
     """
     first = vectors[0]
     variables: list[int] = []
-    found: list[Link] = []
+    linked: list[Link] = []
     for k, start in enumerate(first):
         if all(v[k] == start for v in vectors):
-            found.append(Link(None, start))
+            linked.append(Link(None, start))
             continue
         for number, leader in enumerate(variables):
             offset = start - first[leader]
             if all(v[k] - v[leader] == offset for v in vectors):
-                found.append(Link(number, offset))
+                linked.append(Link(number, offset))
                 break
         else:
             variables.append(k)
-            found.append(Link(len(variables) - 1, 0))
-    return found
+            linked.append(Link(len(variables) - 1, 0))
+    return linked
 
 
 def formula(points: Mapping[Vector, Fraction], letters: Sequence[sp.Symbol]) -> sp.Expr | None:
@@ -79,11 +79,11 @@ def formula(points: Mapping[Vector, Fraction], letters: Sequence[sp.Symbol]) -> 
             return None
         wanted = {p: 1 / v if invert else v for p, v in points.items()}
         for basis in _bases(len(letters)):
-            found = _combination(wanted, basis)
-            if found is None:
+            constants = _combination(wanted, basis)
+            if constants is None:
                 continue
             monomials = [sp.Mul(*(letters[k] for k in factors)) for factors in basis]
-            whole = sp.Add(*(_rational(c) * m for c, m in zip(found, monomials, strict=True)))
+            whole = sp.Add(*(_rational(c) * m for c, m in zip(constants, monomials, strict=True)))
             return 1 / sp.factor(whole) if invert else sp.factor(whole)
     return None
 

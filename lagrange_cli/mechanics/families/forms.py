@@ -127,7 +127,9 @@ class FamilyRow:
         return self.form.length + _RANGE_LENGTH * sum(r.first != r.last for r in self.ranges)
 
 
-def mapped(shown: ShownEquation, name: str, rule: Callable[[sp.Expr], sp.Expr]) -> ShownEquation:
+def map_equation(
+    shown: ShownEquation, name: str, rule: Callable[[sp.Expr], sp.Expr]
+) -> ShownEquation:
     """An equation under another name, with each of its expressions replaced."""
     return ShownEquation(
         name,

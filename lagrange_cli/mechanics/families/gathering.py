@@ -60,11 +60,11 @@ class Gathering:
         velocities = sorted(self._with_order(local, 1), key=str)
         terms: list[tuple[sp.Expr, sp.Expr]] = [(o, s) for o, s, order in sums if order == 2]
         others: list[sp.Expr] = []
-        held: dict[sp.Symbol, list[sp.Expr]] = {a: [] for a in accelerations}
+        by_acceleration: dict[sp.Symbol, list[sp.Expr]] = {a: [] for a in accelerations}
         for term in local:
-            own = [a for a in accelerations if a in term.free_symbols]
-            (held[own[0]] if own else others).append(term)
-        terms += [(factored([t / a for t in ts]), a) for a, ts in held.items() if ts]
+            present = [a for a in accelerations if a in term.free_symbols]
+            (by_acceleration[present[0]] if present else others).append(term)
+        terms += [(factored([t / a for t in ts]), a) for a, ts in by_acceleration.items() if ts]
         terms += [(o, s) for o, s, order in sums if order == 1]
         free: list[sp.Expr] = []
         for monomial, cofactors in group_by_velocities(others, velocities):
@@ -78,9 +78,9 @@ class Gathering:
 
     def form(self, expression: sp.Expr) -> Form:
         """An expression with the series in it."""
-        return Form(expression, self.held([expression]))
+        return Form(expression, self.series_in([expression]))
 
-    def held(self, expressions: Sequence[sp.Expr]) -> dict[sp.Symbol, Series]:
+    def series_in(self, expressions: Sequence[sp.Expr]) -> dict[sp.Symbol, Series]:
         """The series in some expressions."""
         symbols = {s for e in expressions for s in e.free_symbols}
         return {s: one for s, one in self.series.items() if s in symbols}

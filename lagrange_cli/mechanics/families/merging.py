@@ -94,17 +94,17 @@ class Merging:
         """Take the term of the row's own index into a sum that leaves it out."""
         (span,) = piece.ranges
         j = span.letter
-        own = span.besides
+        index = span.besides
         wider = replace(span, besides=None)
-        if own is None:
+        if index is None:
             for end, step in (("last", -1), ("first", 1)):
                 place = getattr(span, end)
                 if isinstance(place, Place) and place.offset == step:
-                    own = place.letter
-                    wider = replace(span, **{end: Place(own)})
-        if own is None:
+                    index = place.letter
+                    wider = replace(span, **{end: Place(index)})
+        if index is None:
             return pieces
-        value = self._at(piece.term, j, own)
+        value = self._at(piece.term, j, index)
         if value == 0 and span.besides is not None:
             return [replace(p, ranges=(wider,)) if p is piece else p for p in pieces]
         if value == 0 or value.has(sp.nan, sp.zoo, sp.oo):
@@ -165,17 +165,17 @@ class Merging:
     _at = _renamed
 
     def _exchanged(self, expr: sp.Expr, i: sp.Symbol, j: sp.Symbol) -> sp.Expr:
-        other = {i: j, j: i}
-        moved = self._mapped(expr, lambda p: p._replace(letter=other.get(p.letter, p.letter)))
-        return moved.xreplace(other)
+        exchange = {i: j, j: i}
+        moved = self._mapped(expr, lambda p: p._replace(letter=exchange.get(p.letter, p.letter)))
+        return moved.xreplace(exchange)
 
     def _is_same(self, first: sp.Expr, second: sp.Expr) -> bool:
         """Tell whether two terms over letters are the same up to a number."""
-        a, b = self._shapes.of(first), self._shapes.of(second)
+        a, b = self._shapes.shape_of(first), self._shapes.shape_of(second)
         return (a.text, a.symbols) == (b.text, b.symbols)
 
     def _ratio(self, first: sp.Expr, second: sp.Expr) -> sp.Expr:
-        return self._shapes.of(first).number / self._shapes.of(second).number
+        return self._shapes.shape_of(first).number / self._shapes.shape_of(second).number
 
     @cached_property
     def _shapes(self) -> Shapes:

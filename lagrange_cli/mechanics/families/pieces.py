@@ -72,10 +72,10 @@ class Patterns:
         known = whole(group)
         if known is not None:
             return known
-        found: list[Piece | Term] = []
+        pieces: list[Piece | Term] = []
         for part in _grouped(group, lambda t: str(_distances(self._places(t)))):
-            found += whole(part) or list(part)
-        return found
+            pieces += whole(part) or list(part)
+        return pieces
 
     def _energy_ranges(self, group: Sequence[Term]) -> list[Piece | Term] | None:
         """One or two indices that all terms of a group run over."""
@@ -99,12 +99,12 @@ class Patterns:
         whole = self._summed(points, linked, spans[0]) if len(spans) == 1 else None
         if whole is not None:
             return [whole]
-        found: list[Piece | Term] = []
+        pieces: list[Piece | Term] = []
         for alike in _grouped(points, lambda v: str(points[v].number)):
             for span in runs([v[0] for v in alike]):
                 piece = self._summed({(k,): points[k,] for k in span}, linked, span)
-                found += [points[k,] for k in span] if piece is None else [piece]
-        return found
+                pieces += [points[k,] for k in span] if piece is None else [piece]
+        return pieces
 
     def _summed(
         self, points: dict[Vector, Term], linked: Sequence[Link], span: range
@@ -168,14 +168,14 @@ class Patterns:
 
     def _in_rows(self, group: Sequence[Term], rows: frozenset[Vector]) -> Piece | None:
         """One term of each row, or a sum over one index in each."""
-        held = frozenset(t.row for t in group)
-        if len(held) < _FEWEST_TERMS:
+        holders = frozenset(t.row for t in group)
+        if len(holders) < _FEWEST_TERMS:
             return None
         width = len(group[0].row)
         vectors = [(*t.row, *_flat(self._places(t))) for t in group]
         linked = links(vectors)
-        own = {link.variable: k for k, link in enumerate(linked[:width])}
-        free = {k.variable for k in linked} - own.keys() - {None}
+        index_of = {link.variable: k for k, link in enumerate(linked[:width])}
+        free = {k.variable for k in linked} - index_of.keys() - {None}
         if len(free) > 1 or len({(t.row, t.symbols) for t in group}) < len(group):
             return None
         ranges: tuple[Range, ...] = ()
@@ -194,8 +194,8 @@ class Patterns:
             first, last = (self._index(end) for end in ends)
             ranges, letters = (Range(letter, first, last),), (*letters, letter)
             points = {(*v[:width], v[at]): t.number for v, t in zip(vectors, group, strict=True)}
-            own[variable] = width
-        elif len(group) != len(held):
+            index_of[variable] = width
+        elif len(group) != len(holders):
             return None
         number = formula(points, letters)
         if number is None:
@@ -205,11 +205,11 @@ class Patterns:
             if link.variable is None:
                 places.append(link.offset)
             else:
-                k = own[link.variable]
+                k = index_of[link.variable]
                 base = linked[k].offset if k < width else 0
                 places.append(Place(letters[k], link.offset - base))
         body = self._over_letters(group, places)
-        return None if body is None else Piece(number, body, ranges, held)
+        return None if body is None else Piece(number, body, ranges, holders)
 
     def _index(self, bound: Bound) -> Index:
         if bound.position is None:
@@ -232,7 +232,7 @@ class Patterns:
 
     def _places(self, term: Term) -> list[Vector]:
         """The indices of the elements of a term."""
-        return [self.elements.of[s].numbers for s in term.symbols]
+        return [self.elements.by_symbol[s].numbers for s in term.symbols]
 
     def _over_letters(self, terms: Iterable[Term], places: Sequence[Index]) -> sp.Expr | None:
         """A term whose elements have letters; of those given, one that tells them apart."""
@@ -240,7 +240,7 @@ class Patterns:
             rules: dict[sp.Symbol, sp.Symbol] = {}
             taken, at = True, 0
             for symbol in term.symbols:
-                element = self.elements.of[symbol]
+                element = self.elements.by_symbol[symbol]
                 indices = tuple(places[at : at + len(element.places)])
                 at += len(element.places)
                 pattern = self.elements.pattern(element._replace(places=indices), symbol)
@@ -264,11 +264,11 @@ def _flat(places: Iterable[Vector]) -> Vector:
 def _distances(places: Sequence[Vector]) -> list[Vector]:
     """Distances of elements from the first one of as many indices."""
     first: dict[int, Vector] = {}
-    found = []
+    distances = []
     for indices in places:
         origin = first.setdefault(len(indices), indices)
-        found.append(tuple(p - o for p, o in zip(indices, origin, strict=True)))
-    return found
+        distances.append(tuple(p - o for p, o in zip(indices, origin, strict=True)))
+    return distances
 
 
 def _from_least(linked: Sequence[Link]) -> list[Link]:

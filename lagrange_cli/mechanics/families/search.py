@@ -24,7 +24,7 @@ from lagrange_cli.mechanics.families.fitting import Vector, formula
 from lagrange_cli.mechanics.families.forms import (
     FamilyRow,
     Form,
-    mapped,
+    map_equation,
     places_in,
     rectangle,
 )
@@ -81,7 +81,7 @@ class Search:
 
     @cached_property
     def _shapes(self) -> Shapes:
-        return Shapes(self.elements.of.get)
+        return Shapes(self.elements.by_symbol.get)
 
     @cached_property
     def _row_terms(self) -> dict[tuple[sp.Expr, Vector], list[Term] | None]:
@@ -98,9 +98,9 @@ class Search:
         pieces, left = patterns.of_energy(terms)
         if not pieces:
             return None
-        pieces, rest = self._widened(patterns, pieces, left)
+        pieces, remainder = self._widened(patterns, pieces, left)
         gathering = Gathering(self.elements, self._still(letters))
-        form = gathering.energy(pieces, rest)
+        form = gathering.energy(pieces, remainder)
         if form.length >= printed_length(whole):
             return None
         return form if self.instances.holds(form, {}, self.instances.values([whole])[0]) else None
@@ -109,17 +109,17 @@ class Search:
         self, patterns: Patterns, pieces: list[Piece], left: Sequence[Term]
     ) -> tuple[list[Piece], list[sp.Expr]]:
         """Let sums begin before and end after the elements, where less is left over then."""
-        rest: dict[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]] = {}
+        leftover: dict[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]] = {}
         for term in left:
-            _add(rest, term, 1)
+            _add(leftover, term, 1)
         for number, piece in enumerate(pieces):
             for k in range(len(piece.ranges)):
                 for end, step in (("last", 1), ("first", -1)):
                     wider = self._wider(pieces[number], k, end, step)
-                    smaller = wider and self._without(rest, *wider)
-                    if wider and smaller is not None and len(smaller) < len(rest):
-                        pieces[number], rest = wider[0], smaller
-        return pieces, [_rational(number) * product for number, product in rest.values()]
+                    smaller = wider and self._without(leftover, *wider)
+                    if wider and smaller is not None and len(smaller) < len(leftover):
+                        pieces[number], leftover = wider[0], smaller
+        return pieces, [_rational(number) * product for number, product in leftover.values()]
 
     def _wider(
         self, piece: Piece, k: int, end: str, step: int
@@ -144,11 +144,11 @@ class Search:
 
     def _without(
         self,
-        rest: Mapping[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]],
+        leftover: Mapping[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]],
         _: Piece,
         added: Sequence[sp.Expr],
     ) -> dict[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]] | None:
-        smaller = dict(rest)
+        smaller = dict(leftover)
         for term in self._shapes.terms(sp.Add(*added), ()) or ():
             _add(smaller, term, -1)
         return {key: entry for key, entry in smaller.items() if entry[0]}
@@ -185,7 +185,7 @@ class Search:
         self,
         rows: list[Row],
         letters: tuple[sp.Symbol, ...],
-        own: tuple[sp.Symbol, ...],
+        indices: tuple[sp.Symbol, ...],
     ) -> Iterator[FamilyRow]:
         parts = [e for row in rows for e in _parts(row.shown)]
         values = iter(self.instances.values(parts))
@@ -194,7 +194,7 @@ class Search:
         failures = 0
         while failures < _MOST_FAILURES and len(waiting) >= FEWEST_ROWS:
             model = self._model(list(waiting.values()))
-            best = self._best(model, waiting, known, letters, own)
+            best = self._best(model, waiting, known, letters, indices)
             if best is None or len(best.covers) < FEWEST_ROWS:
                 del waiting[model.places]
                 failures += 1
@@ -209,12 +209,12 @@ class Search:
         waiting: Mapping[Vector, Row],
         known: Mapping[Vector, Sequence[mpf | None]],
         letters: tuple[sp.Symbol, ...],
-        own: tuple[sp.Symbol, ...],
+        indices: tuple[sp.Symbol, ...],
     ) -> FamilyRow | None:
         """The form that most rows have, of that which a row shows and that which all show."""
         best: FamilyRow | None = None
-        for candidate in self._candidates(model, waiting, letters, own):
-            row = self._proven(candidate, model, waiting, known, own)
+        for candidate in self._candidates(model, waiting, letters, indices):
+            row = self._proven(candidate, model, waiting, known, indices)
             if row is not None and (best is None or len(row.covers) > len(best.covers)):
                 best = row
             if best is not None and len(best.covers) == len(waiting):
@@ -226,26 +226,26 @@ class Search:
         model: Row,
         waiting: Mapping[Vector, Row],
         letters: tuple[sp.Symbol, ...],
-        own: tuple[sp.Symbol, ...],
+        indices: tuple[sp.Symbol, ...],
     ) -> Iterator[FamilyRow]:
-        name = model.element._replace(places=tuple(Place(letter) for letter in own)).name
-        shifted = self._shifted(model, own)
+        name = model.element._replace(places=tuple(Place(letter) for letter in indices)).name
+        shifted = self._shifted(model, indices)
         yield FamilyRow(name, (), (), replace(shifted, coordinate=name))
         common = self._common(model, waiting, letters)
         if common is not None:
             terms, series = common
-            for divisor in self._divisors(shifted.divided_by, waiting, own):
+            for divisor in self._divisors(shifted.divided_by, waiting, indices):
                 yield FamilyRow(name, (), (), ShownEquation(name, terms, divisor), series)
 
     def _divisors(
-        self, shifted: sp.Expr, waiting: Mapping[Vector, Row], own: tuple[sp.Symbol, ...]
+        self, shifted: sp.Expr, waiting: Mapping[Vector, Row], indices: tuple[sp.Symbol, ...]
     ) -> list[sp.Expr]:
         """What was divided out, by the index: its number may depend on that."""
         numbers = {}
         for place, row in waiting.items():
             number = row.shown.divided_by.as_coeff_Mul(rational=True)[0]
             numbers[place] = Fraction(int(number.p), int(number.q))
-        number = formula(numbers, own)
+        number = formula(numbers, indices)
         symbolic = shifted.as_coeff_Mul(rational=True)[1]
         return [shifted] if number is None else [number * symbolic]
 
@@ -254,25 +254,27 @@ class Search:
         centre = [sum(r.places[k] for r in rows) / len(rows) for k in range(len(rows[0].places))]
 
         def key(row: Row) -> tuple[int, float, Vector]:
-            held = sum(s in self.elements.of for s in row.shown.residual.free_symbols)
+            element_count = sum(
+                s in self.elements.by_symbol for s in row.shown.residual.free_symbols
+            )
             away = sum((p - c) ** 2 for p, c in zip(row.places, centre, strict=True))
             # Indices that differ tell which of them an element with one index goes with.
-            return -held, away + 0.1 * (len(set(row.places)) < len(row.places)), row.places
+            return -element_count, away + 0.1 * (len(set(row.places)) < len(row.places)), row.places
 
         return min(rows, key=key)
 
-    def _shifted(self, model: Row, own: tuple[sp.Symbol, ...]) -> ShownEquation:
+    def _shifted(self, model: Row, indices: tuple[sp.Symbol, ...]) -> ShownEquation:
         """A row with indices counted from its own."""
         shown = model.shown
         parts = [*(e for pair in shown.terms for e in pair), shown.divided_by]
         parts += [] if shown.momentum is None else [shown.momentum]
         rules: dict[sp.Symbol, sp.Symbol] = {}
         for symbol in set[sp.Symbol]().union(*(p.free_symbols for p in parts)):
-            element = self.elements.of.get(symbol)
-            if element is not None and len(element.places) <= len(own):
-                places = counted(element.numbers, model.places, own)
+            element = self.elements.by_symbol.get(symbol)
+            if element is not None and len(element.places) <= len(indices):
+                places = counted(element.numbers, model.places, indices)
                 rules[symbol] = self.elements.pattern(element._replace(places=places), symbol)
-        return mapped(shown, shown.coordinate, lambda e: e.xreplace(rules))
+        return map_equation(shown, shown.coordinate, lambda e: e.xreplace(rules))
 
     def _common(
         self, model: Row, waiting: Mapping[Vector, Row], letters: tuple[sp.Symbol, ...]
@@ -288,7 +290,7 @@ class Search:
         pieces = [p for p in pieces if model.places in p.rows]
         gathering = Gathering(self.elements, self._still(letters))
         shown = tuple(gathering.row(pieces))
-        return (shown, gathering.held([e for pair in shown for e in pair])) if shown else None
+        return (shown, gathering.series_in([e for pair in shown for e in pair])) if shown else None
 
     def _terms(self, row: Row) -> list[Term] | None:
         """The terms of a row, found once."""
@@ -307,26 +309,26 @@ class Search:
         model: Row,
         waiting: Mapping[Vector, Row],
         known: Mapping[Vector, Sequence[mpf | None]],
-        own: tuple[sp.Symbol, ...],
+        indices: tuple[sp.Symbol, ...],
     ) -> FamilyRow | None:
         """The candidate with the elements that it is proven for; None if these are too few."""
         forms = [Form(part, candidate.series) for part in _parts(candidate.shown)]
 
         def is_held_at(places: Vector) -> bool:
-            at = dict(zip(own, places, strict=True))
+            at = dict(zip(indices, places, strict=True))
             values = known[places]
             return len(values) == len(forms) and all(
                 self.instances.holds(form, at, value)
                 for form, value in zip(forms, values, strict=True)
             )
 
-        held = {p for p in waiting if is_held_at(p)} if is_held_at(model.places) else set()
-        if not held:
+        proven_places = {p for p in waiting if is_held_at(p)} if is_held_at(model.places) else set()
+        if not proven_places:
             return None
-        ends = block(model.places, held)
+        ends = block(model.places, proven_places)
         rows = [waiting[p] for p in places_in(ends)]
         covered = tuple(row.number for row in rows)
-        row = replace(candidate, ranges=rectangle(own, ends), covers=covered)
+        row = replace(candidate, ranges=rectangle(indices, ends), covers=covered)
         # Each row has a name and a sign of equality, too.
         written = sum(printed_length(r.shown.residual) + 2 for r in rows)
         return row if row.length + 2 < written else None
@@ -339,27 +341,29 @@ def _parts(shown: ShownEquation) -> list[sp.Expr]:
 
 
 def _add(
-    rest: dict[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]], term: Term, sign: int
+    leftover: dict[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]],
+    term: Term,
+    sign: int,
 ) -> None:
     key = term.text, term.symbols
-    number, product = rest.get(key, (Fraction(0), term.product))
-    rest[key] = number + sign * term.number, product
+    number, product = leftover.get(key, (Fraction(0), term.product))
+    leftover[key] = number + sign * term.number, product
 
 
 def _rational(value: Fraction) -> sp.Rational:
     return sp.Rational(value.numerator, value.denominator)
 
 
-def counted(places: Vector, row: Vector, own: tuple[sp.Symbol, ...]) -> tuple[Place, ...]:
+def counted(places: Vector, row: Vector, indices: tuple[sp.Symbol, ...]) -> tuple[Place, ...]:
     """Indices counted from a row's; one index from the nearest of two."""
-    if len(places) == len(own):
-        return tuple(Place(o, p - r) for o, p, r in zip(own, places, row, strict=True))
+    if len(places) == len(indices):
+        return tuple(Place(o, p - r) for o, p, r in zip(indices, places, row, strict=True))
     (place,) = places
     k = min(range(len(row)), key=lambda k: abs(place - row[k]))
-    return (Place(own[k], place - row[k]),)
+    return (Place(indices[k], place - row[k]),)
 
 
-def block(centre: Vector, held: set[Vector]) -> list[tuple[int, int]]:
+def block(centre: Vector, members: set[Vector]) -> list[tuple[int, int]]:
     """The ends of a block of indices around one, grown as long as all in it are held."""
     ends = [(p, p) for p in centre]
     grows = True
@@ -370,7 +374,7 @@ def block(centre: Vector, held: set[Vector]) -> list[tuple[int, int]]:
                 first, last = ends[k]
                 added = first - 1 if step < 0 else last + 1
                 layer = [*ends[:k], (added, added), *ends[k + 1 :]]
-                if all(p in held for p in places_in(layer)):
+                if all(p in members for p in places_in(layer)):
                     ends[k] = (min(first, added), max(last, added))
                     grows = True
     return ends
@@ -399,9 +403,9 @@ def fixed(row: FamilyRow, elements: Elements) -> FamilyRow:
     name = row.name
     for letter, value in single.items():
         head, _, indices = name.partition("[")
-        kept = [str(value) if i == str(letter) else i for i in indices[:-1].split(",")]
-        name = f"{head}[{','.join(kept)}]"
-    shown = mapped(row.shown, name, fixed)
+        shown_indices = [str(value) if i == str(letter) else i for i in indices[:-1].split(",")]
+        name = f"{head}[{','.join(shown_indices)}]"
+    shown = map_equation(row.shown, name, fixed)
     series = {
         s: replace(
             one,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from lagrange_cli.mechanics.families.elements import Elements, Index, Place
-from lagrange_cli.mechanics.families.forms import FamilyRow, Range, Series, mapped
+from lagrange_cli.mechanics.families.forms import FamilyRow, Range, Series, map_equation
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import FamilyIndex
@@ -41,7 +41,7 @@ class Sizes:
         sizes: dict[sp.Symbol, sp.Symbol | None] = {}
         for k, index in enumerate(indices):
             if index in letters:
-                sizes[letters[index].letter] = self.of(family, k, letters[index])
+                sizes[letters[index].letter] = self.size_of(family, k, letters[index])
         series = {s: self.series(one, sizes) for s, one in row.series.items()}
         ranges = tuple(self.span(r, sizes.get(r.letter)) for r in row.ranges)
 
@@ -51,7 +51,7 @@ class Sizes:
         name = row.name
         if "[" in name:
             name = f"{family}[{','.join(self._index(family, k, i) for k, i in enumerate(indices))}]"
-        shown = mapped(row.shown, name, sized)
+        shown = map_equation(row.shown, name, sized)
         return replace(row, name=name, shown=shown, ranges=ranges, series=series)
 
     def _index(self, family: str, position: int, index: str) -> str:
@@ -92,7 +92,7 @@ class Sizes:
                 continue
             for k, place in enumerate(element.places):
                 if isinstance(place, Place) and place.letter == span.letter:
-                    return self.of(element.family, k, span)
+                    return self.size_of(element.family, k, span)
         return None
 
     def declared(self, family: str, position: int) -> sp.Symbol | None:
@@ -101,7 +101,7 @@ class Sizes:
         wanted = indices[position].size if position < len(indices) else None
         return next((s for s in self.values if s.name == wanted), None)
 
-    def of(self, family: str, position: int, span: Range) -> sp.Symbol | None:
+    def size_of(self, family: str, position: int, span: Range) -> sp.Symbol | None:
         """The size that the range of an index ends with: as declared, or the only one that fits."""
         declared = self.declared(family, position)
         if declared is not None or not isinstance(span.last, int):

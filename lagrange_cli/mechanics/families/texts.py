@@ -44,15 +44,15 @@ class _Slots(NamedTuple):
 def indexed_texts(texts: Sequence[str], letters: Sequence[sp.Symbol]) -> list[IndexedText]:
     """Put neighbouring texts together that differ in indices which run over ranges."""
     parts = [_taken_apart(text) for text in texts]
-    found: list[IndexedText] = []
+    results: list[IndexedText] = []
     for _, group in groupby(range(len(texts)), key=lambda k: parts[k].skeleton):
         covered = tuple(group)
         whole = _indexed([parts[k] for k in covered], letters, covered)
         if whole is None:
-            found += [IndexedText(texts[k], (), (k,)) for k in covered]
+            results += [IndexedText(texts[k], (), (k,)) for k in covered]
         else:
-            found.append(whole)
-    return found
+            results.append(whole)
+    return results
 
 
 def _taken_apart(text: str) -> _Slots:

@@ -101,7 +101,7 @@ class ConfigurationSearch:
         """All configurations that were reached, from the guess and from around it."""
         outcome = Configurations()
         self._regular = False
-        kept: list[tuple[list[mpf], list[mpf]]] = []
+        distinct: list[tuple[list[mpf], list[mpf]]] = []
         for start in self._starts(guess):
             q = self._gauss_newton(start)
             if q is None:
@@ -112,12 +112,12 @@ class ConfigurationSearch:
                 outcome.beyond = outcome.beyond or q
             elif max(misses) <= tolerance:
                 place = self._run(self._everything, q)
-                _keep(kept, self._turned_back(q), place, self._plain, self._length)
+                _keep(distinct, self._turned_back(q), place, self._plain, self._length)
             elif not outcome.misses or max(misses) < max(outcome.misses):
                 outcome.nearest, outcome.values, outcome.misses = q, values, misses
         outcome.regular = self._regular
         outcome.exact = sorted(
-            (q for q, _ in kept),
+            (q for q, _ in distinct),
             key=lambda q: sum(abs(x - y) for x, y in zip(q, guess, strict=True)),
         )
         return outcome
@@ -233,7 +233,7 @@ def _outside(reduced: Reduced) -> list[sp.Expr]:
 
 
 def _keep(
-    kept: list[tuple[list[mpf], list[mpf]]],
+    distinct: list[tuple[list[mpf], list[mpf]]],
     q: list[mpf],
     place: list[mpf],
     plain: Callable[[Sequence[mpf]], tuple[int, mpf]],
@@ -246,12 +246,12 @@ def _keep(
     """
     size = max((abs(x) for x in place), default=_ZERO)
     reach = max(mpf(10) ** -12 * size, mpf(10) ** (-mpmath.mp.dps // 2) * length)
-    for k, (known, there) in enumerate(kept):
+    for k, (known, there) in enumerate(distinct):
         if all(abs(x - y) <= reach for x, y in zip(place, there, strict=True)):
             if plain(q) < plain(known):
-                kept[k] = (q, place)
+                distinct[k] = (q, place)
             return
-    kept.append((q, place))
+    distinct.append((q, place))
 
 
 def _rank(matrix: mpmath.matrix) -> int:

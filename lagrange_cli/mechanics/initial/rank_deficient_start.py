@@ -41,8 +41,8 @@ def rank_deficiency_warning(
         closed = [k for k, c in enumerate(derivation.contacts, len(closures)) if _closed(c, point)]
     except (DomainError, KeyError):
         return None
-    kept = range(len(closures))
-    for numbers in (kept, *([*kept, k] for k in closed)):
+    closure_numbers = range(len(closures))
+    for numbers in (closure_numbers, *([*closure_numbers, k] for k in closed)):
         for number, circuit in dependent_rows([rows[k] for k in numbers]).items():
             taking_part = sorted(numbers[k] for k in (*circuit, number))
             return _warning([derivation.pushing[k] for k in taking_part], derivation)

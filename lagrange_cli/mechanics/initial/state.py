@@ -305,12 +305,12 @@ class _Initial:
         velocities = [known.get(q, _ZERO) for q in self.q]
         missing = [j for j, q in enumerate(self.q) if q not in known]
         symbols = self._cartesian(1)
-        kept, levels = self.closures.rates(start)
-        if not (symbols or kept) or not missing:
+        gradients, levels = self.closures.rates(start)
+        if not (symbols or gradients) or not missing:
             return velocities
         rows, drift = self._rates(tape, start)
         wanted = [self.given[1][s][0] - d for s, d in zip(symbols, drift, strict=True)]
-        rows, wanted = [*rows, *kept], [*wanted, *(-x for x in levels)]
+        rows, wanted = [*rows, *gradients], [*wanted, *(-x for x in levels)]
         target = [
             x - sum(entry * velocities[j] for j, entry in row.items() if velocities[j])
             for x, row in zip(wanted, rows, strict=True)
@@ -442,11 +442,11 @@ def _smallest(
     dependent = dependent_rows(
         scale_columns(normalized, column_factors(normalized, width)), _DEPENDENT
     )
-    kept = [k for k in range(len(matrix)) if k not in dependent]
-    if not kept:
+    independent = [k for k in range(len(matrix)) if k not in dependent]
+    if not independent:
         return [_ZERO] * width
-    rows = _full([matrix[k] for k in kept], width)
-    right = mpmath.matrix([target[k] for k in kept])
+    rows = _full([matrix[k] for k in independent], width)
+    right = mpmath.matrix([target[k] for k in independent])
     weighted = _inverse(_full(metric, width)) * rows.T
     try:
         return list(weighted * mpmath.lu_solve(rows * weighted, right))

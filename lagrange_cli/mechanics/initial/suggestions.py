@@ -132,10 +132,10 @@ def possible_start(reduced: Reduced) -> dict[str, str]:
         return {}
     if not lacking:
         return _suggested_configuration(reduced, {}) or {}
-    given = {e.name: e.value.text for e in scene.initial if e.order == 0}
+    initial_texts = {e.name: e.value.text for e in scene.initial if e.order == 0}
     names = [*(c.name for c in reduced.coordinates), *(name for name, _ in scene.starts)]
     above = {*scene.positive, *(name for q, name in scene.starts if q in scene.positive)}
-    return {name: given.get(name, "1" if name in above else "0") for name in names}
+    return {name: initial_texts.get(name, "1" if name in above else "0") for name in names}
 
 
 def other_start_hint(reduced: Reduced) -> str:

@@ -121,24 +121,24 @@ class _Natures:
         if isinstance(e, sp.exp):
             return self._function(e)
         parts = [self.nature(a) for a in e.args]
-        kept = [p for p in parts if p is not None]
-        if len(kept) < len(parts):
+        natures = [p for p in parts if p is not None]
+        if len(natures) < len(parts):
             return None
-        whole = _Nature(any(p.infinite for p in kept), any(p.bent for p in kept))
+        whole = _Nature(any(p.infinite for p in natures), any(p.bent for p in natures))
         if e.is_Add:
             return whole
         if e.is_Mul:
             return None if self._cancels(e, whole) else whole
         if e.is_Pow:
-            return self._power(e, kept[0])
+            return self._power(e, natures[0])
         return self._function(e)
 
     def _function(self, e: sp.Expr) -> _Nature | None:
         natures = [self.nature(a) for a in e.args]
-        kept = [n for n in natures if n is not None]
-        if len(kept) < len(natures):
+        known = [n for n in natures if n is not None]
+        if len(known) < len(natures):
             return None
-        infinite, bent = any(n.infinite for n in kept), any(n.bent for n in kept)
+        infinite, bent = any(n.infinite for n in known), any(n.bent for n in known)
         if e.func in _INVERSE and e.args[0].has(*_PERIODIC):
             bent = True  # asin(sin(x)) is a sawtooth
         if e.func in _BENT:
@@ -195,8 +195,8 @@ class _Natures:
         symbols = sorted(e.free_symbols, key=str)
         if not e.is_rational_function(*symbols) or sp.count_ops(e) > _RADICAND_BUDGET:
             return False
-        held = [s for s in symbols if s in self.moving]
-        if e.is_polynomial(*symbols) and all(_is_square_free_in(e, s) for s in held):
+        moving_symbols = [s for s in symbols if s in self.moving]
+        if e.is_polynomial(*symbols) and all(_is_square_free_in(e, s) for s in moving_symbols):
             return True
         above, below = sp.cancel(e).as_numer_denom()
         if above.is_positive and below.is_positive:

@@ -48,20 +48,20 @@ _WITHIN_ONE = (sp.sin, sp.cos, sp.tanh)
 
 @dataclass(frozen=True)
 class FalseSum:
-    """Σ share·φ = −rest < 0, or < 0 by terms that are positive.
+    """Σ share·φ = −shortfall < 0, or < 0 by terms that are positive.
 
     Attributes
     ----------
     shares
         Multiplier of each row that takes part, by number.
-    rest
+    shortfall
         Amount by which the sum misses zero; zero if a positive term proves it.
     bounds
         Bounds of terms that take part, as ``x^2 >= 0``.
     """
 
     shares: Mapping[int, mpf]
-    rest: mpf
+    shortfall: mpf
     bounds: tuple[str, ...]
 
 

@@ -89,7 +89,7 @@ class FieldProgram:
     _radicals: dict[sp.Expr, int] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, expressions: Iterable[sp.Expr]) -> FieldProgram:
+    def from_expressions(cls, expressions: Iterable[sp.Expr]) -> FieldProgram:
         """Build the program of some expressions.
 
         Raises
@@ -230,13 +230,13 @@ class FieldProgram:
 def _factors(e: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
     """Give a number and factors whose product has the sign of an expression."""
     number, product = sp.factor_terms(e).as_coeff_Mul(rational=True)
-    kept = []
+    factors = []
     for factor in sp.Mul.make_args(product):
         base, exponent = factor.as_base_exp()
         if factor.is_positive or (exponent.is_Integer and exponent % 2 == 0):
             continue
-        kept.append((base if exponent.is_Integer else factor).primitive()[1])
-    return sp.sign(number), tuple(kept)
+        factors.append((base if exponent.is_Integer else factor).primitive()[1])
+    return sp.sign(number), tuple(factors)
 
 
 def _atoms(

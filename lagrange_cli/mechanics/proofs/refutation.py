@@ -72,8 +72,8 @@ def jumps(expression: sp.Expr) -> bool:
     terms = sp.Add.make_args(expression)
     for surface, symbol in _surfaces(terms):
         there = _on(surface, symbol, sorted(_symbols(terms), key=_key))
-        beside = ({**s, symbol: s[symbol] + d} for s in there for d in (_APART, -_APART))
-        seen = list(_seen(terms, beside, _DIGITS))
+        states = ({**s, symbol: s[symbol] + d} for s in there for d in (_APART, -_APART))
+        seen = list(_seen(terms, states, _DIGITS))
         for (near_state, here), (far_state, beyond) in zip(seen[::2], seen[1::2], strict=False):
             size, step = sum(map(abs, (*here, *beyond))), sum(here) - sum(beyond)
             if abs(step) <= mpf(10) ** -_JUMP * size:

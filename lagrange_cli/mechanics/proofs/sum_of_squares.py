@@ -140,18 +140,18 @@ def _number(combinations: Sequence[_Combination]) -> frozenset[int] | None:
 def _squares(combinations: Sequence[_Combination]) -> frozenset[int] | None:
     """Find equations with a combination that is a positive number plus a sum of squares."""
     combinations = _faced(combinations)
-    kept = _pivots([c.form for c in combinations])
-    if 0 not in kept:
+    pivots = _pivots([c.form for c in combinations])
+    if 0 not in pivots:
         return None
-    forms = [_restricted(c.form, kept) for c in combinations]
-    scaled, weights = _equilibrated(forms, len(kept))
+    forms = [_restricted(c.form, pivots) for c in combinations]
+    scaled, weights = _equilibrated(forms, len(pivots))
     multipliers = _interior(scaled)
     if multipliers is None:
         return None
     multipliers[np.abs(multipliers) < _NOTHING * np.abs(multipliers).max()] = 0.0
     shares = [mpf(x) * w for x, w in zip(multipliers.tolist(), weights, strict=True)]
     size = sum((abs(x) * c.size for c, x in zip(combinations, shares, strict=True)), mpf(0))
-    if not _is_proof(forms, shares, len(kept), RANK_TOLERANCE * size):
+    if not _is_proof(forms, shares, len(pivots), RANK_TOLERANCE * size):
         return None
     return frozenset().union(*(c.owners for c, x in zip(combinations, shares, strict=True) if x))
 
@@ -234,8 +234,8 @@ def _reduce(rows: dict[int, dict[int, mpf]], row: dict[int, mpf]) -> None:
             return
 
 
-def _restricted(form: QuadraticForm, kept: Sequence[int]) -> QuadraticForm:
-    places = {k: n for n, k in enumerate(kept)}
+def _restricted(form: QuadraticForm, pivots: Sequence[int]) -> QuadraticForm:
+    places = {k: n for n, k in enumerate(pivots)}
     return {(places[i], places[j]): x for (i, j), x in form.items() if i in places and j in places}
 
 

@@ -231,7 +231,9 @@ class _Survey:
     def _has_constants(self, p: int) -> bool:
         """Say whether the roots of numbers are in the field."""
         fixed = {b: a for b, a in self.program.roots.items() if a.fixed}
-        roots = FieldProgram.of(sp.Pow(b, sp.Rational(1, a.parts)) for b, a in fixed.items())
+        roots = FieldProgram.from_expressions(
+            sp.Pow(b, sp.Rational(1, a.parts)) for b, a in fixed.items()
+        )
         try:
             _Point(p, "", (), True, set()).run(roots)
         except NoValueError:
@@ -298,7 +300,7 @@ def values_on_sides(expressions: Sequence[sp.Expr]) -> Iterator[tuple[list[int],
     UndecidableError
         Something has no meaning in the field, or there are too many combinations.
     """
-    return _sides(FieldProgram.of(expressions), formal=False)
+    return _sides(FieldProgram.from_expressions(expressions), formal=False)
 
 
 def _sides(program: FieldProgram, formal: bool) -> Iterator[tuple[list[int], int]]:
@@ -327,7 +329,7 @@ def relation_holds(expressions: Sequence[sp.Expr], relation: _Relation) -> bool:
         Takes their values and a prime; true if polynomials in them vanish modulo it.
     """
     try:
-        program = FieldProgram.of(expressions)
+        program = FieldProgram.from_expressions(expressions)
     except UndecidableError:
         return False
     ways = (True, False) if program.switches else (False,)

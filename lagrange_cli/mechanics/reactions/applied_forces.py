@@ -28,7 +28,7 @@ class AppliedForces:
     ----------
     positional
         Of potentials without velocities, over q and t.
-    other
+    dynamic
         Of everything else (the Euler–Lagrange expression of T_extra − U, forces,
         dissipation), over q, v, a, t.
     unattached
@@ -36,12 +36,12 @@ class AppliedForces:
     """
 
     positional: dict[sp.Symbol, sp.Expr]
-    other: dict[sp.Symbol, sp.Expr]
+    dynamic: dict[sp.Symbol, sp.Expr]
     unattached: tuple[str, ...]
 
-    def of(self, symbol: sp.Symbol) -> sp.Expr:
+    def along(self, symbol: sp.Symbol) -> sp.Expr:
         """−F of one symbol."""
-        return self.positional.get(symbol, sp.Integer(0)) + self.other.get(symbol, sp.Integer(0))
+        return self.positional.get(symbol, sp.Integer(0)) + self.dynamic.get(symbol, sp.Integer(0))
 
 
 def applied_forces(derivation: Uncertified) -> AppliedForces:
@@ -99,21 +99,23 @@ class _Reader:
         self.rates = {s: sp.Dummy(f"dot_{s.name}", real=True) for s in cartesian}
         self.rates |= {c.q: c.v for c in self.own}
         self.positional: dict[sp.Symbol, list[sp.Expr]] = {}
-        self.other: dict[sp.Symbol, list[sp.Expr]] = {}
+        self.dynamic: dict[sp.Symbol, list[sp.Expr]] = {}
         self.unattached: list[str] = []
 
     def applied_forces(self) -> AppliedForces:
         scene = self.reduced.scene
         for name, raw in self._converted(scene.potentials):
             moving = not raw.free_symbols.isdisjoint(self.rates.values())
-            self._add_energy(name, -raw, self.other if moving else self.positional)
+            self._add_energy(name, -raw, self.dynamic if moving else self.positional)
         for name, raw in self._converted(scene.kinetic):
-            self._add_energy(name, raw, self.other)
+            self._add_energy(name, raw, self.dynamic)
         for name, raw in self._converted(scene.dissipation):
             for s, rate in self.rates.items():
-                self._add(name, s, derivative(raw, rate), self.other)
+                self._add(name, s, derivative(raw, rate), self.dynamic)
         self._add_forces()
-        return AppliedForces(_summed(self.positional), _summed(self.other), tuple(self.unattached))
+        return AppliedForces(
+            _summed(self.positional), _summed(self.dynamic), tuple(self.unattached)
+        )
 
     def _converted(self, terms: Sequence[Term]) -> Iterator[tuple[str, sp.Expr]]:
         for term in terms:
@@ -141,7 +143,7 @@ class _Reader:
         for force in self.derivation.forces:
             symbols = bodies[force.on] if len(force.components) == 3 else (coordinates[force.on],)
             for s, component in zip(symbols, force.components, strict=True):
-                self._add(force.name, s, -component, self.other)
+                self._add(force.name, s, -component, self.dynamic)
 
     def _add(
         self, name: str, symbol: sp.Symbol, load: sp.Expr, into: dict[sp.Symbol, list[sp.Expr]]

@@ -139,7 +139,7 @@ def _forces(derivation: Uncertified, equations: Equations, applied: AppliedForce
         if s in direct:
             along[s] = sp.Add(*pushes[direct[s]])
         else:
-            force = mass * _acceleration(derivation, s) + applied.of(s)
+            force = mass * _acceleration(derivation, s) + applied.along(s)
             along[s] = shortened(shortened(force).xreplace(solved))
     return _Forces(along, direct, solved)
 
@@ -190,7 +190,7 @@ def _bodies(
             shared = sum(s in triple for triple in names.particle_symbols) > 1
             force = forces.along[s]
             if shared and mass is not None:
-                load = sp.Integer(0) if s in seen else applied.of(s)
+                load = sp.Integer(0) if s in seen else applied.along(s)
                 force = mass * _acceleration(derivation, s) + load
                 force = shortened(force.xreplace(forces.solved))
             components.append(force if mass is not None or s not in seen else sp.Integer(0))
@@ -206,11 +206,13 @@ def _bodies(
 def _stated(derivation: Uncertified) -> list[ConstraintEquation]:
     """The scene's equations and gaps, each with the name of its multiplier."""
     reduced = derivation.reduced
-    kept = {(r.mark, r.text): c for r, c in zip(reduced.closures, derivation.closures, strict=True)}
-    taken = {closure.name for closure in kept.values()}
+    closure_of = {
+        (r.mark, r.text): c for r, c in zip(reduced.closures, derivation.closures, strict=True)
+    }
+    taken = {closure.name for closure in closure_of.values()}
     stated = []
     for name, several, equation, slopes in _written(derivation):
-        closure = kept.get((equation.mark(), equation.text))
+        closure = closure_of.get((equation.mark(), equation.text))
         if closure is not None:
             name = closure.name
         elif several:
@@ -232,13 +234,13 @@ def _written(
     """Constraint, whether it has several equations, one of them and its slopes."""
     reduced = derivation.reduced
     positional = {id(s.equation): s for s in reduced.chart.geometry.elimination.stated}
-    kept = {(r.mark, r.text) for r in reduced.closures}
+    closure_places = {(r.mark, r.text) for r in reduced.closures}
     for constraint in reduced.scene.constraints:
         for equation in constraint.equations:
             stated = positional.get(id(equation))
             if stated is not None:
                 slopes = {s: derivative(stated.phi, s) for s in stated.phi.free_symbols}
-            elif (equation.mark(), equation.text) in kept:
+            elif (equation.mark(), equation.text) in closure_places:
                 slopes = velocity_slopes(derivation, equation)
             else:
                 continue
@@ -256,7 +258,7 @@ def _reactions(
     """Reaction of each equation, and names of the equations whose multiplier is not found."""
     reduced = derivation.reduced
     along = dict(forces.along)
-    along |= {c.q: check.applied.of(c.q) for c in reduced.coordinates if c.q not in along}
+    along |= {c.q: check.applied.along(c.q) for c in reduced.coordinates if c.q not in along}
     point = check.points[0]
     exact = force_balances(reduced, stated, along, point, keep_definitions=False)
     hoped = force_balances(reduced, stated, forces.along, point, keep_definitions=True)
@@ -364,7 +366,7 @@ class _Check:
         lacking = self._lacking(point)
         symbols = [s for s in tapes.symbols if s in forces.along]
         derived = evaluate([forces.along[s] for s in symbols], point)
-        loads = evaluate([self.applied.other.get(s, sp.Integer(0)) for s in symbols], point)
+        loads = evaluate([self.applied.dynamic.get(s, sp.Integer(0)) for s in symbols], point)
         seeds: dict[int, tuple[mpf, mpf, mpf]] = {}
         differences, scale = [], _ZERO
         for s, force, load in zip(symbols, derived, loads, strict=True):
@@ -383,7 +385,7 @@ class _Check:
 
     def _require_work(self, point: SymbolValues, work: Sequence[mpf], scale: mpf) -> None:
         """Σ f ∂r/∂q and what acts on coordinates alone must be M a − f."""
-        direct = evaluate([self.applied.of(q) for q in self._alone()], point)
+        direct = evaluate([self.applied.along(q) for q in self._alone()], point)
         alone = dict(zip(self._alone(), direct, strict=True))
         for q, done, (residual, size) in zip(
             self.tapes.q, work, self._residuals(point), strict=True

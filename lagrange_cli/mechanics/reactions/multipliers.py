@@ -214,8 +214,8 @@ def force_balances(
     """
     names = reduced.names
     owners = _owners(reduced)
-    kept = {s for body in names.particle_symbols for s in body} if keep_definitions else set()
-    givens = {s: e for s, e in names.given.items() if s not in kept}
+    left_alone = {s for body in names.particle_symbols for s in body} if keep_definitions else set()
+    givens = {s: e for s, e in names.given.items() if s not in left_alone}
     expanded = {s: _expanded(givens, s) for s in givens}
     variables = [s for s in names.cartesian.values() if s not in expanded]
     if not keep_definitions:

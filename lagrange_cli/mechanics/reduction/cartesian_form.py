@@ -71,8 +71,8 @@ def closure_incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
     names = eliminable.union(s for s in form.names.cartesian.values() if s not in form.known)
     groups: dict[frozenset[sp.Symbol], None] = {}
     around: dict[sp.Symbol, set[sp.Symbol]] = {q: set() for q in form.own}
-    for held in form.symbols():
-        present = held & names
+    for symbols in form.symbols():
+        present = symbols & names
         if present.isdisjoint(eliminable):
             groups[frozenset(present)] = None
         for q in present & eliminable:
@@ -130,8 +130,8 @@ class _Form:
         asked = {s for e in self.uses.expressions for s in e.free_symbols}
         asked |= {q for q in self.own if q.name in self.uses.rates} | set(self.known.values())
         unused = frozenset(q for q in self.own if q not in asked)
-        kept = [r for r in relations if r.expression.free_symbols.isdisjoint(unused)]
-        return self._reduced(kept, unused, _unchanged) if unused else None
+        remaining = [r for r in relations if r.expression.free_symbols.isdisjoint(unused)]
+        return self._reduced(remaining, unused, _unchanged) if unused else None
 
     def _eliminated(self, relations: Sequence[ImplicitEquation]) -> Reduced | None:
         """The form with as many coordinates eliminated as can be."""
@@ -254,15 +254,15 @@ class _Form:
         stated_last = not present.isdisjoint(remaining)
         ordered = sorted(relations, key=lambda r: r.stated == stated_last)
         coordinates = [*remaining, *raw]
-        kept = self._independent(coordinates, ordered)
-        if kept is None:
+        independent = self._independent(coordinates, ordered)
+        if independent is None:
             return None
         return in_coordinates(
             self.reduced,
             self.names.rewriting(rewrite, dropped),
             {s: self.known.get(s, s) for s in self.names.cartesian.values()},
             coordinates,
-            [_closure_equation(r, self.reduced.scene) for r in kept],
+            [_closure_equation(r, self.reduced.scene) for r in independent],
             self._reference(coordinates),
         )
 
@@ -295,8 +295,8 @@ class _Form:
             if number and dependent.keys() != dropped:
                 return None
             dropped = set(dependent)
-        kept = [r for k, r in enumerate(relations) if k not in dropped]
-        return kept if points and len(kept) == wanted else None
+        independent = [r for k, r in enumerate(relations) if k not in dropped]
+        return independent if points and len(independent) == wanted else None
 
     def _everywhere(self, point: Mapping[sp.Symbol, mpf]) -> SamplePoint:
         """A point of the reduced scene with the values of all names."""

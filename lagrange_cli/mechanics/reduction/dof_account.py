@@ -40,7 +40,10 @@ from lagrange_cli.scene.language.expression import Equation
 
 
 def balanced_account(
-    geometry: Geometry, points: Sequence[SymbolValues], kept: Sequence[int], holding: IdentityFinder
+    geometry: Geometry,
+    points: Sequence[SymbolValues],
+    closure_numbers: Sequence[int],
+    holding: IdentityFinder,
 ) -> tuple[Account, list[Problem]]:
     """DOF = 3N + E − K with the status of each constraint; warnings for redundant ones.
 
@@ -48,7 +51,7 @@ def balanced_account(
     ----------
     points
         Feasible configurations.
-    kept
+    closure_numbers
         Numbers of the stated equations that are closures beside the coordinates.
     holding
         Tells which of some equations hold identically around the start.
@@ -60,14 +63,16 @@ def balanced_account(
     """
     names, elimination = geometry.names, geometry.elimination
     _require_solutions(geometry, points, holding)
-    _require_independent(geometry, points, kept)
+    _require_independent(geometry, points, closure_numbers)
     extra = _extra(geometry, points)
     dependent: dict[int, tuple[int, ...]] = {}
     if elimination.pending:
         phis = [_on_points(names, s.phi) for s in elimination.stated]
         dependent = dependent_gradients(phis, geometry.resolved, geometry.coordinates, points)
-    satisfied = _satisfied(set(elimination.pending) - set(kept), dependent)
-    return _account(geometry, satisfied, dependent, kept, extra), _warnings(geometry, dependent)
+    satisfied = _satisfied(set(elimination.pending) - set(closure_numbers), dependent)
+    return _account(geometry, satisfied, dependent, closure_numbers, extra), _warnings(
+        geometry, dependent
+    )
 
 
 def with_partial_identities(
@@ -95,14 +100,14 @@ def with_partial_identities(
     )
     by = {x.name: quoted(x.implied_by) for x in lines if x.status == "redundant"}
     places = [stated[k].equation.mark() for k in violated]
-    kept = [w for w in warnings if w.mark not in places]
+    remaining = [w for w in warnings if w.mark not in places]
     for k, point in violated.items():
         others = by.get(stated[k].constraint)
         what = "holds" if k in solved else "is satisfied by the definitions"
         if others and k not in solved:
             what = f"is redundant, implied by {others},"
-        kept.append(_partial(stated[k], what, k in solved, _values_at(geometry, k, point)))
-    return replace(account, lines=lines), kept
+        remaining.append(_partial(stated[k], what, k in solved, _values_at(geometry, k, point)))
+    return replace(account, lines=lines), remaining
 
 
 def _partial(stated: StatedEquation, what: str, is_solved: bool, place: str) -> Problem:
@@ -130,11 +135,11 @@ def with_velocities(
 ) -> Account:
     """The account with constraints on velocities: integrable ones count to K."""
     redundant = {levels[k].constraint: by for k, by in independent.redundant.items()}
-    kept = {levels[k].constraint for k in independent.kept}
-    integrable = independent.integrable == len(independent.kept)
+    names = {levels[k].constraint for k in independent.numbers}
+    integrable = independent.integrable == len(independent.numbers)
 
     def line(line: ConstraintLine) -> ConstraintLine:
-        if line.name in kept:
+        if line.name in names:
             return line if integrable else replace(line, status="nonholonomic")
         if line.name in redundant:
             return replace(line, status="redundant", implied_by=redundant[line.name])
@@ -145,7 +150,7 @@ def with_velocities(
         constraints=account.constraints + independent.integrable,
         dof=account.dof - independent.integrable,
         lines=tuple(map(line, account.lines)),
-        nonholonomic=len(independent.kept) - independent.integrable,
+        nonholonomic=len(independent.numbers) - independent.integrable,
     )
 
 
@@ -192,7 +197,7 @@ def velocity_remarks(
     if not independent.integrable:
         return []
     named = ", ".join(
-        f"'{n}'" for n in dict.fromkeys(levels[k].constraint for k in independent.kept)
+        f"'{n}'" for n in dict.fromkeys(levels[k].constraint for k in independent.numbers)
     )
     return [
         f"of {named}, {independent.integrable} can be integrated, though not in closed form here:"
@@ -242,12 +247,12 @@ def _account(
     geometry: Geometry,
     satisfied: set[int],
     dependent: Mapping[int, tuple[int, ...]],
-    kept: Sequence[int],
+    closure_numbers: Sequence[int],
     extra: int,
 ) -> Account:
     elimination = geometry.elimination
     counted = {*geometry.positions} | _further(geometry.names)
-    dof = len(geometry.coordinates) - len(kept)
+    dof = len(geometry.coordinates) - len(closure_numbers)
     cartesian = len(geometry.positions)
     constraints = cartesian + extra - dof
     # Equations that fix names of massless points restrict no particle.
@@ -267,7 +272,7 @@ def _account(
 
 
 def _require_independent(
-    geometry: Geometry, points: Sequence[SymbolValues], kept: Sequence[int]
+    geometry: Geometry, points: Sequence[SymbolValues], closure_numbers: Sequence[int]
 ) -> None:
     """Refuse coordinates that move the particles in fewer independent ways than there are.
 
@@ -276,9 +281,9 @@ def _require_independent(
     """
     pending = geometry.elimination.pending
     r = _places(geometry)
-    beside = [pending[k][0] - pending[k][1] for k in kept]
-    moving = _moving(geometry, beside)
-    r += beside
+    closures = [pending[k][0] - pending[k][1] for k in closure_numbers]
+    moving = _moving(geometry, closures)
+    r += closures
     r += _spinning(geometry, moving)
     null = _unmoved(r, moving, points)
     if null is None:
@@ -318,10 +323,10 @@ def _places(geometry: Geometry) -> list[sp.Expr]:
     ]
 
 
-def _moving(geometry: Geometry, beside: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """Coordinates that occur in positions of particles, or in expressions ``beside`` them."""
+def _moving(geometry: Geometry, expressions: Sequence[sp.Expr]) -> list[sp.Symbol]:
+    """Coordinates that occur in positions of particles, or in expressions ``expressions`` them."""
     inside = set().union(*(geometry.position_symbols[s] for s in geometry.positions))
-    inside.update(s for e in beside for s in e.free_symbols)
+    inside.update(s for e in expressions for s in e.free_symbols)
     return [q for q in geometry.coordinates if q in inside]
 
 

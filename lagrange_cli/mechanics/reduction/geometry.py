@@ -199,12 +199,12 @@ def restricting_equations(
     pending = geometry.elimination.pending
     relations = [r for r in classify_leftovers(pending, points) if not r.identity]
     satisfied = holding({r.number: pending[r.number] for r in relations}) if relations else ()
-    kept = [r for r in relations if r.number not in satisfied]
-    for relation in kept:
+    restricting = [r for r in relations if r.number not in satisfied]
+    for relation in restricting:
         # A sum of squares is singular wherever it holds: another error says so.
         if not refusals.is_sum_of_squares(geometry.elimination.stated[relation.number].phi):
             _require_relation(geometry, relation)
-    return tuple(r.number for r in kept)
+    return tuple(r.number for r in restricting)
 
 
 def classify_leftovers(

@@ -54,18 +54,18 @@ def independent_closures(
     """
     slopes = [manifold.slopes(p) for p in points]
     places = [q for p in points for q in sampler.around(p, mpf(1))]
-    beside = [manifold.slopes(p) for p in places]
+    slopes_around = [manifold.slopes(p) for p in places]
     for k, number in enumerate(related):
-        steepest = max(_size(off[k]) for off in beside)
+        steepest = max(_size(off[k]) for off in slopes_around)
         if all(_size(on[k]) <= _FLAT * steepest for on in slopes):
             raise _without_slope(geometry, number, sampler, [*points, *places])
     everywhere = [dependent_rows([*map(normalized_row, rows)], _DEPENDENT) for rows in slopes]
     dropped = {
         k: by for k, by in everywhere[0].items() if all(k in dependent for dependent in everywhere)
     }
-    kept = [k for k in manifold.all if k not in dropped]
+    independent = [k for k in manifold.all if k not in dropped]
     _require_implied(geometry, related, manifold, sampler, points, dropped)
-    return tuple(related[k] for k in kept)
+    return tuple(related[k] for k in independent)
 
 
 def _without_slope(
@@ -96,8 +96,8 @@ def _require_implied(
     dropped: dict[int, tuple[int, ...]],
 ) -> None:
     """Refuse equations whose gradients depend on others' though the others do not imply them."""
-    kept = [k for k in manifold.all if k not in dropped]
-    around = [manifold.placed(sampler.near(p, _AROUND), kept) for p in points if dropped]
+    independent = [k for k in manifold.all if k not in dropped]
+    around = [manifold.placed(sampler.near(p, _AROUND), independent) for p in points if dropped]
     for point in around:
         if point is None:
             continue

@@ -55,10 +55,10 @@ def no_minimal_form_error(reduced: Reduced) -> InputError:
             is_free = statuses.get(closure.name) == "nonholonomic"
             reason = _NONHOLONOMIC if is_free else _INTEGRABLE
         reasons.setdefault(reason, {})[closure.name] = None
-    told = "; ".join(_said(list(names), *reason) for reason, names in reasons.items())
+    phrase = "; ".join(_said(list(names), *reason) for reason, names in reasons.items())
     return InputError(
         Problem(
-            f"there is no minimal form: {told}",
+            f"there is no minimal form: {phrase}",
             reduced.closures[0].mark,
             hint="--formulation multiplier keeps such constraints beside the coordinates; auto"
             " does where it must",

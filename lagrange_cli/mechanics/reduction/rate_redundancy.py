@@ -276,7 +276,7 @@ class _Combination:
         self._rates, self._elimination, self._rows = rates, elimination, rows
 
     @cached_property
-    def rest(self) -> sp.Expr | None:
+    def remainder(self) -> sp.Expr | None:
         """Remainder of the combination of rows in which all rates cancel; None if it is long."""
         *basis, last = self._rows
         if len(basis) >= _ROWS:
@@ -296,17 +296,17 @@ class _Combination:
     @property
     def put(self) -> list[str]:
         """Constraints on positions whose values were put in."""
-        if self.rest is None or not self.rest.free_symbols:
+        if self.remainder is None or not self.remainder.free_symbols:
             return []
         return [
             self._elimination.stated[k].constraint
-            for k in sorted(self._elimination.sources_of(self.rest))
+            for k in sorted(self._elimination.sources_of(self.remainder))
         ]
 
     def refusal(self, reference: Mapping[sp.Symbol, mpf], mending: Sequence[str]) -> InputError:
         """The error of rows that no rates satisfy; ``mending``: those that do without one."""
         names, last = self._rates.names, self._rows[-1]
-        outcome = self.rest
+        outcome = self.remainder
         settled = {names.t, *names.parameters.values()}
         if outcome is not None and not outcome.free_symbols <= settled:
             value = self._elimination.reduce(outcome)
@@ -315,8 +315,8 @@ class _Combination:
                     self._elimination.stated[k]
                     for k in sorted(self._elimination.sources_of(outcome))
                 ]
-                beside = [s for s in used if s not in self._positions]
-                return self._contradiction(value, beside, mending)
+                velocity_names = [s for s in used if s not in self._positions]
+                return self._contradiction(value, velocity_names, mending)
             stated = [
                 *self._elimination.stated,
                 StatedEquation(last.constraint, last.equation, outcome, _ZERO),
@@ -330,10 +330,10 @@ class _Combination:
         return [row.position for row in self._rows if row.position is not None]
 
     def _contradiction(
-        self, outcome: sp.Expr | None, beside: Sequence[StatedEquation], mending: Sequence[str]
+        self, outcome: sp.Expr | None, names: Sequence[StatedEquation], mending: Sequence[str]
     ) -> InputError:
         last = self._rows[-1]
-        named = [*(row.constraint for row in self._rows), *(s.constraint for s in beside)]
+        named = [*(row.constraint for row in self._rows), *(s.constraint for s in names)]
         rates = [
             f"the rate of {quoted([row.constraint])} is {self._rate(row.position)}"
             for row in self._rows

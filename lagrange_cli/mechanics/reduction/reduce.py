@@ -101,7 +101,7 @@ def _with_starts(scene: Scene, coordinates: Sequence[str]) -> Scene:
     declared = {c.name: c for c in scene.coordinates or ()}
     table = name_table(scene)
     place = scene.coordinates_mark or Mark(scene.file, 1, 1)
-    given = {e.name: e.value for e in scene.initial if e.order == 0}
+    initial_values = {e.name: e.value for e in scene.initial if e.order == 0}
     for q in coordinates:
         name = tagged(q, "_0")
         while name in table:
@@ -111,9 +111,9 @@ def _with_starts(scene: Scene, coordinates: Sequence[str]) -> Scene:
         latex = declared[q].latex if q in declared else None
         if latex is not None:
             latex = f"{{{latex}}}_{{0}}" if "_" in latex else f"{latex}_{{0}}"
-        told, positive = f"{q} at the start", q in scene.positive
-        value = scene.simulate.start if q == "t" else given.get(q)
-        parameters.append(DeclaredParameter(name, place, value, unit, positive, told, latex))
+        description, positive = f"{q} at the start", q in scene.positive
+        value = scene.simulate.start if q == "t" else initial_values.get(q)
+        parameters.append(DeclaredParameter(name, place, value, unit, positive, description, latex))
     return replace(scene, parameters=tuple(parameters), starts=tuple(starts.items()))
 
 
@@ -258,9 +258,13 @@ def _reduced(basis: _Basis, stated: list[StatedEquation], strict: bool) -> Reduc
     resolved = {s: from_start(expr, pairs) for s, expr in resolved.items()}
     geometry = Geometry(names, elimination, resolved, symbols, reference)
     chart = Chart(basis.values, geometry, tuple(generalized_coordinates(geometry, ())))
-    chart, points, kept = _restricted(chart)
-    account, warnings = balanced_account(geometry, points, kept, partial(_held_around, chart))
-    account, warnings = with_partial_identities(geometry, account, warnings, _violated(chart, kept))
+    chart, points, closure_numbers = _restricted(chart)
+    account, warnings = balanced_account(
+        geometry, points, closure_numbers, partial(_held_around, chart)
+    )
+    account, warnings = with_partial_identities(
+        geometry, account, warnings, _violated(chart, closure_numbers)
+    )
     return Reduced(
         scene,
         names,
@@ -272,7 +276,7 @@ def _reduced(basis: _Basis, stated: list[StatedEquation], strict: bool) -> Reduc
         reference,
         (*scene.warnings, *warnings),
         tuple(elimination.remarks),
-        tuple(geometry.closure_equation(k) for k in kept),
+        tuple(geometry.closure_equation(k) for k in closure_numbers),
         chart,
     )
 
@@ -286,13 +290,13 @@ def _with_levels(reduced: Reduced, levels: Sequence[VelocityConstraint]) -> Redu
     independent = independent_constraints(
         levels, coordinates, reduced.closures, t, manifold, points
     )
-    kept = tuple(levels[k].closure_equation() for k in independent.kept)
+    closures = tuple(levels[k].closure_equation() for k in independent.numbers)
     return replace(
         reduced,
         account=with_velocities(reduced.account, levels, independent),
         warnings=(*reduced.warnings, *velocity_warnings(levels, independent)),
         remarks=(*reduced.remarks, *velocity_remarks(levels, independent)),
-        closures=(*reduced.closures, *kept),
+        closures=(*reduced.closures, *closures),
     )
 
 
@@ -308,11 +312,11 @@ def _restricted(chart: Chart) -> tuple[Chart, list[SamplePoint], tuple[int, ...]
     manifold = manifold_of(chart, equations)
     sampler = sampler_of(chart, [], manifold)
     points = _drawn(geometry, sampler, numbers, 1 if sampler.many else RANK_POINTS)
-    kept = independent_closures(geometry, numbers, manifold, sampler, points)
-    if len(kept) < len(numbers) and sampler.many:  # one point proves independence only
+    closure_numbers = independent_closures(geometry, numbers, manifold, sampler, points)
+    if len(closure_numbers) < len(numbers) and sampler.many:  # one point proves independence only
         points += _drawn(geometry, sampler, numbers, _FEWEST_POINTS - 1)
-        kept = independent_closures(geometry, numbers, manifold, sampler, points)
-    return chart, points, kept
+        closure_numbers = independent_closures(geometry, numbers, manifold, sampler, points)
+    return chart, points, closure_numbers
 
 
 def _held_around(chart: Chart, equations: Mapping[int, EquationSides]) -> set[int]:
@@ -321,12 +325,14 @@ def _held_around(chart: Chart, equations: Mapping[int, EquationSides]) -> set[in
     return identities_around(equations, sampler, chart.geometry.reference)
 
 
-def _violated(chart: Chart, kept: Sequence[int]) -> dict[int, SamplePoint]:
+def _violated(chart: Chart, closure_numbers: Sequence[int]) -> dict[int, SamplePoint]:
     """Configurations that violate equations which need not be kept, by number."""
     geometry = chart.geometry
-    equations = {k: sides for k, sides in geometry.elimination.pending.items() if k not in kept}
+    equations = {
+        k: sides for k, sides in geometry.elimination.pending.items() if k not in closure_numbers
+    }
     equations |= geometry.solved_sides
-    manifold = manifold_of(chart, [geometry.closure_equation(k) for k in kept])
+    manifold = manifold_of(chart, [geometry.closure_equation(k) for k in closure_numbers])
     return violating_configurations(equations, sampler_of(chart, [], manifold), geometry.gaps)
 
 

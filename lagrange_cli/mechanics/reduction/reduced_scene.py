@@ -108,7 +108,7 @@ class Reduced:
 
     def resolved_element(self, element: Element) -> Element:
         """An element with raw symbols replaced by their r(q, t)."""
-        resolved = self._resolved_elements.of(element)
+        resolved = self._resolved_elements.resolved(element)
         self._put_in[element.expr] = resolved.expr
         return resolved
 
@@ -261,7 +261,7 @@ class ResolvedElements:
         self._plans: dict[Hashable, _Plan] = {}
         self._shapes: dict[Hashable, Shape] = {}
 
-    def of(self, element: Element) -> Element:
+    def resolved(self, element: Element) -> Element:
         """Put expressions into an element."""
         places = [self._substitution.place(s) for s in element.symbols]
         still = [s for s, place in zip(element.symbols, places, strict=True) if place is None]
@@ -269,10 +269,13 @@ class ResolvedElements:
         if pattern not in self._plans:
             self._plans[pattern] = _plan(element.shape, places)
         parts = self._parts(element, self._plans[pattern], places)
-        held = set().union(*map(symbols_in, parts))
-        symbols = tuple(sorted(held.union(still), key=attrgetter("name")))
+        symbols_present = set().union(*map(symbols_in, parts))
+        symbols = tuple(sorted(symbols_present.union(still), key=attrgetter("name")))
         number = {s: k for k, s in enumerate(still)}
-        kinds = [(number.get(s), s if s in held else self._kind(s), s.is_positive) for s in symbols]
+        kinds = [
+            (number.get(s), s if s in symbols_present else self._kind(s), s.is_positive)
+            for s in symbols
+        ]
         key = *pattern, *map(id, parts), *kinds
         if key in self._shapes:
             shape = self._shapes[key]

@@ -250,15 +250,15 @@ class IndependentPart:
 
     Attributes
     ----------
-    kept
-        Independent ones.
+    numbers
+        Numbers of the independent ones.
     integrable
         Number of them that are integrable though no integral was found: they count to K.
     redundant
         Names of constraints that others imply, by number of the level.
     """
 
-    kept: tuple[int, ...]
+    numbers: tuple[int, ...]
     integrable: int
     redundant: Mapping[int, tuple[str, ...]]
 
@@ -299,15 +299,15 @@ def independent_constraints(
         [*closures, *(x.closure_equation() for x in levels)], everywhere, manifold, points
     )
     first = len(closures)
-    kept = tuple(k for k in range(len(levels)) if first + k not in dropped)
+    numbers = tuple(k for k in range(len(levels)) if first + k not in dropped)
     positional = [
         PfaffianForm((*(c.q for c in coordinates), t), _slope(c, coordinates, t)) for c in closures
     ]
-    forms = [*positional, *(levels[k].form(coordinates, t) for k in kept)]
+    forms = [*positional, *(levels[k].form(coordinates, t) for k in numbers)]
     scale = _curving(forms, [u * to_double(x) for u, x in zip(units, manifold.scale, strict=True)])
     integrable = integrable_rank(forms, points, [*scale, 1.0]) - len(closures)
     redundant = {k - first: tuple(names[j] for j in by) for k, by in dropped.items()}
-    return IndependentPart(kept, max(0, integrable), redundant)
+    return IndependentPart(numbers, max(0, integrable), redundant)
 
 
 def _curving(forms: Sequence[PfaffianForm], scale: Sequence[float]) -> list[float]:

@@ -80,8 +80,10 @@ def require_few_terms(derivation: Uncertified) -> None:
     rows = [entry for row in derivation.mass for entry in row.values()]
     count = sum(map(len, [*rows, *derivation.forcing]))
     if count > MOST_TERMS or not derivation.collected:
-        told = f"{count} terms in its mass matrix and forces: at most {MOST_TERMS} are written out"
-        raise _too_large(derivation.reduced, told)
+        reason = (
+            f"{count} terms in its mass matrix and forces: at most {MOST_TERMS} are written out"
+        )
+        raise _too_large(derivation.reduced, reason)
 
 
 def _too_large(reduced: Reduced, reason: str) -> InputError:
@@ -109,9 +111,9 @@ def derive_steps(
         One of the lines disagrees with the derivation.
     """
     reduced = derivation.reduced
-    collector = Collector.of(reduced)
+    collector = Collector.from_scene(reduced)
     loads = applied_forces(derivation)
-    applied = {s: -loads.of(s) for s in (*loads.positional, *loads.other)}
+    applied = {s: -loads.along(s) for s in (*loads.positional, *loads.dynamic)}
     bodies = body_steps(derivation, collector, applied)
     balances = virtual_work(derivation, collector, bodies, applied) if way == "dalembert" else ()
     steps = DerivationSteps(
@@ -174,8 +176,8 @@ def _undivided(shown: ShownEquation) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
 def _multiplied(coefficient: sp.Expr, factor: sp.Expr) -> sp.Expr:
     """A product whose number does not go into a sum."""
     number, product = coefficient.as_coeff_Mul(rational=True)
-    scale, other = factor.as_coeff_Mul(rational=True)
-    return scaled(number * scale, product * other)
+    scale, cofactor = factor.as_coeff_Mul(rational=True)
+    return scaled(number * scale, product * cofactor)
 
 
 #: Terms that a line may be multiplied out to; a longer one stays as it was derived.
@@ -201,7 +203,7 @@ class Collector:
     rates: tuple[sp.Symbol, ...]
 
     @classmethod
-    def of(cls, reduced: Reduced) -> Collector:
+    def from_scene(cls, reduced: Reduced) -> Collector:
         return cls(
             frozenset(f for m in reduced.masses for f in m.free_symbols),
             frozenset(reduced.names.parameters.values()),
@@ -267,13 +269,13 @@ def _component(
         (s, collector.collected(derivative(position, s)))
         for s in (*(c.q for c in reduced.coordinates), t)
     ]
-    kept = tuple((s, slope) for s, slope in partials if slope != 0)
+    nonzero = tuple((s, slope) for s, slope in partials if slope != 0)
     rates = {c.q: c.v for c in reduced.coordinates}
-    velocity = collector.collected(sp.Add(*(slope * rates.get(s, 1) for s, slope in kept)))
+    velocity = collector.collected(sp.Add(*(slope * rates.get(s, 1) for s, slope in nonzero)))
     return ComponentSteps(
         name=symbol.name,
         position=position,
-        partials=kept,
+        partials=nonzero,
         velocity=velocity,
         acceleration=collector.collected(along_motion(reduced, velocity)),
         force=collector.collected(force),

@@ -196,14 +196,16 @@ class _Conversion:
             return self.rate(value) if node.function == "ddot" else value
         name = own_function(node.function)
         if name in self.functions:
-            return self.own(self.functions[name], len(node.function) - len(name), arguments[0])
+            return self.scene_function(
+                self.functions[name], len(node.function) - len(name), arguments[0]
+            )
         if node.function == "norm":
             return self.root(node, sp.Add(*(a**2 for a in arguments)), sp.S.Half)
         if node.function == "sqrt":
             return self.root(node, arguments[0], sp.S.Half)
         return SYMPY_FUNCTIONS[node.function](*arguments)
 
-    def own(self, function: DeclaredFunction, order: int, argument: sp.Expr) -> sp.Expr:
+    def scene_function(self, function: DeclaredFunction, order: int, argument: sp.Expr) -> sp.Expr:
         """Apply a function of the scene, or a derivative of it."""
         if function.expression is None:
             return unknown_function(function.name + "'" * order, argument)

@@ -125,9 +125,9 @@ class Names:
 
     def _dependent(self, scene: Scene) -> Iterator[sp.Symbol]:
         """Declare the names that stand in ``kinetic`` and a constraint, and nowhere else."""
-        own = {s.name for body in self.body_symbols for s in body}
+        components = {s.name for body in self.body_symbols for s in body}
         for name in name_table(scene).cartesian:
-            if name not in own and name not in self.coordinates:
+            if name not in components and name not in self.coordinates:
                 yield self.cartesian.setdefault(name, self._place(name))
 
     def _is_bare_name(self, entry: Expression) -> bool:
@@ -187,7 +187,7 @@ class Names:
     def element(self, expression: Expression, rate: Rate | None = None) -> Element:
         """Convert an expression as :meth:`convert` does, and say of which shape it is."""
         expr, element = self._converted_element(expression, rate)
-        return element or self._shapes.of(expr)
+        return element or self._shapes.element(expr)
 
     def _converted_element(
         self, expression: Expression, rate: Rate | None

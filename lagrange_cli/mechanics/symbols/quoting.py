@@ -86,13 +86,15 @@ def coordinates_snippet(names: Sequence[str]) -> str:
     return f"coordinates: [{', '.join(map(_quoted, names))}]"
 
 
-def fewer_coordinates_snippet(scene: Scene, kept: Sequence[str], dropped: Mapping[str, str]) -> str:
+def fewer_coordinates_snippet(
+    scene: Scene, remaining: Sequence[str], dropped: Mapping[str, str]
+) -> str:
     """Write ``coordinates`` without some names, and the sections that depend on them.
 
     A dropped name that is not Cartesian gets its value from a definition from then on, and
     loses its entries in ``initial`` and ``near``.
     """
-    lines, used = [coordinates_snippet(kept)], _used(scene)
+    lines, used = [coordinates_snippet(remaining)], _used(scene)
     freed = {name: value for name, value in dropped.items() if name not in _cartesian(scene)}
     if not freed.keys().isdisjoint(used):
         definitions = {d.name: d.expression.text for d in scene.definitions}
@@ -171,8 +173,8 @@ def one_sided_snippet(one_sided: Unilateral, more: sp.Rational, bound: sp.Expr |
     text = f"{left} {written.relation} {right}"
     if one_sided.restitution is None:
         return f"{one_sided.name}: {_quoted(text)}"
-    kept = one_sided.restitution.text
-    return f'{one_sided.name}: {{unilateral: "{text}", restitution: {_quoted(kept)}}}'
+    restitution = one_sided.restitution.text
+    return f'{one_sided.name}: {{unilateral: "{text}", restitution: {_quoted(restitution)}}}'
 
 
 def section_snippet(section: str, values: Mapping[str, str]) -> str:

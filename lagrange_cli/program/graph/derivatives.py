@@ -113,7 +113,10 @@ def _added(values: ValueGraph, terms: Sequence[tuple[Coefficient, Tangent]]) -> 
     for coefficient, tangent in terms:
         for by, value in tangent.items():
             parts.setdefault(by, []).append(scaled(value, coefficient))
-    sums = {by: of[0] if len(of) == 1 else values.add(of) for by, of in parts.items()}
+    sums = {
+        by: summands[0] if len(summands) == 1 else values.add(summands)
+        for by, summands in parts.items()
+    }
     return {by: value for by, value in sums.items() if value[0]}
 
 
@@ -277,8 +280,8 @@ def evaluated(
         if isinstance(node, InputNode):
             known[node_number] = inputs[node.name]
         elif isinstance(node, SumNode):
-            first, *rest = (scaled(c, part) for part, c in node.terms)
-            known[node_number] = sum(rest, first)
+            first, *summands = (scaled(c, part) for part, c in node.terms)
+            known[node_number] = sum(summands, first)
         elif isinstance(node, ProductNode):
             result = known[ONE]
             for part, exponent in node.factors:

@@ -182,10 +182,12 @@ def solve_jacobian(
             continue
         compliant = bool(closures and equations.contacts)
         number = {column: k for k, column in enumerate(columns)}
-        given = [(i, number[k], x) for i, row in enumerate(right) for k, x in sorted(row.items())]
-        places = tuple((i, k) for i, k, _ in given)
+        stored_entries = [
+            (i, number[k], x) for i, row in enumerate(right) for k, x in sorted(row.items())
+        ]
+        places = tuple((i, k) for i, k, _ in stored_entries)
         blocks.append(ColumnBlock(members, closures, compliant, columns, places))
-        outputs["dense_forcing"] += (x for _, _, x in given)
+        outputs["dense_forcing"] += (x for _, _, x in stored_entries)
         dense, none = outputs["dense_matrix"], (0, 0)
         dense += (matrix[i].get(j, none) for k, i in enumerate(members) for j in members[k:])
         dense += (gradients[k].get(j, none) for k in closures for j in members)
@@ -219,14 +221,14 @@ def changes_along(
 
     ``seeds``: derivatives of input nodes along the directions.
     """
-    a = [given(values, f"a{i}") for i in range(len(matrix))]
+    a = [input_value(values, f"a{i}") for i in range(len(matrix))]
     residuals = [
         [product(values, entry, a[j]) for j, entry in row.items()]
         + [scaled(values.convert(f), _MINUS)]
         for row, f in zip(matrix, system.right, strict=True)
     ]
     for k, row in enumerate(gradients):
-        push = scaled(given(values, f"l{k}"), _MINUS)
+        push = scaled(input_value(values, f"l{k}"), _MINUS)
         for j, entry in row.items():
             residuals[j].append(product(values, push, entry))
     for row, (_, bias) in zip(gradients, system.closures, strict=True):
@@ -236,7 +238,7 @@ def changes_along(
     return [{k: scaled(x, _MINUS) for k, x in tangent.items()} for tangent in tangents]
 
 
-def given(values: ValueGraph, name: str) -> ScaledNode:
+def input_value(values: ValueGraph, name: str) -> ScaledNode:
     """Return an acceleration or a multiplier that is handed over."""
     return 1, values.intern(InputNode(name), _GIVEN)
 

@@ -25,7 +25,7 @@ from lagrange_cli.program.solvers.blocks import (
     inertia_rows,
     substituted,
 )
-from lagrange_cli.program.solvers.jacobians import changes_along, given
+from lagrange_cli.program.solvers.jacobians import changes_along, input_value
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -55,7 +55,7 @@ def with_sensitivities(
     rights = changes_along(values, system, matrix, [], _seeds(values, equations, n))
     accelerations = iter(outputs["acceleration"])
     solved = {i: next(accelerations) for block in blocks for i in block.coordinates}
-    known = {given(values, f"a{i}")[1]: value for i, value in solved.items()}
+    known = {input_value(values, f"a{i}")[1]: value for i, value in solved.items()}
     added = {name: list(nodes) for name, nodes in outputs.items()}
     pivots, scales = iter(outputs["pivots"]), iter(outputs["scales"])
     further = []

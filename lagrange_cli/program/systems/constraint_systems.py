@@ -56,7 +56,7 @@ def times(weight: Expr, row: Sequence[Expr]) -> Sequence[Expr]:
     return ExpressionRow(len(row), {j: weight * entry for j, entry in entries(row).items()})
 
 
-def rest(e: Equations) -> list[Expr]:
+def no_forces(e: Equations) -> list[Expr]:
     """The right-hand side of a change that no force brings about."""
     return [sympy.S.Zero] * len(e.coordinates)
 
@@ -89,14 +89,14 @@ def systems_of(closures: _Choice) -> dict[str, Callable[[Equations], MassMatrixS
 
     def position_change(e: Equations) -> MassMatrixSystem:
         weighted = _of_positions(closures(e))
-        return system_of(weighted, rest(e), (c.expression for c, _ in weighted))
+        return system_of(weighted, no_forces(e), (c.expression for c, _ in weighted))
 
     return {
         "acceleration": lambda e: system_of(closures(e), e.forcing, biases(e), whole=True),
         "multipliers": lambda e: system_of(closures(e), e.forcing, biases(e), multipliers=True),
         "position_change": position_change,
         "velocity_change": lambda e: system_of(
-            closures(e), rest(e), (_rate_of(c, e) for c, _ in closures(e))
+            closures(e), no_forces(e), (_rate_of(c, e) for c, _ in closures(e))
         ),
     }
 
@@ -115,7 +115,7 @@ def _shifted_change(e: Equations) -> MassMatrixSystem:
     gradients at the positions (RATTLE; *Geometric Numerical Integration*, VII.1.4)."""
     there = {c.q: c.v for c in e.coordinates}
     weighted = _of_positions(_plain(e))
-    return system_of(weighted, rest(e), (c.expression.xreplace(there) for c, _ in weighted))
+    return system_of(weighted, no_forces(e), (c.expression.xreplace(there) for c, _ in weighted))
 
 
 #: Output → the system with the mass matrix that it solves.

@@ -20,9 +20,9 @@ import sympy
 from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.program.solvers.blocks import MassMatrixSystem
 from lagrange_cli.program.systems.constraint_systems import (
+    no_forces,
     outputs_of,
     residual_size,
-    rest,
     system_of,
     systems_of,
     times,
@@ -59,7 +59,7 @@ def _weighted(e: Equations) -> list[tuple[Closure, Expr]]:
 
 def _impulse(e: Equations) -> MassMatrixSystem:
     changes = [*(sympy.S.Zero for _ in e.closures), *_targets(e)]
-    return system_of(_weighted(e), rest(e), changes)
+    return system_of(_weighted(e), no_forces(e), changes)
 
 
 def _targets(e: Equations) -> list[Expr]:

@@ -141,7 +141,7 @@ class DirectDerivation:
         self._masses: dict[tuple[int, int], list[ScaledNode]] = {}
         self._forces: list[list[ScaledNode]] = [[] for _ in range(self._n)]
         self._add_particles()
-        self._add_energy(values.convert(self._sources.rest))
+        self._add_energy(values.convert(self._sources.other_lagrangian))
         self._add_forces()
         self.mass: list[dict[int, ScaledNode]] = [{} for _ in range(self._n)]
         for (j, k), terms in self._masses.items():
@@ -209,18 +209,18 @@ class DirectDerivation:
             for place, (_, number) in enumerate(convective)
             if isinstance(values.nodes[number], ProductNode)
         )
-        for (j, c, a), held in holders.items():
-            for part in (*(1 << place for place in _bits(held & alone)), held & ~alone):
+        for (j, c, a), components in holders.items():
+            for part in (*(1 << place for place in _bits(components & alone)), components & ~alone):
                 push = product(values, (c, a), inertia_of[part])
                 self._forces[j].append(scaled(push, _MINUS))
 
-    def _add_energy(self, rest: ScaledNode) -> None:
+    def _add_energy(self, energy: ScaledNode) -> None:
         """Add the Euler–Lagrange expression of the other part of the Lagrangian."""
         values = self.values
-        (slopes,) = derivatives(values, [rest], self._by_q)
+        (slopes,) = derivatives(values, [energy], self._by_q)
         for j, slope in slopes.items():
             self._forces[j].append(slope)
-        (momenta,) = derivatives(values, [rest], self._by_v)
+        (momenta,) = derivatives(values, [energy], self._by_v)
         rows = derivatives(values, list(momenta.values()), self._by_v)
         rates = self._rate(list(momenta.values()))
         for j, row, rate in zip(momenta, rows, rates, strict=True):
@@ -271,7 +271,7 @@ class DirectDerivation:
         """
         values, equations, sources = self.values.copy(), self._equations, self._sources
 
-        def given(name: str) -> ScaledNode:
+        def solution_value(name: str) -> ScaledNode:
             return 1, values.intern(InputNode(name), _GIVEN)
 
         upper = [(j, k) for j, row in enumerate(self.mass) for k in row if j <= k]
@@ -282,8 +282,8 @@ class DirectDerivation:
         ]
         wanted = [
             *self.forcing,
-            *(given(f"a{k}") for k in range(self._n)),
-            *(given(f"l{k}") for k in range(len(equations.pushing))),
+            *(solution_value(f"a{k}") for k in range(self._n)),
+            *(solution_value(f"l{k}") for k in range(len(equations.pushing))),
             *(self.mass[j][k] for j, k in upper),
             *(slope for _, _, slope in pushed),
         ]
@@ -429,18 +429,18 @@ def _of_particles(values: ValueGraph, equations: Equations) -> Iterator[ScaledNo
         for tangent in derivatives(values, positions, seeds)
     ]
     for k, particle in enumerate(equations.particles):
-        own = slice(3 * k, 3 * k + 3)
-        square = values.add([*squares[own], *squares[len(positions) :][own]])
+        axes = slice(3 * k, 3 * k + 3)
+        square = values.add([*squares[axes], *squares[len(positions) :][axes]])
         yield product(values, values.convert(particle.mass), square)
 
 
 def _of_others(values: ValueGraph, equations: Equations) -> Iterator[ScaledNode]:
     """Yield the terms of Σ q̇ ∂L'/∂q̇ − L'."""
     assert equations.sources is not None
-    rest = values.convert(equations.sources.rest)
+    remainder = values.convert(equations.sources.other_lagrangian)
     velocities = [values.convert(c.v) for c in equations.coordinates]
     seeds = {number: {k: UNIT} for k, (_, number) in enumerate(velocities)}
-    (momenta,) = derivatives(values, [rest], seeds)
+    (momenta,) = derivatives(values, [remainder], seeds)
     for k, momentum in momenta.items():
         yield product(values, velocities[k], momentum)
-    yield scaled(rest, -1)
+    yield scaled(remainder, -1)

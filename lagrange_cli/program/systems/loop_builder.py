@@ -278,11 +278,11 @@ def _depth(expression: Expr, depth: dict[Expr, int], chosen: set[Expr]) -> int:
 def _pruned(loop: IndexedLoop) -> IndexedLoop:
     """Drop the inputs of a loop that nothing reads."""
     read = loop.read
-    kept = [k for k in range(len(loop.inputs)) if f"l{k}" in read]
-    new = {f"l{k}": Variable(f"l{number}") for number, k in enumerate(kept)}
+    used = [k for k in range(len(loop.inputs)) if f"l{k}" in read]
+    new = {f"l{k}": Variable(f"l{number}") for number, k in enumerate(used)}
     return IndexedLoop(
         loop.members,
-        tuple(loop.inputs[k] for k in kept),
+        tuple(loop.inputs[k] for k in used),
         tuple((name, renamed(operand, new)) for name, operand in loop.assignments),
         tuple((column, renamed(operand, new)) for column, operand in loop.results),
     )

@@ -108,7 +108,7 @@ def test_templates_leave_products_as_they_are_written():
 def test_expressions_of_one_shape_are_told():
     shapes = Shapes()
     names = [sp.Symbol(f"u{k:02}", real=True) for k in range(12)]
-    elements = [shapes.of(spring(*names[k : k + 4])) for k in range(9)]
+    elements = [shapes.element(spring(*names[k : k + 4])) for k in range(9)]
     assert len({element.shape for element in elements}) == 1
     for expr, shape, symbols in elements:
         assert raw(shape.template.over(symbols)) == raw(expr)
@@ -118,7 +118,7 @@ def test_another_order_or_kind_of_names_is_another_shape():
     u, v, w = named("uvw")
     positive = sp.Symbol("u", positive=True)
     shapes = Shapes()
-    first, alike, *others = (shapes.of(e) for e in (u - v, v - w, v - u, A * u, positive - v))
+    first, alike, *others = (shapes.element(e) for e in (u - v, v - w, v - u, A * u, positive - v))
     assert first.shape is alike.shape
     assert len({element.shape for element in (first, *others)}) == 4
 

@@ -163,9 +163,9 @@ FORMS: dict[str, Callable[..., sp.Expr]] = {
 def test_members_are_what_their_symbols_say(form: str, pair: tuple[int, int]) -> None:
     """The first of the family is that of q9 and q10."""
     families = ShapeClasses(COORDINATES, lambda expr: expr)
-    families.of(FORMS[form](COORDINATES[0], COORDINATES[1]))
+    families.instance(FORMS[form](COORDINATES[0], COORDINATES[1]))
     wanted = FORMS[form](COORDINATES[pair[0]], COORDINATES[pair[1]])
-    member = families.of(wanted)
+    member = families.instance(wanted)
     assert sp.expand(member.renamed(member.result) - wanted) == 0
 
 

@@ -322,7 +322,7 @@ def test_a_missing_normal_part_is_noticed(monkeypatch):
 
     def without_weight(derivation):
         found = original(derivation)
-        return forces.AppliedForces({}, found.other, found.unattached)
+        return forces.AppliedForces({}, found.dynamic, found.unattached)
 
     monkeypatch.setattr(forces, "applied_forces", without_weight)
     with pytest.raises(InternalError):
