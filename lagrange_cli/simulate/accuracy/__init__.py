@@ -12,5 +12,6 @@ __all__ = [
     "event_agreement",
     "measured",
     "method_selection",
+    "tuning",
     "user_method",
 ]

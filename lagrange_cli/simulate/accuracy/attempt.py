@@ -21,7 +21,7 @@ from lagrange_cli.simulate.accuracy.event_agreement import (
 )
 from lagrange_cli.simulate.accuracy.grazes import Grazes, first_graze
 from lagrange_cli.simulate.accuracy.method_selection import NOISE_PART, CoarseResult
-from lagrange_cli.simulate.accuracy.tuning import AttemptTuning
+from lagrange_cli.simulate.accuracy.tuning import ATTEMPT
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Loosening, SavedState
@@ -96,9 +96,6 @@ class ToleranceSchedule:
         return bool((first < self._smallest * self._coarse.scales).any())
 
 
-_TUNING = AttemptTuning()
-
-
 @dataclass
 class _March:
     """Progress of runs that advance in turn.
@@ -136,26 +133,26 @@ class Attempt:
         self._tolerances = ToleranceSchedule(problem, coarse, number)
         method = coarse.method
         # Where the longest step rules instead of the tolerance, it must differ too.
-        longer = _TUNING.looser ** (1 / method.order)
+        longer = ATTEMPT.looser ** (1 / method.order)
         looser = None if before is None else before.looser_for(self.arithmetic)
         self._longest = problem.longest_step
         if number > 0 and before is not None:
-            self._longest = before._longest / (_TUNING.shorter if looser is None else longer)
+            self._longest = before._longest / (ATTEMPT.shorter if looser is None else longer)
         #: Runs that are not an earlier attempt's.
         self._own_runs: list[Run] = []
         self.run = self._start(method, tolerance)
         self._looser = looser or self._start(
-            method, tolerance * _TUNING.looser, longer=longer, off=1
+            method, tolerance * ATTEMPT.looser, longer=longer, off=1
         )
         self._perturbed = self._start(
             self._perturbed_method(method),
-            tolerance * _TUNING.perturbed,
-            longer=_TUNING.perturbed_step,
+            tolerance * ATTEMPT.perturbed,
+            longer=ATTEMPT.perturbed_step,
             off=2,
         )
-        expected = max(coarse.evaluations, _TUNING.few_evaluations)
-        each = _TUNING.gauss if method is INTEGRATORS["Gauss16"] else 1.0
-        self._most: float = _TUNING.lost * each * self._growth(tolerance) * expected
+        expected = max(coarse.evaluations, ATTEMPT.few_evaluations)
+        each = ATTEMPT.gauss if method is INTEGRATORS["Gauss16"] else 1.0
+        self._most: float = ATTEMPT.lost * each * self._growth(tolerance) * expected
         self._march_at = _March()
         self._runs = self.run, self._looser, self._perturbed
         self._estimated: ErrorEstimate | None = None
@@ -237,10 +234,10 @@ class Attempt:
         """Samples between two looks at the errors: a look costs little beside the runs."""
         samples = len(self._problem.times)
         if self.wider:
-            return max(_TUNING.block_wider, samples // _TUNING.most_blocks)
+            return max(ATTEMPT.block_wider, samples // ATTEMPT.most_blocks)
         expected = self._coarse.evaluations * self._growth(self.tolerance)
-        looks = min(expected / _TUNING.look, _TUNING.most_blocks)
-        return max(_TUNING.block, math.ceil(samples / max(looks, 1)))
+        looks = min(expected / ATTEMPT.look, ATTEMPT.most_blocks)
+        return max(ATTEMPT.block, math.ceil(samples / max(looks, 1)))
 
     def state(self) -> SavedState:
         """Return all that the runs go on from, as plain values."""
@@ -301,8 +298,8 @@ class Attempt:
     def _weights(self) -> tuple[float, float, float]:
         """Weights of the distances of the run, the looser and the perturbed one from the run."""
         alone = self._looser not in self._own_runs
-        weight = _TUNING.only_rounding_weight if alone else _TUNING.rounding_weight
-        return 0.0, _TUNING.looser_weight, weight
+        weight = ATTEMPT.only_rounding_weight if alone else ATTEMPT.rounding_weight
+        return 0.0, ATTEMPT.looser_weight, weight
 
     @property
     def events(self) -> EventAgreement | None:
@@ -311,7 +308,7 @@ class Attempt:
         if not isinstance(rhs, HybridRhs):
             return None
         switches = [run.switches for run in self._runs]
-        near = _TUNING.close * self._eps * problem.span
+        near = ATTEMPT.close * self._eps * problem.span
         reached = [run.t for run in self._runs]
         agreed = event_agreement(switches, reached, self._weights, problem.until, near)
         grazes = Grazes(rhs, self._eps, self._coarse.scales, problem.until)
@@ -336,7 +333,7 @@ class Attempt:
         seen = np.abs(self.run.rows[first:last]).max(axis=0)
         scales = np.maximum(self._coarse.scales, seen)
         beyond = (
-            _TUNING.missed if self._reached < _TUNING.early and not self._last else _TUNING.hopeless
+            ATTEMPT.missed if self._reached < ATTEMPT.early and not self._last else ATTEMPT.hopeless
         )
         return bool((errors > beyond * self._eps * scales).any())
 
@@ -372,9 +369,9 @@ class Attempt:
     def looser_for(self, arithmetic: str) -> Run | None:
         """Return the run as looser companion of another attempt; None if its error is too large."""
         ended = self.complete and self.failure is None
-        reused = _TUNING.reused
+        reused = ATTEMPT.reused
         if arithmetic != self.arithmetic:
-            reused = _TUNING.reused_in_other_arithmetic
+            reused = ATTEMPT.reused_in_other_arithmetic
         near = ended and self.error_estimate().excess <= reused
         return self.run if near else None
 
@@ -388,7 +385,7 @@ class Attempt:
         failure = next((run.failure for run in self._runs if run.failure is not None), None)
         times = [run.t for run in self._runs]
         ended = all(run.failure is not None or self._spent(run) for run in self._runs)
-        same = max(times) - min(times) <= _TUNING.same_end * self._problem.span
+        same = max(times) - min(times) <= ATTEMPT.same_end * self._problem.span
         return failure if ended and same else None
 
     @property
@@ -409,12 +406,12 @@ class Attempt:
     def reduction(self) -> float:
         """Factor by which the next tolerance is smaller: the expected excess with a margin."""
         near = self.looser_for(self.arithmetic) is not None
-        return _TUNING.looser if near else max(10 * self.expected_excess, 30.0)
+        return ATTEMPT.looser if near else max(10 * self.expected_excess, 30.0)
 
     @property
     def expected_excess(self) -> float:
         """Error over eps that is expected at the end, 1 or more."""
-        excess, most = self.error_estimate().excess, costing_as(_TUNING.most_excess, self)
+        excess, most = self.error_estimate().excess, costing_as(ATTEMPT.most_excess, self)
         excess = max(excess, 1.0) if np.isfinite(excess) else most
         if not self.wider:
             return float(min(excess / self._reached**2, most))

@@ -36,7 +36,7 @@ from lagrange_cli.simulate.accuracy.method_selection import (
     reason_for_method,
     restored_or_coarse_result,
 )
-from lagrange_cli.simulate.accuracy.tuning import ScheduleTuning
+from lagrange_cli.simulate.accuracy.tuning import SCHEDULE
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch
@@ -45,8 +45,6 @@ from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
 from lagrange_cli.simulate.samples import RowSequence, first_rows, windows
 from lagrange_cli.simulate.sharpness import watching
-
-_TUNING = ScheduleTuning()
 
 #: One unit in the last place below 1.
 _LAST_PLACE = float(np.finfo(float).epsneg)
@@ -101,8 +99,8 @@ def integrate_to_accuracy(
 
 def _first_tolerance(problem: InitialValueProblem, eps: float, method: type[Integrator]) -> float:
     """Return the tolerance of the first attempt, relative to scales."""
-    part = _TUNING.first_gauss if method is INTEGRATORS["Gauss16"] else _TUNING.first
-    return min(part * eps * (_TUNING.read_off if problem.read_off else 1.0), _TUNING.largest)
+    part = SCHEDULE.first_gauss if method is INTEGRATORS["Gauss16"] else SCHEDULE.first
+    return min(part * eps * (SCHEDULE.read_off if problem.read_off else 1.0), SCHEDULE.largest)
 
 
 def _refuse_below_floor(problem: InitialValueProblem, eps: float, scales: Array) -> None:
@@ -183,8 +181,8 @@ def _attempt_wider(
         if wider is not None:
             wider = replace(wider, unsampled=problem.unsampled)
             last = attempts[-1]
-            excess = min(last.expected_excess, costing_as(_TUNING.most_excess_wider, last))
-            first = min(last.tolerance, _TUNING.first_wider) / excess
+            excess = min(last.expected_excess, costing_as(SCHEDULE.most_excess_wider, last))
+            first = min(last.tolerance, SCHEDULE.first_wider) / excess
             method = explicit_method(wider)
             finer = replace(coarse.finer(wider.epsilon / problem.epsilon), method=method)
             _attempt(wider, eps, finer, first, attempts, watch, keeper)
@@ -200,7 +198,7 @@ def _smallest_tolerance(problem: InitialValueProblem, coarse: CoarseResult) -> f
     # Steps finer than the noise of the right-hand side are of no use.
     steps = finer * ulps(problem.y0[:n]) / coarse.scales[:n] / 8
     noise = float(max([NOISE_PART * coarse.relative_noise, *steps.tolist()]))
-    least = _TUNING.smallest_implicit if coarse.stiff else _TUNING.smallest_explicit
+    least = SCHEDULE.smallest_implicit if coarse.stiff else SCHEDULE.smallest_explicit
     return max(finer * least, noise)
 
 
@@ -208,9 +206,9 @@ def _tolerances(
     smallest: float, first: float, attempts: list[Attempt], *, wider: bool
 ) -> Iterator[float]:
     """Yield the tolerance schedule, until the last attempt settles the matter."""
-    tolerance = first if first > _TUNING.near_smallest * smallest else smallest
+    tolerance = first if first > SCHEDULE.near_smallest * smallest else smallest
     yield tolerance
-    while not attempts[-1].settled and len(attempts) < _TUNING.most_attempts:
+    while not attempts[-1].settled and len(attempts) < SCHEDULE.most_attempts:
         if tolerance == smallest and not attempts[-1].loose_at_first:
             return
         if wider and not _worthwhile(attempts):
@@ -229,8 +227,8 @@ def _worthwhile(attempts: list[Attempt]) -> bool:
     if len(attempts) < 2:
         return True
     before, last = (attempt.error_estimate() for attempt in attempts[-2:])
-    further = last.samples > _TUNING.worthwhile * before.samples
-    return further or last.excess * _TUNING.closer < before.excess
+    further = last.samples > SCHEDULE.worthwhile * before.samples
+    return further or last.excess * SCHEDULE.closer < before.excess
 
 
 def _measured(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -130,3 +130,88 @@ class AttemptTuning:
     lost: float = 4.0
     gauss: float = 4.0
     few_evaluations: int = 500
+
+
+@dataclass(frozen=True)
+class BatchedTuning:
+    """Tuned numbers of batched runs, whose members are lanes of vectors.
+
+    Attributes
+    ----------
+    schedule, attempt
+        Those that single runs have as well.
+    second
+        Tolerance of the second attempt in doubles, as a part of eps.
+    wider
+        Tolerance in wider arithmetic: the error that remains is what the last place of the start
+        causes.
+    lowest_order, highest_order
+        Orders of the Taylor series.
+    above
+        Orders above the one whose coefficients are the cheapest for a tolerance (Jorba and Zou):
+        steps cost more than their coefficients.
+    most_steps
+        Steps of a run after which a member is left to a single run, which asks whether it is stiff.
+    glances, glances_driven
+        Slopes within the whole time that are compared with the right-hand side, and their number if
+        a function depends on time.
+    forgiven, least_forgiven
+        Error of slopes that a step forgives, as a part of the accuracy, and its lower bound.
+    only_weight
+        Weight of the distance of the looser companion where there is no other: by chance it may
+        have come to the same place as the run.
+    pattern_weight
+        Weight of each distance where eight companions have been perturbed by different patterns:
+        eight hardly come where only the run has gone.
+    more_patterns
+        Patterns of the six further companions of a run at the smallest tolerance, where rounding is
+        all that makes runs differ. They fill the lanes of one register, so that they take as long
+        as one.
+    least_of_one
+        Smallest tolerance at which one companion may decide: below it rounding may be what moves
+        the run.
+    """
+
+    schedule: ScheduleTuning
+    attempt: AttemptTuning
+    second: float = 1e-7
+    wider: float = 1e-17
+    lowest_order: int = 6
+    highest_order: int = 24
+    above: int = 2
+    most_steps: int = 20_000
+    glances: int = 768
+    glances_driven: int = 3072
+    forgiven: float = 1e-2
+    least_forgiven: float = 1e-13
+    only_weight: float = 20.0
+    pattern_weight: float = 0.25
+    more_patterns: tuple[int, ...] = tuple(range(3, 9))
+    least_of_one: float = 1e-15
+
+    def weights(self, companions: int) -> tuple[float, ...]:
+        """Return the weights of the distances from 1, 2 or 8 companions."""
+        if companions == 1:
+            return (self.only_weight,)
+        if companions == 2:
+            return self.attempt.looser_weight, self.attempt.rounding_weight
+        return (self.pattern_weight,) * companions
+
+
+#: Tuned numbers of single runs.
+SCHEDULE, ATTEMPT = ScheduleTuning(), AttemptTuning()
+
+#: Tuned numbers of batched runs: those of single runs but for four, with which
+#: benchmarks/member_calibration.py finds no member above its accuracy.
+#:
+#: ``first`` is smaller, since no coarse run tells what a motion loses, a second attempt leaves most
+#: lanes empty, and a Taylor series reaches a smaller tolerance by its order, at little cost.
+#: ``looser`` is smaller, since the weight of an only companion multiplies its distance: some three
+#: errors of the run instead of nine. The ``perturbed`` companion is more accurate than the run
+#: instead of less, and its ``perturbed_step`` shorter: only members that one companion does not
+#: decide have it, so that its cost matters less than its own error; of one order more, it would
+#: otherwise step at nearly the run's times.
+BATCHED = BatchedTuning(
+    replace(SCHEDULE, first=1e-5),
+    replace(ATTEMPT, looser=4.0, perturbed=0.5, perturbed_step=0.8),
+)

@@ -26,8 +26,8 @@ from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, error_estimate
 from lagrange_cli.simulate.accuracy.measured import Measured, limiting_component
+from lagrange_cli.simulate.accuracy.tuning import BATCHED
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.ensemble.run.batched_runs import BatchedRuns
 from lagrange_cli.simulate.integrators.native.batched_taylor import (
     BatchedMotions,
     BatchedSamples,
@@ -46,62 +46,70 @@ from lagrange_cli.simulate.toolchain.shared_library import CSource, load_librari
 #: Name of the method in reports.
 METHOD = "Taylor"
 
-#: Tolerances that are tried in doubles, as parts of the accuracy; set by hand.
-_TOLERANCES = (1e-5, 1e-7)
-
-#: Smallest tolerance in doubles.
-_SMALLEST_TOLERANCE = 1e-16
-
-#: Tolerance below which no second one is tried.
-_WORTHWHILE = 1e-16
-
-#: The tolerance in wider arithmetic: what remains is what the last place of the start does.
-_WIDER_TOLERANCE = 1e-17
-
-#: Lowest and highest order.
-_ORDERS = (6, 24)
-
-#: Orders above the one whose coefficients are the cheapest for a tolerance (Jorba and Zou): steps
-#: cost more than their coefficients.
-_ABOVE = 2
-
-#: Steps of a run after which a member is left to a single run, which asks whether it is stiff.
-_MOST_STEPS = 20_000
-
-#: Slopes that are looked at within the whole time.
-_GLANCES = 768
-
-#: The same if something depends on time.
-_GLANCES_DRIVEN = 3072
-
-#: Error of slopes that a step forgives, as a part of the accuracy.
-_FORGIVEN = 1e-2
-
-#: The same at least.
-_FORGIVEN_AT_LEAST = 1e-13
-
-#: The longest step of the perturbed companion beside that of the run.
-_SHORTER = 0.8
-
-#: The tolerance of the looser run beside that of the run.
-_LOOSER = 4.0
-
-#: Weights of the distances from companions, by the number of these. Chance may have brought one
-#: alone to the same place as the run; eight hardly come where only the run has gone.
-_WEIGHTS = {1: (20.0,), 2: (2.0, 3.0), 8: (0.25,) * 8}
-
-#: Patterns of six companions more, where rounding is all that is left to make runs differ. They
-#: take as long as one: a lane each.
-_MORE_PATTERNS = range(3, 9)
-
-#: The tolerance of the perturbed companion beside the run's: its steps fall on other times.
-_OTHER_STEPS = 0.5
-
-#: The tolerance below which a run has two companions: rounding may be what moves it.
-_LEAST_OF_ONE = 1e-15
-
 _Flags: TypeAlias = NDArray[np.bool_]
 _Integers: TypeAlias = NDArray[np.int64]
+Indices: TypeAlias = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class BatchedRuns:
+    """Runs of some members in lanes of vectors.
+
+    Attributes
+    ----------
+    numbers
+        Numbers of the members, shape (m,).
+    states
+        States at the samples, shape (m, samples, 2n).
+    scales
+        Scales of the states, shape (m, 2n).
+    estimate
+        Estimated errors, relative to scales, shape (m,); infinite before a companion.
+    steps, evaluations
+        Steps and right-hand sides of the runs; a coefficient of the slope counts as one.
+    all_evaluations
+        Right-hand sides of the runs and their companions.
+    companions
+        States of the companions if an accuracy is promised, each shaped as ``states``.
+    """
+
+    numbers: Indices
+    states: Array
+    scales: Array
+    estimate: Array
+    steps: _Integers
+    evaluations: _Integers
+    all_evaluations: _Integers
+    companions: tuple[Array, ...] = ()
+
+    def only(self, which: Indices) -> BatchedRuns:
+        """Return some of them; all of them are not copied."""
+        return self if len(which) == len(self.numbers) else self._some(which)
+
+    def decided(self, eps: float) -> BatchedRuns:
+        """Return the runs whose estimate is below an accuracy, without companions."""
+        return replace(self, companions=()).only(np.flatnonzero(self.estimate < eps))
+
+    def undecided(self, eps: float) -> BatchedRuns:
+        """Return the runs whose estimate is finite, but not below an accuracy."""
+        return self.only(np.flatnonzero((self.estimate >= eps) & np.isfinite(self.estimate)))
+
+    def in_turn(self, count: int) -> Iterator[BatchedRuns]:
+        """Yield ``count`` of them at a time, not copied."""
+        for first in range(0, len(self.numbers), count):
+            yield self._some(slice(first, first + count))
+
+    def _some(self, which: Indices | slice) -> BatchedRuns:
+        return BatchedRuns(
+            self.numbers[which],
+            self.states[which],
+            self.scales[which],
+            self.estimate[which],
+            self.steps[which],
+            self.evaluations[which],
+            self.all_evaluations[which],
+            tuple(companion[which] for companion in self.companions),
+        )
 
 
 def batched_members(
@@ -232,7 +240,7 @@ class BatchedMembers:
         """Gather what is known of a run that misses an accuracy, number k of some."""
         states, *companions = (states[k] for states in (runs.states, *runs.companions))
         distances = (np.abs(companion - states) for companion in companions)
-        errors = sum(w * far for w, far in zip(_WEIGHTS[2], distances, strict=True))
+        errors = sum(w * far for w, far in zip(BATCHED.weights(2), distances, strict=True))
         estimate = error_estimate(self.problem, eps, states, errors, np.zeros(len(states)))
         return Measured(
             states=states[: estimate.samples].copy(),
@@ -266,12 +274,12 @@ class BatchedMembers:
         return runs.only(np.flatnonzero(run.filled == len(times)))
 
     def _steps(self, tolerance: float, higher: int = 0, longer: float = 1.0) -> TaylorSteps:
-        order = round(2 - math.log(tolerance) / 2) + _ABOVE
+        order = round(2 - math.log(tolerance) / 2) + BATCHED.above
         return TaylorSteps(
-            min(max(order, _ORDERS[0]), _ORDERS[1]) + higher,
+            min(max(order, BATCHED.lowest_order), BATCHED.highest_order) + higher,
             tolerance,
             longer * self.problem.longest_step,
-            _MOST_STEPS,
+            BATCHED.most_steps,
         )
 
     def _attempt(
@@ -286,7 +294,7 @@ class BatchedMembers:
         """Runs at one tolerance of those members that reach the end: first of those that one
         companion shows to be accurate, then of the others, which have two."""
         steps = self._steps(tolerance)
-        forgiven = max(_FORGIVEN * eps, _FORGIVEN_AT_LEAST)
+        forgiven = max(BATCHED.forgiven * eps, BATCHED.least_forgiven)
         # What happens between the times of expansion was looked at before.
         glance = self._glance if motions is self.motions else 0.0
         looked = replace(steps, glance=glance, forgiven=forgiven)
@@ -325,14 +333,15 @@ class BatchedMembers:
             return self._beside(runs, companions, companion_steps.order)
 
         ended = followed(ended, [1], self._looser(steps))
-        if tolerance >= _LEAST_OF_ONE:
+        if tolerance >= BATCHED.least_of_one:
             yield ended.decided(eps)
             ended = ended.undecided(eps)
-        perturbed = self._steps(_OTHER_STEPS * tolerance, 1, _SHORTER)
+        tuning = BATCHED.attempt
+        perturbed = self._steps(tuning.perturbed * tolerance, 1, tuning.perturbed_step)
         ended = followed(ended, [2], perturbed)
-        if motions is self.motions and tolerance <= _SMALLEST_TOLERANCE:
+        if motions is self.motions and tolerance <= BATCHED.schedule.smallest_explicit:
             yield ended.decided(eps)
-            ended = followed(ended.undecided(eps), _MORE_PATTERNS, perturbed)
+            ended = followed(ended.undecided(eps), BATCHED.more_patterns, perturbed)
         yield ended
 
     def _beside(self, runs: BatchedRuns, motions: BatchedMotions, order: int) -> BatchedRuns:
@@ -350,14 +359,15 @@ class BatchedMembers:
 
     def _looser(self, steps: TaylorSteps) -> TaylorSteps:
         """Loosen steps at the same order, so that errors grow with the tolerance."""
-        tolerance, longer = _LOOSER * steps.tolerance, _LOOSER ** (1 / steps.order)
+        looser = BATCHED.attempt.looser
+        tolerance, longer = looser * steps.tolerance, looser ** (1 / steps.order)
         return replace(steps, tolerance=tolerance, longest=longer * steps.longest)
 
     def _estimate(self, states: Array, companions: tuple[Array, ...], scales: Array) -> Array:
         """Estimate the largest error of each member over its scale, (m,); infinite if a companion
         does not reach the end."""
         n = states.shape[2] // 2
-        errors = self.samples.errors(states, companions, _WEIGHTS[len(companions)])
+        errors = self.samples.errors(states, companions, BATCHED.weights(len(companions)))
         largest = self.samples.extent(states, from_start=False)[:, :n]
         errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(largest))
         ratios = np.where(np.isnan(errors), np.inf, errors) / scales
@@ -371,7 +381,9 @@ class BatchedMembers:
 
     @property
     def _glance(self) -> float:
-        return self.problem.span / (_GLANCES if self.problem.autonomous else _GLANCES_DRIVEN)
+        return self.problem.span / (
+            BATCHED.glances if self.problem.autonomous else BATCHED.glances_driven
+        )
 
     def _above_floor(self, eps: float, starts: Array, scales: Array) -> _Flags:
         """Tell of each member whether doubles can hold an accuracy."""
@@ -429,8 +441,8 @@ class BatchedMembers:
 
 def _attempts(eps: float) -> Iterator[tuple[float, NativeReal]]:
     """Yield the local tolerances to try, and their arithmetic."""
-    first, second = (part * eps for part in _TOLERANCES)
-    yield max(first, _SMALLEST_TOLERANCE), DOUBLE
-    if second >= _WORTHWHILE:
-        yield second, DOUBLE
-    yield _WIDER_TOLERANCE, EXTENDED
+    smallest = BATCHED.schedule.smallest_explicit
+    yield max(BATCHED.schedule.first * eps, smallest), DOUBLE
+    if BATCHED.second * eps >= smallest:
+        yield BATCHED.second * eps, DOUBLE
+    yield BATCHED.wider, EXTENDED

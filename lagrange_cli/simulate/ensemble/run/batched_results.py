@@ -15,8 +15,12 @@ from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.plan.plan import Selection
 from lagrange_cli.simulate.ensemble.reduce.selection import Selector
-from lagrange_cli.simulate.ensemble.run.batched import METHOD, BatchedMembers, batched_members
-from lagrange_cli.simulate.ensemble.run.batched_runs import BatchedRuns
+from lagrange_cli.simulate.ensemble.run.batched import (
+    METHOD,
+    BatchedMembers,
+    BatchedRuns,
+    batched_members,
+)
 from lagrange_cli.simulate.ensemble.store.blocks import BlockPart
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.options import SimulationOptions
