@@ -6,15 +6,17 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, get_args
 
-from lagrange_cli.check.numbers import number_of
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.scene.conditions import EquilibriumExpectation, Expect
+from lagrange_cli.scene.language.expression import Expression
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lagrange_cli.analysis.values import Equilibria, Equilibrium
+
 
 #: Difference, relative to 1 and to the number, that is allowed.
 _WITHIN = 1e-9
@@ -154,3 +156,23 @@ def _not_found(error: InputError, mark: Mark | None, rule: str) -> Problem:
     """Report an analysis that could not be made, at the expectation."""
     problem = error.problems[0]
     return Problem(problem.message, mark, hint=problem.hint, rule=rule)
+
+
+def number_of(equations: Equations, expression: Expression) -> float:
+    """Evaluate an expression in parameters.
+
+    Raises
+    ------
+    InputError
+        Located: a parameter lacks its value, or it is no real number.
+    """
+    known = {p.symbol: p.value for p in equations.parameters if p.value is not None}
+    value = interpret(equations, expression).subs(known)
+    if value.free_symbols:
+        names = ", ".join(sorted(symbol.name for symbol in value.free_symbols))
+        raise InputError(
+            Problem(f"no value is known for {names}", expression.mark(), rule="no-value")
+        )
+    if not value.is_real:
+        raise InputError(Problem("this is no real number", expression.mark(), rule="no-value"))
+    return float(value)

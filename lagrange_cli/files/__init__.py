@@ -9,9 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.files.identity import Named, ending_of, is_address, require_apart, same_file
-from lagrange_cli.files.locks import lock_of, sole_writer
+from lagrange_cli.files.locks import cannot_write, lock_of, sole_writer
 from lagrange_cli.files.reading import MAX_BYTES, read_bytes, too_large
-from lagrange_cli.files.refusals import cannot_write
 from lagrange_cli.files.temporary import (
     discard,
     is_temporary,

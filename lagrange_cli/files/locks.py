@@ -15,10 +15,15 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files.identity import is_address
-from lagrange_cli.files.refusals import cannot_write
 
 if TYPE_CHECKING:
     from types import ModuleType
+
+
+def cannot_write(name: str, error: OSError) -> InputError:
+    """Return the refusal of something that cannot be written, with the system's reason."""
+    return InputError(Problem(f"cannot write {name}: {error.strerror or error}", rule="output"))
+
 
 #: The content of a lock file: the process, and its machine.
 _CONTENT = re.compile(rb"lagrange ([0-9]{1,20}) ([^\n]{0,255})\n", re.ASCII)

@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from typing import BinaryIO
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files.refusals import cannot_write
+from lagrange_cli.files.locks import cannot_write
 from lagrange_cli.files.temporary import Temporary, temporary_file
 
 #: Signals that end a process in between, where the system has them.

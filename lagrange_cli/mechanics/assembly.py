@@ -64,8 +64,8 @@ from lagrange_cli.mechanics.symbols.values import (
     evaluated,
     nearest_double,
 )
+from lagrange_cli.scene.checks.table import constraints, latex_names, stating
 from lagrange_cli.scene.language.expression import Equation
-from lagrange_cli.scene.latex_names import constraints, latex_names, stating
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.units import Units, units
 from lagrange_cli.stages import announce

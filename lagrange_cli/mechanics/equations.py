@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.derivation_sources import DerivationSources
     from lagrange_cli.mechanics.reaction_values import ConstraintForces
     from lagrange_cli.mechanics.step_values import DerivationSteps
-    from lagrange_cli.scene.defaults import SimulationDefaults
+    from lagrange_cli.scene.conditions import SimulationDefaults
     from lagrange_cli.scene.model import DeclaredFunction, FamilyIndex
 
 

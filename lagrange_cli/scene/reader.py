@@ -24,6 +24,7 @@ from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.scene.reading import conditions, declarations, physics
+from lagrange_cli.scene.reading.declarations import read_prose
 from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.helpers import read_plane
 from lagrange_cli.scene.reading.overrides import (
@@ -32,7 +33,6 @@ from lagrange_cli.scene.reading.overrides import (
     override_times,
 )
 from lagrange_cli.scene.reading.source import Mapping, SourceNode, compose, decode
-from lagrange_cli.scene.reading.texts import read_prose
 from lagrange_cli.scene.unit_check import check_units
 
 
@@ -180,7 +180,7 @@ def read_text(
         # Names are looked up only where every declaration was understood.
         scene = override_parameters(scene, parameters or {}, reading.problems)
         scene = override_initial(scene, initial or {}, reading.problems)
-        check_names(scene, reading.problems, reading.helpers.parts, reading.index_marks)
+        check_names(scene, reading.problems, reading.helper_parts, reading.index_marks)
         if not reading.problems.errors:
             check_units(scene, reading.problems)
     reading.problems.raise_if_any()
@@ -251,7 +251,7 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
         digest=digest,
         coordinates_mark=mark,
         positive=frozenset(c.name for c in values.get("coordinates", ()) if c.positive),
-        links=tuple(reading.helpers.links),
+        links=tuple(reading.links),
         families=tuple(reading.families.items()),
         **values,
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.defaults import SimulationDefaults
+    from lagrange_cli.scene.conditions import SimulationDefaults
 
 #: The name of the method that is chosen by the program.
 AUTO = "auto"

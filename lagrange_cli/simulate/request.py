@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest, placed
-from lagrange_cli.scene.defaults import MOST_SAMPLES
+from lagrange_cli.scene.conditions import MOST_SAMPLES
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.model.model import Model

@@ -22,7 +22,7 @@ from lagrange_cli.mechanics.equations import (
     TextbookForm,
 )
 from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine, Facts
-from lagrange_cli.scene.defaults import SimulationDefaults
+from lagrange_cli.scene.conditions import SimulationDefaults
 
 HALF = Rational(1, 2)
 

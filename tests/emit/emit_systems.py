@@ -17,7 +17,7 @@ from lagrange_cli.mechanics.equations import (
     TextbookForm,
 )
 from lagrange_cli.mechanics.findings import Account, Certificate, Facts
-from lagrange_cli.scene.defaults import SimulationDefaults
+from lagrange_cli.scene.conditions import SimulationDefaults
 
 T = sp.Symbol("t", real=True)
 

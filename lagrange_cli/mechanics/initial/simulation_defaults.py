@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.symbols.values import ParameterValues
-from lagrange_cli.scene.defaults import MOST_SAMPLES, SimulationDefaults
+from lagrange_cli.scene.conditions import MOST_SAMPLES, SimulationDefaults
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 

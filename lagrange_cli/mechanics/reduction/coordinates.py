@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.values import ParameterValues
-from lagrange_cli.scene.latex_names import latex_names
+from lagrange_cli.scene.checks.table import latex_names
 
 
 @dataclass(frozen=True)

@@ -12,5 +12,4 @@ __all__ = [
     "overrides",
     "physics",
     "source",
-    "texts",
 ]

@@ -3,10 +3,17 @@ coordinates, definitions."""
 
 from __future__ import annotations
 
+import ntpath
+import os
+from collections.abc import Mapping as AbstractMapping
 from fractions import Fraction
+from typing import get_args
 
 from lagrange_cli.errors import Mark
+from lagrange_cli.files import Interpolation, Recording
+from lagrange_cli.latex_allowlist import between_dollars, check_latex
 from lagrange_cli.scene.language.expression import Expression, Name, Number
+from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import (
     DeclaredCoordinate,
@@ -18,11 +25,9 @@ from lagrange_cli.scene.model import (
     Point,
     Size,
 )
-from lagrange_cli.scene.reading.entries import Reading
+from lagrange_cli.scene.reading.entries import Reading, is_indexed
 from lagrange_cli.scene.reading.overrides import given_size
-from lagrange_cli.scene.reading.recordings import RECORDED, read_recorded
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
-from lagrange_cli.scene.reading.texts import read_latex, read_prose, read_text_field, with_indices
 
 AXES = ("x", "y", "z")
 
@@ -246,3 +251,112 @@ def _description(fields: dict[str, SourceNode], what: str, reading: Reading) -> 
     if "description" not in fields:
         return None
     return read_prose(fields["description"], f"'description' of {what}", reading)
+
+
+#: The keys of such an input.
+RECORDED = ("file", "column", "interpolation")
+
+_DEFAULT: Interpolation = "linear"
+
+
+def read_recorded(node: Mapping, what: str, reading: Reading) -> Recording | None:
+    """The recording that an input names; the file itself is read when its values are needed."""
+    fields = reading.fields(node, what, RECORDED, required=("file", "column"))
+    file = _file(fields["file"], what, reading) if "file" in fields else None
+    column = reading.text(fields["column"], f"'column' of {what}") if "column" in fields else None
+    interpolation: Interpolation | None = _DEFAULT
+    if "interpolation" in fields:
+        interpolation = _interpolation(fields["interpolation"], what, reading)
+    if file is None or column is None or interpolation is None:
+        return None
+    return Recording(
+        file,
+        os.path.dirname(reading.file),
+        column.strip(),
+        interpolation,
+        fields["file"].mark,
+        fields["column"].mark,
+    )
+
+
+def _file(node: SourceNode, what: str, reading: Reading) -> str | None:
+    text = reading.text(node, f"'file' of {what}")
+    if text is None:
+        return None
+    if not text.strip():
+        reading.expected("the name of a file", f"'file' of {what}", node)
+        return None
+    if os.path.isabs(text) or ntpath.splitdrive(text)[0]:
+        reading.problems.add(
+            f"'file' of {what} is not relative to the folder of the scene",
+            node.mark,
+            hint="files that a scene names are beside it or in folders below",
+            rule="recording",
+        )
+        return None
+    return text
+
+
+def _interpolation(node: SourceNode, what: str, reading: Reading) -> Interpolation | None:
+    known: tuple[Interpolation, ...] = get_args(Interpolation)
+    for name in known:
+        if isinstance(node, Scalar) and node.text == name:
+            return name
+    text = node.text if isinstance(node, Scalar) else ""
+    hint = suggestion(text, known, f"known are {', '.join(known)}")
+    message = f"unknown interpolation {shown(text)} of {what}"
+    if text:
+        reading.problems.add(message, node.mark, hint=hint, rule="unknown-name")
+    else:
+        reading.expected("an interpolation", what, node, hint)
+    return None
+
+
+def read_text_field(
+    fields: AbstractMapping[str, SourceNode], key: str, what: str, reading: Reading
+) -> str | None:
+    """Read the text at a key; None without it."""
+    return reading.text(fields[key], f"'{key}' of {what}") if key in fields else None
+
+
+def read_prose(node: SourceNode, what: str, reading: Reading) -> str | None:
+    """Read a text that may hold formulas between dollars; warn of those that are not allowed."""
+    text = reading.text(node, what)
+    for found in between_dollars(text or ""):
+        refused = check_latex(found[1])
+        if refused and "\\" in found[1]:
+            reading.problems.warn(
+                f"'{found[0]}' in {what} prints as it stands here: as a formula it {refused}",
+                node.mark,
+                hint="formulas in texts take what 'latex' keys take",
+                rule="latex",
+            )
+    return text
+
+
+def read_latex(
+    fields: AbstractMapping[str, SourceNode], what: str, reading: Reading, key: str = "latex"
+) -> str | None:
+    """Read a symbol in LaTeX at a key, of the macros that are allowed; None without it."""
+    text = read_text_field(fields, key, what, reading)
+    refused = check_latex(text) if text is not None else None
+    if refused:
+        reading.problems.add(
+            f"'{key}' of {what} {refused}",
+            fields[key].mark,
+            hint="it takes letters, digits, sub- and superscripts and macros of mathematics",
+            rule="latex",
+        )
+        return None
+    return text
+
+
+def with_indices(latex: str | None, name: str, *, below: bool = False) -> str | None:
+    """Give LaTeX that all elements of a family share the indices of one of them, if it is one.
+
+    ``below``: it stands below a letter itself.
+    """
+    if latex is None or not is_indexed(name):
+        return latex
+    indices = name.partition("[")[2].rstrip("]")
+    return f"{latex},{indices}" if below else f"{{{latex}}}_{{{indices}}}"

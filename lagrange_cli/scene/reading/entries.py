@@ -41,8 +41,7 @@ from lagrange_cli.scene.language.families import (
 from lagrange_cli.scene.language.grammar import parse_equation, parse_expression, parse_key
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
-from lagrange_cli.scene.model import FamilyIndex, Point
-from lagrange_cli.scene.reading.helper_texts import HelperTexts
+from lagrange_cli.scene.model import FamilyIndex, Link, Point
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 
 _BOOLEANS = {
@@ -69,8 +68,12 @@ class Reading:
         Sections with problems, and those that an unknown section may be meant to be.
     doubtful_bodies
         Names in such sections of particles and points, without indices.
-    helpers
-        What helpers are written out to.
+    helper_parts
+        Expressions given to helpers, each with a description of its place.
+    helper_templates
+        Parsed texts that helpers stand for, by their shape.
+    links
+        The helpers between two bodies.
     overrides
         Values given beside the scene, by name; those of sizes are needed while reading.
     functions
@@ -90,7 +93,9 @@ class Reading:
     values: dict[str, Any] = field(default_factory=dict)
     doubtful: set[str] = field(default_factory=set)
     doubtful_bodies: set[str] = field(default_factory=set)
-    helpers: HelperTexts = field(default_factory=HelperTexts)
+    helper_parts: list[tuple[Expression, str]] = field(default_factory=list)
+    helper_templates: dict[str, Node] = field(default_factory=dict)
+    links: list[Link] = field(default_factory=list)
     overrides: AbstractMapping[str, str] = field(default_factory=dict)
     sizes: dict[str, int] = field(default_factory=dict)
     indices: dict[str, int] = field(default_factory=dict)

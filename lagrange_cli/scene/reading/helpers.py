@@ -18,15 +18,20 @@ from lagrange_cli.scene.language.tokens import ExpressionError
 from lagrange_cli.scene.model import Constraint, Link, Particle
 from lagrange_cli.scene.reading.declarations import AXES, component
 from lagrange_cli.scene.reading.entries import Reading
-from lagrange_cli.scene.reading.helper_terms import (
+from lagrange_cli.scene.reading.interactions import (
     as_factor,
     body_pair,
+    charge_helper,
+    coulomb,
     differences,
     flat,
+    helper_equation,
+    helper_expression,
+    helper_part,
+    newton,
     place_of,
     unknown_helper,
 )
-from lagrange_cli.scene.reading.interactions import coulomb, newton
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 
 #: Terms that one particle's weight counts as if a family of potentials repeats it.
@@ -51,7 +56,7 @@ def read_constraint_helper(
     pair = body_pair(fields["distance"], "distance", what, reading)
     length = None
     if "equals" in fields:
-        length = reading.helpers.part(fields["equals"], "equals", what, reading)
+        length = helper_part(fields["equals"], "equals", what, reading)
     if pair is None or length is None:
         return None
     if _is_negative(length.node):
@@ -62,8 +67,8 @@ def read_constraint_helper(
     squares = " + ".join(f"({d})^2" for d in differences(*pair))
     square = "1" if length.text.strip() == "1" else f"{as_factor(length)}^2"
     text = f"{squares} = {square}"
-    reading.helpers.links.append(Link("distance", pair, length))
-    return (reading.helpers.equation(text, place_of(node), reading),)
+    reading.links.append(Link("distance", pair, length))
+    return (helper_equation(text, place_of(node), reading),)
 
 
 def read_unilateral(
@@ -102,7 +107,7 @@ def read_potential_helper(node: Mapping, what: str, reading: Reading) -> Express
         unknown_helper(node, what, tuple(_POTENTIALS), reading)
         return None
     text = _POTENTIALS[name](node, what, reading)
-    return reading.helpers.expression(text, place_of(node), reading) if text else None
+    return helper_expression(text, place_of(node), reading) if text else None
 
 
 def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
@@ -118,7 +123,7 @@ def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
             reading.problems.add("'plane' without particles", node.mark, rule="missing")
         return None
     equations = tuple(
-        reading.helpers.equation(f"{component(across[0], p.name)} = 0", node.mark, reading)
+        helper_equation(f"{component(across[0], p.name)} = 0", node.mark, reading)
         for p in particles
     )
     return Constraint("plane", node.mark, equations)
@@ -127,7 +132,7 @@ def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
 def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
     """V = −m g·r for every particle; g points along −z, or along ``direction``."""
     fields = reading.fields(node, what, ("gravity", "direction"))
-    strength = reading.helpers.part(fields["gravity"], "gravity", what, reading)
+    strength = helper_part(fields["gravity"], "gravity", what, reading)
     down: tuple[str, ...] | None = ("", "", "-1")
     if "direction" in fields:
         down = _direction(fields["direction"], what, reading)
@@ -137,7 +142,7 @@ def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
     if strength is None or down is None or not particles:
         return None
     if reading.in_family:
-        reading.helpers.charge(_TERMS_OF_WEIGHT * len(particles), place_of(node), reading)
+        charge_helper(_TERMS_OF_WEIGHT * len(particles), place_of(node), reading)
     # Against an axis, V = + m g z is what a person writes.
     against = [part for part in down if part] == ["-1"]
     along = tuple(part.removeprefix("-") for part in down) if against else down
@@ -165,7 +170,7 @@ def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...]
     sequence = reading.items(node, f"'direction' of {what}", wanted)
     if sequence is None:
         return None
-    parts = [reading.helpers.part(item, "direction", what, reading) for item in sequence.items]
+    parts = [helper_part(item, "direction", what, reading) for item in sequence.items]
     known = [part for part in parts if part is not None]
     if len(parts) != 3:
         reading.expected(wanted, f"'direction' of {what}", sequence)
@@ -225,15 +230,15 @@ def _spring(node: Mapping, what: str, reading: Reading) -> str | None:
     pair = body_pair(fields["spring"], "spring", what, reading)
     stiffness = length = None
     if "stiffness" in fields:
-        stiffness = reading.helpers.part(fields["stiffness"], "stiffness", what, reading)
+        stiffness = helper_part(fields["stiffness"], "stiffness", what, reading)
     if "length" in fields:
-        length = reading.helpers.part(fields["length"], "length", what, reading)
+        length = helper_part(fields["length"], "length", what, reading)
         if length is None:
             return None
     if pair is None or stiffness is None:
         return None
     along = differences(*pair)
-    reading.helpers.links.append(Link("spring", pair, stiffness))
+    reading.links.append(Link("spring", pair, stiffness))
     if length is None:
         stretch = f"({' + '.join(f'({d})^2' for d in along)})"
     else:

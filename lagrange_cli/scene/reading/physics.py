@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.language.grammar import INEQUALITIES
 from lagrange_cli.scene.model import Constraint, ConstraintNotation, Force, Term, Unilateral
+from lagrange_cli.scene.reading.declarations import read_latex, with_indices
 from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.helpers import (
     NOTATION,
@@ -17,7 +18,6 @@ from lagrange_cli.scene.reading.helpers import (
 )
 from lagrange_cli.scene.reading.interactions import damper, drag
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
-from lagrange_cli.scene.reading.texts import read_latex, with_indices
 
 #: An equation or inequality, with its restitution.
 _OneSided = tuple[Equation, Expression | None]

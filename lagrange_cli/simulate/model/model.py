@@ -13,7 +13,7 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.defaults import SimulationDefaults
+from lagrange_cli.scene.conditions import SimulationDefaults
 from lagrange_cli.simulate.model.labels import Labels
 
 if TYPE_CHECKING:

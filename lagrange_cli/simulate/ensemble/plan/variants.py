@@ -24,7 +24,7 @@ from lagrange_cli.simulate.model.model import Model
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.scene.defaults import SimulationDefaults
+    from lagrange_cli.scene.conditions import SimulationDefaults
     from lagrange_cli.scene.model import Scene
 
 
