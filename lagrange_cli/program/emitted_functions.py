@@ -56,7 +56,7 @@ _OF_CONTACTS: dict[str, tuple[str, ...]] = {
     "impulse": ("impulse",),
 }
 
-#: Functions that only others call.
+#: Functions that only other emitted functions call.
 INTERNAL_FUNCTIONS = frozenset(
     f"{contact}{what}"
     for contact in ("", "contact_")
@@ -65,7 +65,7 @@ INTERNAL_FUNCTIONS = frozenset(
 
 
 def constraint_programs(equations: Equations, rhs: Program | None = None) -> dict[str, Program]:
-    """Function → program; none in minimal scenes, none for positions without such closures.
+    """Build the programs of closures by function: none without closures, some for positions alone.
 
     ``rhs``: the program of the right-hand side, if it is known.
     """
@@ -81,8 +81,10 @@ def constraint_programs(equations: Equations, rhs: Program | None = None) -> dic
 
 
 def multipliers_beside(rhs: Program) -> Program | None:
-    """The program of the multipliers that a right-hand side finds with all of its accelerations;
-    None where it finds them in another way."""
+    """Return the program of multipliers that shares its solution with a right-hand side, or None.
+
+    It is None where accelerations and multipliers are not solved for together.
+    """
     if len(rhs.blocks) != 1 or rhs.parts or rhs.kind is not ProgramKind.RIGHT_HAND_SIDE:
         return None
     (block,) = rhs.blocks
@@ -91,8 +93,10 @@ def multipliers_beside(rhs: Program) -> Program | None:
 
 
 def shifting_programs(equations: Equations) -> dict[str, Program]:
-    """The function ``shifted_change``, for a method that leads positions back to the closures along
-    the gradients where a step began; none where that method does not apply or loops are written."""
+    """Build ``shifted_change``, which leads positions back along the gradients of a step's start.
+
+    Empty where RATTLE, which needs it, does not apply, and where loops are written.
+    """
     applies = equations.closures and equations.facts.separable_on_closures
     if not applies or is_large_system(equations):
         return {}
@@ -100,8 +104,10 @@ def shifting_programs(equations: Equations) -> dict[str, Program]:
 
 
 def contact_programs(equations: Equations) -> dict[str, Program]:
-    """Function → program, of equations that
-    :func:`~lagrange_cli.program.systems.contact_systems.with_contact_flags` gave."""
+    """Build the programs of contacts by function; empty without contacts.
+
+    The equations are those of :func:`.systems.contact_systems.with_contact_flags`.
+    """
     if not equations.contacts:
         return {}
     rhs, *others = _OF_CONTACTS
@@ -113,14 +119,14 @@ def contact_programs(equations: Equations) -> dict[str, Program]:
     return programs
 
 
-#: Functions of the canonical equations, which only others call.
+#: Functions of the canonical equations, which only other emitted functions call.
 CANONICAL_PARTS = frozenset({"momenta", "legendre", "momentum_rates"})
 
 
 def canonical_programs(
     equations: Equations, velocities: Sequence[Expr] | None = None
 ) -> dict[str, Program]:
-    """Function of :data:`CANONICAL_PARTS` → program, of equations without multipliers.
+    """Build the programs of :data:`CANONICAL_PARTS`, of equations without multipliers.
 
     Parameters
     ----------
@@ -141,10 +147,10 @@ def canonical_programs(
     }
 
 
-#: Function → what it differentiates the accelerations by.
+#: Function → symbols by which it differentiates the accelerations.
 DERIVATIVES = {"jacobian": "state", "jacobian_u": "inputs", "jacobian_p": "parameters"}
 
-#: Function that only a linearization calls → outputs, and what they are differentiated by.
+#: Function that only a linearization calls → outputs, and symbols by which they are differentiated.
 SLOPES = {
     "output_jacobian": (("outputs",), "state"),
     "output_jacobian_u": (("outputs",), "inputs"),
@@ -152,7 +158,7 @@ SLOPES = {
     "contact_constraint_jacobian": (("contact_closures", "contact_closure_rates"), "state"),
 }
 
-#: Numbers of matrices and right-hand sides that are written out at most.
+#: Largest number of entries of matrices and right-hand sides that is written out.
 _MOST_NUMBERS = 2_000_000
 
 
@@ -169,14 +175,16 @@ def derivative_functions(equations: Equations) -> list[str]:
 def derivative_programs(
     equations: Equations, *, jacobian: bool, linearization: bool
 ) -> dict[str, Program]:
-    """Function → program; with contacts ``contact_`` stands before the name, and flags are read.
+    """Build the programs of derivatives by function, with contacts under names in ``contact_``.
+
+    With contacts the programs read their flags.
 
     Parameters
     ----------
     jacobian
-        All derivatives of the accelerations are wanted.
+        Build all derivatives of the accelerations.
     linearization
-        Those by state and inputs are, with what a linearization needs besides.
+        Build those by state and inputs, and the derivatives of outputs and constraints.
 
     Raises
     ------
@@ -206,7 +214,7 @@ def derivative_programs(
 
 
 def _slope_programs(equations: Equations, flagged: Equations) -> dict[str, Program]:
-    """Function of :data:`SLOPES` → program, of those that a linearization of the equations needs.
+    """Build those programs of :data:`SLOPES` that a linearization of the equations needs.
 
     Outputs need none where the scene has none: they are the coordinates then.
     """

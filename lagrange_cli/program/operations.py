@@ -12,7 +12,7 @@ from lagrange_cli.program.systems.loops import IndexedLoop, ProgramPart, SparseS
 
 
 class Statements(Protocol):
-    """A program, as far as its operations go."""
+    """The parts of a program that hold operations."""
 
     @property
     def assignments(self) -> tuple[Assignment, ...]: ...
@@ -61,7 +61,7 @@ class Operations:
 
 
 def operands_of(program: Statements) -> Iterator[tuple[Operand, int]]:
-    """The operands of all statements, each with the number of its evaluations."""
+    """Yield the operands of all statements, each with the number of its evaluations."""
     yield from ((operand, 1) for _, operand in program.assignments)
     yield from ((operand, 1) for operand in program.results_in_order)
     for part in program.parts:
@@ -81,7 +81,7 @@ def count_operations(program: Statements) -> Operations:
 
 
 def elimination_operations(program: Statements) -> int:
-    """The operations that solve for multipliers between the statements of a large system."""
+    """Count the operations that solve for multipliers between the statements of a large system."""
     return sum(p.factors.operations for p in program.parts if isinstance(p, SparseSolve))
 
 

@@ -1,8 +1,8 @@
 """Operands and exact numbers as text of a C-like expression language.
 
-C and Python write ``a*b + c/d`` and ``f(x)`` the same way; what differs
-between them (numbers, names of functions and variables) is a :class:`Dialect`. Literals read back
-to the value nearest to the exact number.
+C and Python write ``a*b + c/d`` and ``f(x)`` the same way; a :class:`Dialect` holds what differs
+between them: numbers and names of functions and variables. Literals read back to the value nearest
+to the exact number.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from lagrange_cli.program.graph.operands import (
 _SUM = 0
 #: Precedence of a product.
 _PRODUCT = 1
-#: Precedence of what never needs parentheses.
+#: Precedence of operands that never need parentheses.
 _ATOM = 2
 
 
@@ -58,12 +58,12 @@ class Dialect:
 
 
 def expression_text(operand: Operand, dialect: Dialect) -> str:
-    """The text of an operand."""
+    """Write an operand as text."""
     return _format(operand, dialect)[0]
 
 
 def functions_in(operands: Iterable[Operand]) -> set[str]:
-    """The functions that operands call."""
+    """Collect the functions that operands call."""
     called: set[str] = set()
     stack = list(operands)
     while stack:
@@ -93,7 +93,7 @@ def _format(operand: Operand, dialect: Dialect) -> tuple[str, int]:
 
 
 def _at_least(precedence: int, operand: Operand, dialect: Dialect) -> str:
-    """The text of an operand, in parentheses if it binds more loosely."""
+    """Write an operand, in parentheses if it binds more loosely than ``precedence``."""
     text, binding = _format(operand, dialect)
     return text if binding >= precedence else f"({text})"
 
@@ -146,7 +146,7 @@ def _format_term(size: Coefficient, term: Operand, dialect: Dialect) -> str:
 
 
 def local_name(name: str) -> str:
-    """Rename what a loop assigns, to tell it from the array of the workspace."""
+    """Rename a variable that a loop assigns, to distinguish it from the array of the workspace."""
     return name.replace("w", "s")
 
 
@@ -160,7 +160,7 @@ _DECIMAL_DIGITS = 36
 
 
 def double_literal(value: Coefficient) -> str:
-    """The shortest decimal that reads as the double nearest to ``value``.
+    """Write the shortest decimal that reads as the double nearest to ``value``.
 
     Raises
     ------
@@ -177,8 +177,10 @@ def double_literal(value: Coefficient) -> str:
 
 
 def decimal_literal(value: Coefficient) -> str:
-    """A decimal for types other than double: exact where it terminates within
-    :data:`DECIMAL_DIGITS` significant digits, else correctly rounded to them."""
+    """Write a decimal for types other than double, correctly rounded to 36 significant digits.
+
+    It is exact where it terminates within these.
+    """
     if not value:
         return "0.0"
     sign, value = ("-", -value) if value < 0 else ("", value)

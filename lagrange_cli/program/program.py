@@ -1,11 +1,10 @@
 """Equations → Program: straight-line code that every target language prints.
 
-A program has inputs, assignments in an order in which each needs only what
-stands before it, and outputs by name. It names nothing after the scene: the
-inputs are ``t``, ``q0, q1, …``, ``v0, …``, ``p0, …``, ``u0, …`` (coordinates, velocities,
-parameters, what the user drives, in the order of the Equations) and the assigned
-names ``w0, w1, …``.
-Only what the requested outputs need is computed, and each value once.
+A program has inputs, assignments in an order in which each needs only what stands before it, and
+outputs by name. It names nothing after the scene: the inputs are ``t``, ``q0, q1, …``, ``v0, …``,
+``p0, …``, ``u0, …`` (coordinates, velocities, parameters, driven inputs, in the order of the
+Equations) and the assigned names ``w0, w1, …``. Only what the requested outputs need is computed,
+and each value once.
 """
 
 from __future__ import annotations
@@ -64,7 +63,7 @@ if TYPE_CHECKING:
 
 
 class ProgramKind(Enum):
-    """The quantity that a program finds, by which targets arrange its results."""
+    """The quantity that a program computes, by which targets arrange its results."""
 
     VALUES = auto()  # numbers, one after the other
     ENERGY = auto()  # one number
@@ -75,7 +74,7 @@ class ProgramKind(Enum):
     JACOBIAN = auto()  # derivatives of accelerations or of outputs, by rows
 
 
-#: Kinds of programs that are asked for one output alone, all others give values.
+#: Kinds of programs of one output alone; all other programs give values.
 _KINDS = {
     "energy": ProgramKind.ENERGY,
     "mass_matrix": ProgramKind.MATRIX,
@@ -109,9 +108,9 @@ class Program:
     work, results
         Numbers of workspace that the parts take, and numbers that they store.
     kind
-        The quantity that the program finds.
+        The quantity that the program computes.
     jacobian
-        Where derivatives are stored; None in other programs.
+        Layout of stored derivatives; None in other programs.
     """
 
     coordinates: int
@@ -222,12 +221,12 @@ def build_program(equations: Equations, outputs: Sequence[str], *, loops: bool =
     return _grouped(_written(equations, outputs, direct=takes and _is_direct(equations)))
 
 
-#: Outputs that mass matrix and forcing are needed for.
+#: Outputs that need mass matrix and forcing.
 _OF_DERIVATION = {*SYSTEMS, "mass_matrix", "forcing"}
 
 
 def _graph(equations: Equations, *, direct: bool) -> ValueGraph:
-    """A graph over the inputs, with M and f derived on it if that is ``direct``."""
+    """Make a graph over the inputs, and derive M and f on it if ``direct``."""
     inputs = _inputs(equations)
     if not direct or equations.sources is None:
         return ValueGraph(inputs)
@@ -238,7 +237,7 @@ def _graph(equations: Equations, *, direct: bool) -> ValueGraph:
 
 
 def _derive(equations: Equations, sources: DerivationSources) -> DirectDerivation:
-    """Derive M and f on a graph over the inputs, which is kept."""
+    """Derive M and f on a graph over the inputs, which later programs reuse."""
     inputs = _inputs(equations)
     derivation = DirectDerivation(ValueGraph(inputs), equations)
     derivation.define()
@@ -251,7 +250,7 @@ _DERIVED: WeakKeyDictionary[DerivationSources, dict[tuple[tuple[Expr, str, int],
 _DERIVED = WeakKeyDictionary()
 
 
-#: Systems of more coordinates are not written both ways where one is bound to be shorter.
+#: Most coordinates of a system that is written both ways although one is bound to be shorter.
 _LARGEST_COUNTED = 16
 
 #: Operations before sharing, for each collected term, up to which direct code is shorter: a quarter
@@ -264,8 +263,10 @@ _DIRECT: WeakKeyDictionary[DerivationSources, bool] = WeakKeyDictionary()
 
 
 def _is_direct(equations: Equations) -> bool:
-    """Tell whether M and f derived on the graph take fewer operations than the collected ones, with
-    which they have to agree."""
+    """Tell whether M and f derived on the graph take fewer operations than the collected ones.
+
+    They have to agree with these.
+    """
     sources = equations.sources
     if sources is None or not is_derivable(equations) or is_large_system(equations):
         return False
@@ -340,7 +341,7 @@ def _ordered(
 def _scheduled(
     values: ValueGraph, equations: Equations, wanted: list[tuple[str, list[ScaledNode]]]
 ) -> Program:
-    """Write the statements that wanted values take, each where it is first needed."""
+    """Write the statements that compute some values, each where it is first needed."""
     assignments, outputs = schedule(values, wanted)
     n, parameters = len(equations.coordinates), len(equations.parameters)
     return Program(n, parameters, assignments, outputs, driven=len(equations.inputs))
@@ -355,14 +356,14 @@ def _grouped(program: Program) -> Program:
 def _solution(
     values: ValueGraph, equations: Equations, system: MassMatrixSystem
 ) -> tuple[tuple[MatrixBlock, ...], list[tuple[str, list[ScaledNode]]]]:
-    """Blocks of a system and the outputs that solve it, and its sensitivities if it has any."""
+    """Return the blocks of a system and the outputs that solve it, with its sensitivities."""
     if not equations.sensitivities:
         return solve_blocks(values, equations, system)
     blocks, solution = solve_blocks(values, equations, system, LARGEST_WITH_SENSITIVITIES)
     return with_sensitivities(values, equations, system, blocks, dict(solution))
 
 
-#: What accelerations are differentiated by → its symbols.
+#: Name of the variables of a derivative → their symbols.
 _COLUMNS: dict[str, Callable[[Equations], list[Symbol]]] = {
     "state": lambda e: [*(c.q for c in e.coordinates), *(c.v for c in e.coordinates)],
     "inputs": lambda e: [source.symbol for source in e.inputs],
@@ -400,7 +401,7 @@ def build_slopes(equations: Equations, outputs: Sequence[str], by: str) -> Progr
     Parameters
     ----------
     outputs
-        Names from :data:`OUTPUTS`, one behind the other the rows of the result.
+        Names from :data:`OUTPUTS`; their values one after the other are the rows of the result.
     by
         As for :func:`build_jacobian`.
 
@@ -446,7 +447,7 @@ def _of_parts(equations: Equations, system: LargeSystem) -> Program:
 
 
 def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
-    """Symbol, dummy name and rank of every input."""
+    """List symbol, dummy name and rank of every input."""
     inputs = [(p.symbol, f"p{i}", 1) for i, p in enumerate(equations.parameters)]
     inputs.append((equations.t, "t", 2))
     inputs.extend((source.symbol, f"u{i}", 2) for i, source in enumerate(equations.inputs))
@@ -456,7 +457,7 @@ def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
 
 
 def dependents(program: Program, names: Iterable[str]) -> tuple[Assignment, ...]:
-    """The assignments that need one of the names, in their order."""
+    """List the assignments that need one of the names, in their order."""
     late = set(names)
     needing = []
     for name, operand in program.assignments if late else ():

@@ -1,8 +1,8 @@
 """Shared parts of flat sums and products, pair by pair.
 
-Hash-consing finds equal expressions; parts that sums or products have in
-common (``m2*l1*l2`` in two products, ``m2 + m3`` in two sums) are found by
-repeatedly giving the pair that occurs most often a node of its own, as in
+Value numbering makes equal expressions one node; parts that sums or products have in
+common (``m2*l1*l2`` in two products, ``m2 + m3`` in two sums) are recognized by repeatedly
+giving the pair that occurs most often a node of its own, as in
 Breuer, "Generation of optimal code for expressions via factorization",
 Comm. ACM 12 (1969) 333-340. Among equally frequent pairs the one of lower rank
 wins, so that parts made of parameters alone come together.
@@ -19,7 +19,7 @@ from typing import Protocol, TypeAlias
 from lagrange_cli.program.graph.operands import Coefficient, magnitude, quotient
 from lagrange_cli.program.graph.value_graph import ONE, ProductNode, ScaledNode, SumNode, ValueGraph
 
-#: Longer sums and products do not take part: the pairs of one grow with its square.
+#: Longest sum or product that is searched for pairs: their number grows with its square.
 LONGEST_GROUP = 256
 
 _Weight: TypeAlias = Coefficient
@@ -158,7 +158,7 @@ class _Extraction:
     def _note_definition(
         self, number: int, group: _Group, pairs: Iterable[tuple[_Key, int]]
     ) -> None:
-        """A group that is just a pair is that pair's node."""
+        """Use a group that consists of a pair alone as that pair's node."""
         if len(group) > 2:
             return
         for key, _ in pairs:
@@ -184,7 +184,7 @@ class _Extraction:
         values, definition = self.values, self.kind.define(key)
         rank = max(values.rank[n] for n in definition)
         number = len(values.nodes)
-        # The node itself is written when all groups are (see share_products).
+        # The node itself is written with all other groups (see share_products).
         values.nodes.append(values.nodes[ONE])
         values.rank.append(rank)
         self.groups[number] = definition
@@ -243,7 +243,7 @@ def share_sums(values: ValueGraph, reachable: Iterable[int]) -> None:
 
 
 def _nest(sums: dict[int, _Group]) -> None:
-    """Write every sum that holds all terms of another one by means of the longest such.
+    """Write every sum that holds all terms of other sums by means of the longest of these.
 
     Running sums, of masses along a chain say, so become one addition each.
     """
@@ -284,7 +284,7 @@ def _ratio(whole: _Group, part: _Group) -> Coefficient | None:
 def share_scaled(
     values: ValueGraph, reachable: Iterable[int], roots: list[ScaledNode]
 ) -> list[ScaledNode]:
-    """Multiply a node by a number once where several sums or roots do; the roots."""
+    """Multiply a node by a number once where several sums or roots do; return the new roots."""
     sums: dict[int, SumNode] = {}
     for number in sorted(reachable):
         node = values.nodes[number]

@@ -259,12 +259,12 @@ def evaluated(
     inputs
         Name of each input that is needed → its value, of any type with +, ·, / and integer powers.
     functions
-        Function of a program → the same of that type.
+        Function of a program → the same function for numbers of that type.
     number
         Makes a number of that type.
     order
-        The nodes that are needed, parts first, where values are found again and again; None to
-        find them.
+        The nodes that are needed, parts first, for repeated evaluation; None to determine them
+        here.
     """
     known: dict[int, Any] = {ONE: number(1)}
 

@@ -21,7 +21,7 @@ _Factor: TypeAlias = tuple[int, int]
 
 
 def factor_sums(values: ValueGraph, order: Sequence[int]) -> bool:
-    """Rewrite the sums among the nodes ``order``, parts before wholes; tell if any is another.
+    """Factor the sums among the nodes ``order``, parts before wholes; return true if any changed.
 
     Numbers of nodes keep their meaning.
     """
@@ -58,8 +58,10 @@ def _factored(
 
 
 def _factors(values: ValueGraph, number: int, uses: Counter[int]) -> list[_Factor]:
-    """List what can be taken out of a term: it must be used by this sum alone, unless
-    the term is itself the factor."""
+    """List the factors that can be taken out of a term.
+
+    The term must be used by this sum alone, unless it is itself the factor.
+    """
     node = values.nodes[number]
     whole = [] if number == ONE else [(number, 1)]
     if isinstance(node, ProductNode) and uses[number] <= 1:

@@ -49,7 +49,7 @@ class Variable:
 
     @property
     def cell(self) -> Cell:
-        """Return what the name stands for: ``q3`` is number 3 of the positions, ``t`` the time."""
+        """Return the cell of the name: ``q3`` is number 3 of the positions, ``t`` the time."""
         return cell_named(self.name)
 
 
@@ -88,7 +88,7 @@ Operand: TypeAlias = Constant | Variable | Sum | Product | FunctionCall
 
 
 def cell_named(name: str) -> Cell:
-    """Return what a variable of that name stands for; the number of ``t`` is 0."""
+    """Return the cell of a variable by its name; the number of ``t`` is 0."""
     return Cell(array_named(name), int(name[1:] or 0))
 
 

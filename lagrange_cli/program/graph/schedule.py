@@ -74,7 +74,7 @@ def schedule(
 
 
 def in_families(assignments: _Assignments, results: _Results) -> tuple[_Assignments, _Results]:
-    """Bring statements of one shape together where there are many, named in their new order."""
+    """Group statements of one shape where there are many, and name them in the new order."""
     if len(assignments) + sum(len(operands) for _, operands in results) <= LARGEST_IN_ORDER:
         return assignments, results
     grouped, new = grouped_by_shape(assignments)
@@ -85,7 +85,7 @@ def in_families(assignments: _Assignments, results: _Results) -> tuple[_Assignme
 
 
 def reachable_from(values: ValueGraph, roots: Iterable[int]) -> set[int]:
-    """Every node that the roots need, in no order."""
+    """Return every node that the roots need, unordered."""
     nodes, reached = values.nodes, set(roots)
     stack = list(reached)
     while stack:
@@ -96,14 +96,14 @@ def reachable_from(values: ValueGraph, roots: Iterable[int]) -> set[int]:
 
 
 def order_of(values: ValueGraph, roots: Iterable[int]) -> list[int]:
-    """Every node that the roots need, parts first, in the order of first need."""
+    """List every node that the roots need, parts first, in the order of first need."""
     order: list[int] = []
     entered: set[int] = set()
     nodes = values.nodes
     stack = list(roots)[::-1]
     while stack:
         number = stack.pop()
-        if number < 0:  # the parts of ~number are in order
+        if number < 0:  # ~number says that all parts of the node are listed
             order.append(~number)
         elif number not in entered:
             entered.add(number)

@@ -44,7 +44,7 @@ _KEY: Callable[[tuple[Operand, _Key]], _Key] = itemgetter(1)
 def grouped_by_shape(
     assignments: Sequence[Assignment],
 ) -> tuple[list[Assignment], dict[str, Variable]]:
-    """The assignments in an order in which families stand together, named w0, w1, …
+    """Order assignments so that those of one family stand together, and name them w0, w1, …
 
     Each still stands after those that it needs. Terms and factors are in the order of
     :func:`in_canonical_order`. The second result maps old names to new ones.
@@ -130,7 +130,7 @@ class _Scheduler:
                 self._release(name)
 
     def run(self) -> tuple[list[Assignment], dict[str, Variable]]:
-        """A family as long as it lasts, then the one of which fewest wait."""
+        """Take a family as long as it has ready statements, then the one of which fewest wait."""
         while self.ready:
             family = min(self.ready, key=lambda f: (self.waiting[f], f))
             while family in self.ready:
@@ -157,7 +157,7 @@ class _Scheduler:
 
 
 def _families(operands: Mapping[str, Operand]) -> dict[str, int]:
-    """The family of every name: its shape, and the shapes of what it is made of."""
+    """Map every name to its family: its shape and the shapes of its operands."""
     family = dict.fromkeys(operands, 0)
     for _ in range(_DEPTH):
         numbers: dict[str, int] = {}

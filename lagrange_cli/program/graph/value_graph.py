@@ -105,7 +105,7 @@ ValueNode: TypeAlias = InputNode | SumNode | ProductNode | CallNode
 class ValueGraph:
     """A growing graph of values over named inputs.
 
-    ``rank`` of a node says what it depends on: 0 nothing, 1 parameters only,
+    ``rank`` of a node tells its dependence: 0 on nothing, 1 parameters only,
     2 also t, 3 also q, 4 also v (the largest rank of its parts).
 
     Parameters
@@ -143,8 +143,10 @@ class ValueGraph:
         return self.nodes[number].parts
 
     def add(self, values: Iterable[ScaledNode]) -> ScaledNode:
-        """The sum of values, normalised so that its first coefficient is
-        positive, and 1 where all have one magnitude."""
+        """Add values; the sum is normalised so that its first coefficient is positive.
+
+        The first coefficient is 1 where all have one magnitude.
+        """
         terms: dict[int, Coefficient] = {}
         for coefficient, number in values:
             terms[number] = terms.get(number, 0) + coefficient
@@ -161,7 +163,7 @@ class ValueGraph:
         return scale, self.intern(node, max([self.rank[n] for n, _ in ordered]))
 
     def multiply(self, factors: Iterable[tuple[ScaledNode, int]]) -> ScaledNode:
-        """The product of values to integer powers."""
+        """Multiply values to integer powers."""
         scale: Coefficient = 1
         powers: dict[int, int] = {}
         for (coefficient, number), exponent in factors:
@@ -181,14 +183,14 @@ class ValueGraph:
         return scale, self.intern(ProductNode(tuple(ordered)), rank)
 
     def node(self, value: ScaledNode) -> int:
-        """The node equal to a value, its coefficient included."""
+        """Return the node equal to a value, its coefficient included."""
         coefficient, number = value
         if coefficient == 1:
             return number
         return self.intern(SumNode(((number, coefficient),)), self.rank[number])
 
     def call(self, function: str, *arguments: ScaledNode) -> ScaledNode:
-        """A function of values; signs leave odd and even functions."""
+        """Apply a function to values; signs are drawn out of odd and even functions."""
         sign = 1
         if function in ODD_FUNCTIONS or function in EVEN_FUNCTIONS:
             coefficient, number = arguments[0]
@@ -205,7 +207,7 @@ class ValueGraph:
             self._known[expression] = value
 
     def convert(self, expression: Expr) -> ScaledNode:
-        """The value of a SymPy expression over the inputs.
+        """Convert a SymPy expression over the inputs to a value.
 
         Raises
         ------
@@ -227,7 +229,7 @@ class ValueGraph:
         return self._known[expression]
 
     def _convert_known(self, e: Expr) -> ScaledNode:
-        """The value of an expression whose arguments are known."""
+        """Convert an expression whose arguments are converted."""
         known = self._known
         if e.is_Number or e.is_NumberSymbol:
             return _constant(e), ONE
@@ -242,7 +244,7 @@ class ValueGraph:
         return self._function(e)
 
     def _factors(self, e: Expr) -> list[tuple[ScaledNode, int]]:
-        """The factors that a factor of a product brings: x and y of (x·y)⁻¹ each."""
+        """Split a factor of a product: (x·y)⁻¹ into x⁻¹ and y⁻¹."""
         coefficient, number = self._known[e]
         node = self.nodes[number]
         if e.is_Pow and isinstance(node, ProductNode):
@@ -295,7 +297,7 @@ def _holds_sum(e: Expr) -> bool:
 
 
 def _arguments(e: Expr) -> tuple[Expr, ...]:
-    """The arguments that must be values first (exact exponents are none)."""
+    """List the arguments that must be converted first; exact exponents are not among them."""
     if e.is_Pow and e.exp.is_Rational:
         return (e.base,)
     if e.func is sympy.Heaviside:
@@ -318,8 +320,8 @@ def _unprintable(what: str) -> InternalError:
     return InternalError(Problem(f"{what} has no counterpart in emitted code", rule="unprintable"))
 
 
-#: Calls that must go for each that comes: few differences keep their own sines, which are
-#: accurate however small.
+#: Calls that must be saved for each new one: where they are fewer, differences keep their own
+#: sines, which are accurate however small.
 _CALLS_SAVED = 4
 
 _UNITS = (1, -1)

@@ -51,7 +51,7 @@ _Rows: TypeAlias = list[dict[int, ScaledNode]]
 
 @dataclass(frozen=True)
 class MatrixBlock:
-    """Coordinates whose accelerations are found together.
+    """Coordinates whose accelerations are solved for together.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class MatrixBlock:
     exact
         No digits cancel in the pivots, so that each that is positive is known to be so.
     closures
-        Indices of those solved with the coordinates; their block is never unrolled.
+        Indices of the closures solved with the coordinates; their block is never unrolled.
     band
         The multipliers alone are solved for, closures as far apart as this having
         coordinates in common; None: all unknowns are.
@@ -90,7 +90,7 @@ class MatrixBlock:
 
     @property
     def multipliers(self) -> tuple[str, ...]:
-        """The names of the multipliers of a band in what follows from them."""
+        """Names of a band's multipliers in the accelerations that follow from them."""
         if self.band is None:
             return ()
         return tuple(f"d{self.start + k}" for k in range(len(self.closures)))
@@ -195,7 +195,7 @@ def solve_blocks(
 
 
 def inertia_rows(values: ValueGraph, equations: Equations) -> _Rows:
-    """The mass matrix; where it is proven diagonal its zeros need not be visible."""
+    """Rows of the mass matrix; where it is proven diagonal, all other entries count as zero."""
     rows = equations.mass_matrix
     if not equations.facts.diagonal_mass_matrix:
         return converted_rows(values, rows)
@@ -218,7 +218,7 @@ def _banded(
     gradients: _Rows,
     before: Sequence[MatrixBlock],
 ) -> MatrixBlock | None:
-    """The block with its closures in an order that makes a band of S, where that is worth it."""
+    """Order the closures of a block so that S is a band, where that saves operations."""
     if not closures or any(matrix[i].keys() != {i} for i in members):
         return None
     closures = tuple(closures[k] for k in elimination_order([gradients[k] for k in closures]))
@@ -255,7 +255,7 @@ class _Band:
         self.free = {i: values.convert(system.right[i] / m) for i, m in mass.items()}
 
     def write(self, outputs: dict[str, list[ScaledNode]]) -> None:
-        """The band by rows from the diagonal on, r, and the accelerations."""
+        """Write the band by rows from the diagonal on, r, and the accelerations."""
         band = self.block.band or 0
         for k, row in enumerate(self.gradients):
             others = self.directions[k : k + band + 1]
@@ -296,8 +296,7 @@ def is_unrolled(size: int, definite: bool, largest: int = LARGEST_UNROLLED) -> b
 
 
 def components(matrix: _Rows, gradients: _Rows) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
-    """The connected components of the graph whose edges are nonzero entries:
-    coordinates and closures of each."""
+    """Connected components of the graph of nonzero entries: coordinates and closures of each."""
     n = len(matrix)
     closures_at: list[list[int]] = [[] for _ in range(n)]
     for k, gradient in enumerate(gradients):
@@ -324,7 +323,7 @@ def components(matrix: _Rows, gradients: _Rows) -> list[tuple[tuple[int, ...], t
 def _unroll(
     values: ValueGraph, equations: Equations, right: Sequence[Expr], members: tuple[int, ...]
 ) -> _Unrolled:
-    """A block in straight-line code: exact where that is known to be stable and short."""
+    """Solve a block in straight-line code, exactly where that is known to be stable and short."""
     mass = [[equations.mass_matrix[i][j] for j in members] for i in members]
     forcing = [right[i] for i in members]
     if len(members) > 1:
@@ -350,7 +349,7 @@ def _substitute(values: ValueGraph, solution: ExactSolution) -> _Unrolled:
 def _ldl_solve(
     values: ValueGraph, matrix: list[list[ScaledNode]], right: list[ScaledNode]
 ) -> _Unrolled:
-    """Straight-line solution by M = L D Lᵀ. Entries that are zero cost nothing."""
+    """Solve in straight-line code by M = L D Lᵀ; zero entries take no operations."""
     rows = factored(values, matrix)
     places = range(len(matrix))
     pivots, diagonal = [rows[i][i] for i in places], [matrix[i][i] for i in places]

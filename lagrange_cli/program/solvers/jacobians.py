@@ -34,13 +34,13 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
-#: Fewer than one number in so many of a large matrix that need not be zero: only they are stored.
+#: A large matrix with fewer than one number in so many that need not be zero is stored sparse.
 _SPARSE = 4
 
 #: Matrices of fewer rows than this are stored whole.
 _SMALL = 16
 
-#: The rank of accelerations and multipliers that are given (see :class:`.value_graph.ValueGraph`).
+#: The rank of accelerations and multipliers as inputs (see :class:`.value_graph.ValueGraph`).
 _GIVEN = 5
 
 _MINUS = -1
@@ -84,12 +84,12 @@ class ColumnBlock:
 
 @dataclass(frozen=True)
 class Jacobian:
-    """Where derivatives of accelerations, or of outputs, are stored.
+    """Layout of the stored derivatives of accelerations or of outputs.
 
     Attributes
     ----------
     rows, columns
-        Numbers of what is differentiated, and of what it is differentiated by.
+        Number of functions that are differentiated, and of variables of the derivatives.
     multipliers
         Number of multipliers that may be read.
     entries
@@ -109,7 +109,7 @@ class Jacobian:
 
     @property
     def size(self) -> int:
-        """How many numbers are stored."""
+        """Number of entries that are stored."""
         return self.rows * self.columns if self.pattern is None else len(self.pattern)
 
     @property
@@ -121,7 +121,7 @@ class Jacobian:
 
     @property
     def nonzero(self) -> tuple[tuple[int, int], ...]:
-        """Rows and columns of what need not be zero, by rows."""
+        """Rows and columns of entries that need not be zero, by rows."""
         return _nonzero(self.entries, self.blocks)
 
     @property
@@ -145,7 +145,7 @@ def solve_jacobian(
 ) -> tuple[Jacobian, Outputs]:
     """Differentiate the accelerations that a system gives.
 
-    They are inputs ``a0, a1, …`` of the program, as the multipliers ``l0, l1, …`` are.
+    Accelerations ``a0, a1, …`` and multipliers ``l0, l1, …`` are inputs of the program.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def changes_along(
 
 
 def input_value(values: ValueGraph, name: str) -> ScaledNode:
-    """Return an acceleration or a multiplier that is handed over."""
+    """Return the input of a program that is an acceleration or a multiplier."""
     return 1, values.intern(InputNode(name), _GIVEN)
 
 
@@ -250,7 +250,7 @@ def _unrolled(
     columns: tuple[int, ...],
     right: Sequence[Tangent],
 ) -> tuple[list[tuple[int, int]], list[ScaledNode]]:
-    """Solve for all columns in straight-line code; where results are, and the results."""
+    """Solve for all columns in straight-line code; return places and values of the results."""
     none = (0, 0)
     rows = factored(values, [[matrix[i].get(j, none) for j in members] for i in members])
     places, nodes = [], []

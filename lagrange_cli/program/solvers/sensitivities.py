@@ -30,7 +30,7 @@ from lagrange_cli.program.solvers.jacobians import changes_along, input_value
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-#: Coupled coordinates whose system is written out, where sensitivities are asked for.
+#: Most coupled coordinates whose system is written out for sensitivities.
 LARGEST_WITH_SENSITIVITIES = 16
 
 
@@ -67,7 +67,7 @@ def with_sensitivities(
         for k in range(len(equations.sensitivities)):
             right = replaced(values, [rights[i].get(k, none) for i in members], known)
             added["acceleration"] += substituted(values, rows, right)
-            # What is singular for the motion is so for its derivatives.
+            # A matrix that is singular for the motion is singular for its derivatives.
             added["pivots"] += [pivot for pivot, _ in tests]
             added["scales"] += [scale for _, scale in tests]
             further.append(replace(block, coordinates=tuple(n * (k + 1) + i for i in members)))

@@ -25,18 +25,18 @@ FEWEST_UNKNOWNS = 30
 #: Bands as narrow as this are taken without looking for another order.
 _NARROW = 4
 
-#: Operations of a band that take as long as one of supernodes.
+#: Operations of a band in the time of one operation of supernodes.
 _SPEED_OF_BAND = 2
 
 #: Part of the numbers of a supernode that may be zeros for the sake of its rectangle.
 _ZEROS = 0.25
 
-#: Supernodes of fewer columns take any zeros.
+#: Supernodes of fewer columns are merged whatever zeros that stores.
 _FEWEST_COLUMNS = 3
 
 
 def elimination_order(coordinates: Sequence[Iterable[int]]) -> tuple[int, ...]:
-    """The order of closures with the narrower band: as they are, or Cuthill and McKee's reversed.
+    """Order closures for the narrower band: as they are, or by Cuthill and McKee, reversed.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def operations_of_band(m: int, width: int) -> int:
 
 
 def is_banded(n: int, m: int, width: int) -> bool:
-    """Tell whether the band is worth it for n accelerations and m multipliers."""
+    """Tell whether a band saves operations for n accelerations and m multipliers."""
     size = n + m
     return size >= FEWEST_UNKNOWNS and operations_of_band(m, width) < 2 * size**3 // 3
 
@@ -85,7 +85,7 @@ def _width(neighbours: Sequence[Sequence[int]], order: Sequence[int]) -> int:
 
 
 def _cuthill_mckee(neighbours: Sequence[Sequence[int]]) -> list[int]:
-    """Level by level from an end of the graph, those of few neighbours first."""
+    """Order nodes level by level from an end of the graph, those of few neighbours first."""
     order: list[int] = []
     left = set(range(len(neighbours)))
     while left:
@@ -98,7 +98,7 @@ def _cuthill_mckee(neighbours: Sequence[Sequence[int]]) -> list[int]:
 
 
 def _levels(neighbours: Sequence[Sequence[int]], start: int) -> list[int]:
-    """All that are connected with one, in the order of the distance from it."""
+    """List all nodes that are connected with one, in the order of the distance from it."""
     reached, seen = [start], {start}
     for k in reached:
         new = [j for j in neighbours[k] if j not in seen]
@@ -124,7 +124,7 @@ class BandFactors:
 
     @property
     def workspace_size(self) -> int:
-        """Numbers of workspace, x and what stands behind it."""
+        """Size of the workspace, which begins with x."""
         return 2 * len(self.order)
 
     @property
@@ -222,7 +222,7 @@ Factors = BandFactors | SupernodalFactors
 
 
 def choose_factorization(coordinates: Sequence[Iterable[int]]) -> Factors:
-    """The cheaper of the two ways, for closures by the coordinates of each."""
+    """Choose band or supernodes, whichever is cheaper, from the coordinates of each closure."""
     coordinates = [tuple(row) for row in coordinates]
     order = elimination_order(coordinates)
     band = BandFactors(order, bandwidth([coordinates[k] for k in order]))
@@ -233,7 +233,7 @@ def choose_factorization(coordinates: Sequence[Iterable[int]]) -> Factors:
 
 
 def supernodes(touching: Sequence[Iterable[int]]) -> SupernodalFactors:
-    """Supernodes in an order of least degree, for the neighbours of each closure."""
+    """Make supernodes in an order of least degree, from the coordinates of each closure."""
     order, filled = _least_degree(touching)
     order, filled = _children_first(order, filled)
     spans = _merged(filled)
@@ -247,8 +247,10 @@ def supernodes(touching: Sequence[Iterable[int]]) -> SupernodalFactors:
 
 
 def _least_degree(touching: Sequence[Iterable[int]]) -> tuple[list[int], list[list[int]]]:
-    """Eliminate that of least degree first; the order, and which others each touched then,
-    by positions in the order."""
+    """Eliminate the node of least degree first.
+
+    Returns the order, and the nodes that each touched then, by positions in the order.
+    """
     left = [set(others) for others in touching]
     heap = [(len(others), k) for k, others in enumerate(left)]
     heapify(heap)
@@ -271,8 +273,11 @@ def _least_degree(touching: Sequence[Iterable[int]]) -> tuple[list[int], list[li
 
 
 def _children_first(order: list[int], filled: list[list[int]]) -> tuple[list[int], list[list[int]]]:
-    """The same elimination in an order in which columns of one pattern are neighbours: that
-    of the tree in which the parent of a column is the first that it touches."""
+    """Reorder an elimination so that columns of one pattern are neighbours.
+
+    The order is that of the elimination tree, in which the parent of a column is the first column
+    that it touches.
+    """
     children: list[list[int]] = [[] for _ in order]
     roots: list[int] = []
     for k, rows in enumerate(filled):
@@ -289,7 +294,7 @@ def _children_first(order: list[int], filled: list[list[int]]) -> tuple[list[int
 
 
 def _merged(filled: Sequence[Sequence[int]]) -> list[tuple[int, int, Sequence[int]]]:
-    """First column, the one after the last, and the rows below of each supernode."""
+    """List first column, the column after the last, and the rows of each supernode."""
     spans: list[tuple[int, int, Sequence[int]]] = []
     zeros = 0
     for k, rows in enumerate(filled):
@@ -309,7 +314,7 @@ def _merged(filled: Sequence[Sequence[int]]) -> list[tuple[int, int, Sequence[in
 
 
 def _updated(nodes: Sequence[Supernode]) -> list[Supernode]:
-    """The supernodes, each with what earlier ones do to it."""
+    """Return the supernodes with the updates by earlier ones."""
     owner = {
         column: number
         for number, node in enumerate(nodes)

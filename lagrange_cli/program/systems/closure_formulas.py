@@ -1,4 +1,4 @@
-"""Values that follow from closures, such as residuals and rates, as formulas for loops."""
+"""Residuals, rates and magnitudes of closures as formulas for loops."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def _gradient_square(
     gradient: Sequence[Expr], masses: Sequence[Expr], values: ValueGraph
 ) -> list[ScaledNode]:
-    """Put Σ gradient²/M into a program."""
+    """Add Σ gradient²/M to a graph."""
     pairs = zip(gradient, masses, strict=True)
     convert = values.convert
     return [values.add([values.multiply([(convert(g), 2), (convert(m), -1)]) for g, m in pairs])]
@@ -47,7 +47,7 @@ ClosureFunction: TypeAlias = "Callable[[ValueGraph, Closure, _Coordinates], Scal
 
 
 def _products(values: ValueGraph, closure: Closure, by: Sequence[Expr]) -> list[ScaledNode]:
-    """The terms of gradient·x, of which ``by`` has those that the closure holds."""
+    """List the terms of gradient·x; ``by`` holds x at the coordinates of the closure."""
     gradient = entries(closure.gradient).values()
     pairs = zip(gradient, by, strict=True)
     return [values.multiply([(values.convert(g), 1), (values.convert(x), 1)]) for g, x in pairs]
@@ -58,12 +58,12 @@ def _rate_terms(values: ValueGraph, closure: Closure, row: _Coordinates) -> list
 
 
 def closure_rate(values: ValueGraph, closure: Closure, row: _Coordinates) -> ScaledNode:
-    """Add up φ̇ or ψ, which is zero of the velocities."""
+    """Add up φ̇ or ψ, which velocities make zero."""
     return values.add(_rate_terms(values, closure, row))
 
 
 def _rate_size(values: ValueGraph, closure: Closure, row: _Coordinates) -> ScaledNode:
-    """Add up the magnitudes that a rate is the difference of."""
+    """Add up the magnitudes of the terms of a rate."""
     return _magnitude(values, _rate_terms(values, closure, row))
 
 
@@ -108,7 +108,7 @@ def closure_formulas(equations: Equations, output: str) -> list[Formula]:
 
 @dataclass(frozen=True)
 class ClosureValue:
-    """A value that follows from a closure, to be put into a program.
+    """A value of a closure that a graph can compute.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class ClosureValue:
 
     @property
     def parts(self) -> tuple[Expr, ...]:
-        """The expressions that the value is made of."""
+        """Expressions of the value."""
         closure = self.closure
         if self.make is closure_expression:
             return (closure.expression,)

@@ -57,7 +57,7 @@ def times(weight: Expr, row: Sequence[Expr]) -> Sequence[Expr]:
 
 
 def no_forces(e: Equations) -> list[Expr]:
-    """The right-hand side of a change that no force brings about."""
+    """Return zeros, the right-hand side of a change without forces."""
     return [sympy.S.Zero] * len(e.coordinates)
 
 
@@ -111,8 +111,11 @@ def _of_positions(weighted: _Weighted) -> _Weighted:
 
 
 def _shifted_change(e: Equations) -> MassMatrixSystem:
-    """Like a change of positions, of those that stand in the place of velocities, along the
-    gradients at the positions (RATTLE; *Geometric Numerical Integration*, VII.1.4)."""
+    """Set up the change of shifted positions along the gradients at the positions q.
+
+    The shifted positions stand in place of the velocities (RATTLE; *Geometric Numerical
+    Integration*, VII.1.4).
+    """
     there = {c.q: c.v for c in e.coordinates}
     weighted = _of_positions(_plain(e))
     return system_of(weighted, no_forces(e), (c.expression.xreplace(there) for c, _ in weighted))
@@ -123,27 +126,32 @@ CLOSURE_SYSTEMS = {**systems_of(_plain), "shifted_change": _shifted_change}
 
 
 def residual_size(closure: Closure, e: Equations) -> Expr:
-    """Sum of the magnitudes that a residual is the difference of, each of which is rounded:
-    its terms, and what the coordinates contribute to first order."""
+    """Sum the magnitudes of which a residual is the difference, each of them rounded.
+
+    These are its terms, and the products of the gradient with the coordinates.
+    """
     terms = sympy.Add.make_args(closure.expression)
     return _magnitude([*terms, *_products(closure, [c.q for c in e.coordinates])])
 
 
 def _gradient_square(gradient: Sequence[Expr], e: Equations) -> Expr:
-    """Σ gradient²/M over the diagonal of the mass matrix: the square of what a change of norm 1,
-    in the metric of the kinetic energy, does to a residual, but for couplings."""
+    """Σ gradient²/M over the diagonal of the mass matrix.
+
+    But for couplings it is the square of the largest change of a residual by a change of the
+    coordinates of norm 1 in the metric of the kinetic energy.
+    """
     masses = {j: e.mass_matrix[j][j] for j in entries(gradient)}
     squares = (g**2 / masses[j] for j, g in entries(gradient).items() if masses[j] != 0)
     return sympy.Add(*squares)
 
 
 def _rate_size(closure: Closure, e: Equations) -> Expr:
-    """Sum of the magnitudes that gradient·v + rate is the difference of."""
+    """Sum the magnitudes of the terms of gradient·v + rate."""
     return _magnitude(_rate_terms(closure, e))
 
 
 def _magnitude(terms: Sequence[Expr]) -> Expr:
-    """Σ |term|, as it stands: SymPy need not look into the terms."""
+    """Σ |term|, which SymPy does not evaluate further."""
     numbers = [abs(term) for term in terms if term.is_Number]
     others = [sympy.Abs(term, evaluate=False) for term in terms if not term.is_Number]
     return sympy.Add(*numbers, *others)

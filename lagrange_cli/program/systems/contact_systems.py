@@ -1,11 +1,10 @@
 """One-sided constraints as systems to solve and expressions to evaluate.
 
-Each contact k has a flag s among the parameters: 1 where it is closed and may
-push, 0 where it is open. One system serves all cases: its row is
-s·gradient·a + s·bias + (1 − s)·λ = 0, beside M a = f + Σ s·λ·gradient, so that
-λ = 0 where it is open. The flags of all contacts stand behind the parameters of
-the scene; behind them stand the changes of rates that an impulse is to bring
-about. ``gaps``, their rates and accelerations tell which flags are to change
+Each contact k has a flag s among the parameters: 1 where it is closed and may push, 0 where it is
+open. One system serves all cases: its row is s·gradient·a + s·bias + (1 − s)·λ = 0, beside M a = f
++ Σ s·λ·gradient, so that λ = 0 where it is open. The flags of all contacts stand behind the
+parameters of the scene; behind them stand the targets, changes of rates that an impulse has to
+cause. ``gaps``, their rates and accelerations tell which flags are to change
 (:mod:`lagrange_cli.emit.c.impact`).
 """
 
@@ -35,10 +34,10 @@ if TYPE_CHECKING:
 
 
 def with_contact_flags(equations: Equations) -> Equations:
-    """The equations with U flags and then U targets as further parameters, for U contacts.
+    """Return the equations with U flags, then U targets, as further parameters, for U contacts.
 
-    A flag is 1.0 in contact and 0.0 else; targets are what an impulse changes the
-    rates of flagged contacts by.
+    A flag is 1.0 in contact and 0.0 else; a target is the change of a flagged contact's rate by an
+    impulse.
     """
     contacts = equations.contacts
     names = [f"{kind}({c.name})" for kind in ("flag", "target") for c in contacts]
@@ -80,7 +79,7 @@ class WeightedClosures:
     compliance
         Diagonal entry of each closure (see :class:`.solvers.blocks.MassMatrixSystem`), or empty.
     flags
-        Number of last parameters that are flags and targets.
+        Number of flags and targets, the last parameters.
     """
 
     equations: Equations
@@ -90,7 +89,7 @@ class WeightedClosures:
 
 
 def weighted_closures(e: Equations, outputs: Sequence[str]) -> WeightedClosures:
-    """Outputs as those of closures, with the equations that they are then of."""
+    """Translate outputs of contacts to outputs of equations in which contacts are closures."""
     contacts = [contact.closure for contact in e.contacts]
     if outputs[0] == "gaps":
         names = (name.replace("gap", "closure", 1) for name in outputs)

@@ -62,8 +62,8 @@ if TYPE_CHECKING:
 _ZERO: ScaledNode = (0, ONE)
 _MINUS = -1
 
-#: Digits in which both derivations are compared, and the relative difference that is rounding: of
-#: the certificate, whose terms may cancel.
+#: Digits in which both derivations are compared, and the relative difference that counts as
+#: rounding of the certificate, whose terms may cancel.
 _DIGITS, _AGREE = 50, mpf(10) ** -12
 
 #: The arithmetic of many digits: sums and products take far less time than those of mpmath.
@@ -81,7 +81,7 @@ _Pair: TypeAlias = tuple[_Slope, _Slope, int]
 
 
 class _Totals(dict[int, ScaledNode]):
-    """Sums of some of several values, by the bits of a number that say which."""
+    """Sums of some of several values, by the number whose bits select them."""
 
     def __init__(self, values: ValueGraph, parts: Sequence[ScaledNode]) -> None:
         super().__init__()
@@ -100,7 +100,7 @@ def _bits(number: int) -> Iterator[int]:
 
 
 def _pairs(rows: Sequence[Sequence[_Slope]], holders: Mapping[_Slope, int]) -> list[_Pair]:
-    """Pairs of slopes that a component has both, each once, in the order of the first such."""
+    """List pairs of slopes that one component has, each once, in the order of first appearance."""
     pairs: Iterable[tuple[_Slope, _Slope]]
     if len(holders) ** 2 < sum(len(row) ** 2 for row in rows):
         pairs = combinations_with_replacement(sorted(holders), 2)
@@ -156,7 +156,7 @@ class DirectDerivation:
         return [tangent.get(0, _ZERO) for tangent in tangents]
 
     def _add_particles(self) -> None:
-        """Add what recurs from particle to particle, as in a chain, as one product by its sum."""
+        """Add products that recur in several particles, as in a chain, once, times the mass sum."""
         values, particles = self.values, self._equations.particles
         masses = [values.convert(p.mass) for p in particles for _ in range(3)]
         positions = [values.convert(r) for p in particles for r in p.position]
@@ -179,13 +179,13 @@ class DirectDerivation:
 
         @cache
         def moved(both: int, inner: int) -> ScaledNode:
-            """The mass of what moves with a slope, times that."""
+            """Multiply a slope by the mass of all particles that move with it."""
             return values.multiply([(mass_of[both], 1), ((1, inner), 1)])
 
         for first, second, both in pairs:
             (j, c, a), (k, d, b) = first, second
             if j != k and both & (both - 1) and both in (holders[first], holders[second]):
-                # All that moves with one of them moves with the other.
+                # All particles that move with one slope move with the other.
                 inner, outer = (b, a) if both == holders[second] else (a, b)
                 square = values.multiply([((1, outer), 1), (moved(both, inner), 1)])
                 square = scaled(square, c * d)
@@ -203,7 +203,7 @@ class DirectDerivation:
         values = self.values
         pairs = zip(masses, convective, strict=True)
         inertia_of = _Totals(values, [product(values, *pair) for pair in pairs])
-        # What is no sum may cancel, multiplied out, with what another component gives.
+        # Multiplied out, a slope that is no sum may cancel with that of another component.
         alone = sum(
             1 << place
             for place, (_, number) in enumerate(convective)
@@ -241,7 +241,7 @@ class DirectDerivation:
 
     @property
     def operations(self) -> int:
-        """Count operations before parts of sums and products are shared, which leaves fewer."""
+        """Count operations before common parts of sums and products are shared."""
         values = self.values
         wanted = [*(entry for row in self.mass for entry in row.values()), *self.forcing]
         count = 0
@@ -257,7 +257,7 @@ class DirectDerivation:
         return count
 
     def define(self) -> None:
-        """Let the graph have these values for the collected expressions."""
+        """Make these values those of the collected expressions in the graph."""
         for row, derived in zip(self._equations.mass_matrix, self.mass, strict=True):
             for k, entry in entries(row).items():
                 self.values.define(entry, derived.get(k, _ZERO))
@@ -305,8 +305,10 @@ class DirectDerivation:
 def at_certificate(
     values: ValueGraph, wanted: Sequence[ScaledNode], equations: Equations, *, digits: bool = True
 ) -> list[Any]:
-    """Evaluate values at the state of the certificate, with many digits or in doubles; not numbers
-    where an operation has no real result."""
+    """Evaluate values at the state of the certificate, with many digits or in doubles.
+
+    They are NaN where an operation has no real result.
+    """
     sources = equations.sources
     assert sources is not None
     symbols: dict[str, Expr] = {"t": equations.t}
@@ -335,12 +337,12 @@ def _decimal(x: Any) -> Decimal:
 
 
 def _of_decimals(function: Callable[..., Any]) -> Callable[..., Decimal]:
-    """Let a function of mpmath work with decimals."""
+    """Wrap a function of mpmath for decimals."""
     return lambda *numbers: _decimal(function(*(mpf(str(x)) for x in numbers)))
 
 
 def _of_doubles(function: Callable[..., Any]) -> Callable[..., float]:
-    """Let a function of mpmath's doubles raise an arithmetic error for what is complex."""
+    """Wrap a function of mpmath's doubles so that a complex result is an arithmetic error."""
 
     def real(*numbers: float) -> float:
         value = function(*numbers)
@@ -378,10 +380,11 @@ def is_derivable(equations: Equations) -> bool:
     return equations.sources is not None and equations.sources.forcing is equations.forcing
 
 
-#: Operations of a collected term, at the least: it holds two velocities and a mass.
+#: Least number of operations of a collected term, which holds two velocities and a mass.
 _LEAST_OF_TERM = 3
 
-#: A difference that is rounding, relative to the terms: both forms are one but for their sums.
+#: Difference that counts as rounding, relative to the terms: both forms differ in the order of
+#: sums.
 _ROUNDING = 1e-11
 
 
@@ -395,7 +398,7 @@ class DirectEnergy:
     energy
         The value.
     operations_shown
-        Operations that the energy as it is shown takes at the least.
+        Least number of operations of the energy as it is shown.
     """
 
     def __init__(self, values: ValueGraph, equations: Equations) -> None:

@@ -1,7 +1,7 @@
 """Programs of large sparse systems: loops over expressions of one shape.
 
-A system is large where its mass matrix is diagonal and proven positive definite and its
-unknowns are many: what a closure or a coordinate needs then holds a few neighbours alone.
+A system is large if its mass matrix is diagonal and proven positive definite and its
+unknowns are many: closures and coordinates then couple few neighbours each.
 With Φ the gradients of the closures and f/M the accelerations without them,
 S λ = −bias − Φ f/M with S = Φ M⁻¹ Φᵀ (:mod:`.solvers.sparse_factorization`), and
 a = f/M + M⁻¹ Φᵀ λ.
@@ -47,10 +47,10 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.program.systems.contact_systems import WeightedClosures
 
-#: Coordinates without closures that are worth loops over their shapes.
+#: Fewest coordinates of a system without closures that is written as loops.
 _FEWEST_FREE = 100
 
-#: Programs of more parts have too little in common for loops.
+#: Most parts of a program of loops: expressions that need more have too little in common.
 _MOST_PARTS = 256
 
 _Row: TypeAlias = dict[int, tuple[ScaledCell, ScaledCell]]
@@ -140,8 +140,11 @@ def _matrix_rows(equations: Equations, output: str) -> list[Mapping[int, Expr]]:
 
 
 def _inputs(asked: WeightedClosures) -> dict[Expr, Cell]:
-    """Give every input its cell. Flags of contacts and targets of impulses, behind the
-    parameters, are told from these: emitted code has them in an array of their own."""
+    """Map every input to its cell.
+
+    Flags of contacts and targets of impulses, behind the parameters, have an array of their own in
+    emitted code.
+    """
     equations = asked.equations
     places: dict[Expr, Cell] = {equations.t: Cell("t", 0)}
     flags_from = len(equations.parameters) - asked.flags
@@ -184,7 +187,7 @@ _SYSTEMS = {
 
 
 def _of_row(residual: ClosureValue, masses: Sequence[Expr], values: ValueGraph) -> list[ScaledNode]:
-    """Put a gradient, the same over the masses, and the residual into a program."""
+    """Add a gradient, the gradient over the masses, and the residual to a graph."""
     gradient = [values.convert(g) for g in entries(residual.closure.gradient).values()]
     # Reciprocals are nodes of their own: one division for all that has one mass.
     inverse = [values.multiply([(values.convert(m), -1)]) for m in masses]
@@ -193,10 +196,10 @@ def _of_row(residual: ClosureValue, masses: Sequence[Expr], values: ValueGraph) 
 
 
 def _free(forcing: Expr, mass: Expr, values: ValueGraph) -> list[ScaledNode]:
-    """Put f/M of a coordinate into a program."""
+    """Add f/M of a coordinate to a graph."""
     coefficient, number = values.convert(forcing)
     node = values.nodes[number]
-    # A weight m·g loses its mass.
+    # The mass cancels in a weight m·g.
     factors = node.factors if isinstance(node, ProductNode) else ((number, 1),)
     powers = [((1, factor), exponent) for factor, exponent in factors]
     return [values.multiply([((coefficient, ONE), 1), *powers, (values.convert(mass), -1)])]

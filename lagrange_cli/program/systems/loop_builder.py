@@ -1,4 +1,4 @@
-"""Building of loops: expressions of one shape become one loop, with the workspace they need."""
+"""Building of loops: expressions of one shape become one loop with its workspace."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _MOST_EVEN = 6
 #: Strides at which constant steps are sought: every member, every second, every third.
 _PERIODS = (1, 2, 3)
 
-#: The rank of what the workspace holds (see
+#: The rank of values in the workspace (see
 #: :class:`lagrange_cli.program.graph.value_graph.ValueGraph`).
 _RANKS = {"p": 1, "s": 1, "t": 2, "u": 2, "q": 3, "v": 4, "w": 5}
 
@@ -51,7 +51,7 @@ class Formula:
     Attributes
     ----------
     kind, expressions
-        These, by the shapes of the expressions, determine what ``make`` puts into a program.
+        These, by the shapes of the expressions, determine the values of ``make``.
     make
         Puts the values into a graph.
     targets
@@ -64,7 +64,7 @@ class Formula:
     targets: tuple[Cell, ...] = ()
 
     def to(self, *targets: Cell) -> Formula:
-        """The same with targets."""
+        """Return the same formula with targets."""
         return replace(self, targets=targets)
 
 
@@ -120,12 +120,12 @@ class LoopBuilder:
     size: int = 0
 
     def allocate(self, count: int) -> int:
-        """The start of so many numbers of workspace."""
+        """Reserve numbers of workspace; return the index of the first."""
         start, self.size = self.size, self.size + count
         return start
 
     def evaluate(self, formulas: Sequence[Formula]) -> list[list[ScaledCell]]:
-        """The results of each formula, those without targets to be read there."""
+        """Append loops that compute formulas; return the cells of the results of each."""
         groups = [formula.expressions for formula in formulas]
         for level in self._levels(shared_parts(groups, self.shapes, LONGEST_SUM)):
             self._share(level)
@@ -138,7 +138,7 @@ class LoopBuilder:
     # -- what several formulas hold ----------------------------------------------
 
     def _levels(self, expressions: Sequence[Expr]) -> list[list[Expr]]:
-        """Group expressions: first those that need no others, then those that need these."""
+        """Group expressions into levels, each of which needs values of earlier levels alone."""
         depth: dict[Expr, int] = {}
         chosen = set(expressions)
         levels: list[list[Expr]] = []
@@ -150,7 +150,7 @@ class LoopBuilder:
         return levels
 
     def _share(self, expressions: Sequence[Expr]) -> None:
-        """Compute expressions, which are leaves from now on."""
+        """Append loops that compute expressions, which are leaves of later ones."""
         long = [e for e in expressions if e.is_Add and len(e.args) > LONGEST_SUM]
         for expression in long:
             self._add_up(expression)
@@ -163,7 +163,7 @@ class LoopBuilder:
     def _add_up(self, expression: Expr) -> None:
         """Compute a long sum: its terms side by side, then their total."""
         start = self.allocate(len(expression.args))
-        # Not by their names, as SymPy has them: x[10] stands before x[2] there.
+        # SymPy sorts by names, in which x[10] stands before x[2].
         terms = sorted(expression.args, key=self.shapes.shape)
         cells = (Cell("w", start + k) for k in range(len(terms)))
         self._run([self._member(value_formula(*pair)) for pair in zip(terms, cells, strict=True)])
@@ -188,7 +188,7 @@ class LoopBuilder:
         )
 
     def _run(self, members: Sequence[_Member], whole: bool = False) -> list[list[ScaledCell]]:
-        """Append loops for members, by shape; ``whole``: results are values, not multiples."""
+        """Append loops for members by shape; ``whole`` results are stored with their factors."""
         groups: dict[Hashable, list[int]] = {}
         for number, member in enumerate(members):
             key = (member.key, tuple(place.array for place in member.places))
@@ -221,7 +221,7 @@ class LoopBuilder:
     def _stored(
         self, values: ValueGraph, results: list[ScaledNode], inputs: list[IndexColumn], members: int
     ) -> list[list[ScaledCell]]:
-        """A loop whose results get places: each node once, numbers none."""
+        """Give each result of a loop a place, each node once and numbers none."""
         once = all(column.is_fixed for column in inputs)
         rows = 1 if once else members
         nodes = list(dict.fromkeys(node for _, node in results if node != ONE))
@@ -293,8 +293,10 @@ def _indices(member: _Member) -> tuple[int, ...]:
 
 
 def _even(group: list[int], rows: list[tuple[int, ...]]) -> list[list[int]]:
-    """A group in the fewest parts in which all indices advance by constant steps; undivided
-    where these are many."""
+    """Divide a group into the fewest parts in which all indices advance by constant steps.
+
+    It stays undivided where these parts are many.
+    """
     best = [group]
     fewest = _MOST_EVEN + 1
     for period in _PERIODS:
@@ -325,7 +327,7 @@ def _runs(rows: list[tuple[int, ...]]) -> list[int]:
 
 
 def _prototype(member: _Member) -> tuple[ValueGraph, list[ScaledNode]]:
-    """The program of a member over local names: its graph and its results."""
+    """Build the program of a member over local names; return its graph and its results."""
     names = [(f"l{k}", _RANKS[place.array]) for k, place in enumerate(member.places)]
     atoms = zip(member.atoms, names, strict=False)
     values = ValueGraph([(atom, name, rank) for atom, (name, rank) in atoms])
@@ -334,7 +336,7 @@ def _prototype(member: _Member) -> tuple[ValueGraph, list[ScaledNode]]:
 
 
 def _sum_member(total: SumOfProducts) -> _Member:
-    """A sum of products as a member of those that are alike but for the places."""
+    """Make a sum of products a member of those that differ in the places alone."""
     numbers: dict[Cell, int] = {}
     pattern = tuple(
         (coefficient, tuple(numbers.setdefault(place, len(numbers)) for place in places))

@@ -35,7 +35,7 @@ _FEWEST = 4
 #: Whole numbers from 2 to this may advance: no type of emitted code rounds them.
 _LARGEST_COUNTED = 2**24
 
-#: What stands for a number that advances: the array of its place, and its name in an operand.
+#: Array and variable that stand for a number that advances.
 COUNTED = "#"
 
 
@@ -145,7 +145,7 @@ def roll_loops(
     runs = [_single(statement, locate, shapes) for statement in statements]
     runs = _settled(runs, independent)
     if independent:
-        # The remainder of a matrix by rows may be columns.
+        # Statements that remain of a matrix by rows may roll up by columns.
         runs = _resettled(runs, lambda run: run.numbers[::-1])
         # What no two entries share, as factors of rounding, does not tell which.
         by_values = _resettled(runs, _values_backwards)
@@ -171,7 +171,7 @@ def _single(
         elif isinstance(operand, Sum):
             shape += [Sum, len(operand.terms)]
             for coefficient, part in operand.terms[::-1]:
-                # Coefficients come before what they multiply.
+                # Coefficients come before their operands.
                 shape.append(coefficient < 0)
                 stack += [part, Constant(magnitude(coefficient))]
         elif isinstance(operand, Product):
@@ -196,7 +196,7 @@ def _is_counted(value: Coefficient) -> bool:
 
 
 def _resettled(runs: Sequence[_Run], key: Callable[[_Run], tuple[int, ...]]) -> list[_Run]:
-    """Fold what is in no loop yet in another order."""
+    """Fold statements that are in no loop yet, in another order."""
     loops = [run for run in runs if run.steps]
     return _settled(loops + sorted((run for run in runs if not run.steps), key=key), True)
 
@@ -218,7 +218,7 @@ def _settled(runs: list[_Run], independent: bool) -> list[_Run]:
 
 
 def _gathered(runs: Sequence[_Run]) -> list[_Run]:
-    """Runs that could be one together, in the order of their first."""
+    """Group runs that could be one run, in the order of the first of each."""
     groups: dict[object, list[_Run]] = {}
     for run in runs:
         groups.setdefault((run.shape, run.steps), []).append(run)
@@ -226,7 +226,7 @@ def _gathered(runs: Sequence[_Run]) -> list[_Run]:
 
 
 def _folded(runs: Sequence[_Run]) -> list[_Run]:
-    """Every longest series of runs that advance alike as one run."""
+    """Fold every longest series of runs that advance alike into one run."""
     result = []
     start = 0
     while start < len(runs):
@@ -280,9 +280,9 @@ class _Counting:
     Attributes
     ----------
     indices
-        Those of the cells and numbers that are still to be met, from left to right.
+        Indices of the cells and numbers not met yet, from left to right.
     places
-        Those of the variables met, and of the numbers that became some.
+        Places of the variables met, and of numbers that became variables.
     """
 
     indices: Iterator[AffineIndex]

@@ -29,7 +29,7 @@ class IndexColumn:
 
     @property
     def step(self) -> int | None:
-        """The index of a member less that of the one before; None if this varies."""
+        """Difference of the indices of neighbouring members; None if it varies."""
         indices = self.indices
         step = indices[1] - indices[0] if len(indices) > 1 else 0
         even = all(b - a == step for a, b in pairwise(indices))
@@ -85,8 +85,10 @@ class IndexedLoop:
 
 @dataclass(frozen=True)
 class Total:
-    """The sum of ``count`` numbers of the workspace from ``start`` on, which are overwritten;
-    it stands in the first of them."""
+    """Sum of ``count`` numbers of the workspace from ``start`` on, stored in the first of them.
+
+    All of these numbers are overwritten.
+    """
 
     start: int
     count: int
@@ -151,7 +153,7 @@ def columns_of(parts: Iterable[ProgramPart]) -> list[IndexColumn]:
 
 
 def relative_indices(column: IndexColumn) -> tuple[int, ...]:
-    """Indices as they differ from the first, so that neighbouring columns have one table."""
+    """Subtract the first index from all, so that neighbouring columns share one table."""
     return tuple(index - column.indices[0] for index in column.indices)
 
 

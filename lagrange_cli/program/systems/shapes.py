@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 _COMMUTATIVE = (sympy.Add, sympy.Mul, sympy.Min, sympy.Max)
 
-#: Operations that a part of several expressions must have to be computed once for all of
-#: them: fewer are done again sooner than stored and fetched.
+#: Fewest operations of a common part of several expressions that is computed once for all of them:
+#: fewer operations are repeated in less time than a value is stored and fetched.
 _FEWEST_SHARED = 4
 
-#: Operations that a function or a root counts as.
+#: Operations as which a function or a root counts.
 _COSTLY = 10
 
 
@@ -44,7 +44,7 @@ class ShapeTable:
             self.place(expression, place)
 
     def place(self, expression: Expr, place: Cell) -> None:
-        """Take an expression for a leaf: its value stands at a place."""
+        """Make an expression a leaf whose value stands at a place."""
         self._shapes[expression] = self._number(place.array), (len(self.leaves),)
         self._known.add(expression)
         self.leaves.append((expression, place))
@@ -100,8 +100,10 @@ def _parts_first(expression: Expr, known: Container[Expr]) -> Iterator[Expr]:
 def shared_parts(
     groups: Sequence[Sequence[Expr]], known: Container[Expr], longest: int
 ) -> list[Expr]:
-    """List parts of several groups that are worth being computed once, and sums of
-    more than ``longest`` terms; parts before wholes."""
+    """List common parts of several groups that are computed once, parts before wholes.
+
+    Sums of more than ``longest`` terms are among them.
+    """
     order: list[Expr] = []
     seen: set[Expr] = set()
     for group in groups:
