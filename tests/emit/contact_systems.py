@@ -20,7 +20,7 @@ from lagrange_cli.simulate.native.rounding_model import perturb
 from lagrange_cli.simulate.native.sources import library_source
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
-from tests.emit.emitted_c import WARNINGS, compiler, run
+from tests.emit.emitted_c import shared_library
 
 
 def contact(name, gap, coordinates, restitution=0):
@@ -207,14 +207,9 @@ class Machine:
 
     def __init__(self, equations, folder):
         programs = simulation_programs(equations)
-        number = len(list(folder.iterdir()))
-        source, library = folder / f"{number}.c", folder / f"{number}.so"
+        source = folder / f"{len(list(folder.iterdir()))}.c"
         source.write_text(library_source(programs), encoding="utf-8")
-        run(
-            compiler(),
-            *["-std=c99", "-O1", *WARNINGS, "-shared", "-fPIC", source, "-o", library, "-lm"],
-        )
-        self.library = ctypes.CDLL(str(library))
+        self.library = shared_library(source)
         self.contacts, self.work = len(equations.contacts), workspace_size(programs)
         self.factors = programs["contact_disturbed"].parameters
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
 import os
 import shutil
 import subprocess
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +17,13 @@ from lagrange_cli.emit.registry import EMITTERS
 
 WARNINGS = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
 TYPES = {"float": np.float32, "double": np.float64, "long-double": np.longdouble}
+
+
+def in_types(systems):
+    """Pairs of each system with doubles, and of every second one with another type in turn."""
+    systems = list(systems)
+    others = [(system, ("float", "long-double")[k % 2]) for k, system in enumerate(systems[::2])]
+    return [*((system, "double") for system in systems), *others]
 
 
 def compiler(name="gcc"):
@@ -44,15 +54,30 @@ def run(*arguments, **more):
     return done.stdout
 
 
+def shared_library(source, *flags):
+    """Compile a C file into a shared library, which processes of a run share for equal texts.
+
+    What is compared are values, which the compiler's optimization does not change.
+    """
+    words = [compiler(), "-std=c99", "-O0", *WARNINGS, *flags, "-shared", "-fPIC"]
+    texts = [path.read_bytes() for path in (source, source.with_suffix(".h")) if path.exists()]
+    key = hashlib.sha256(b"\0".join([" ".join(words).encode(), *texts])).hexdigest()
+    folder = Path(os.environ["XDG_CACHE_HOME"]) / "test-libraries"
+    library = folder / f"{key}.so"
+    if not library.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder) as made:
+            run(*words, source, "-o", Path(made) / "library.so", "-lm")
+            os.replace(Path(made) / "library.so", library)
+    return ctypes.CDLL(str(library))
+
+
 class Compiled:
     """The functions of one emitted system, over arrays of its number type."""
 
     def __init__(self, equations, folder, real="double"):
         source = write(equations, folder, real)
-        library = folder / f"{source.stem}_{real}.so"
-        gcc = compiler()
-        run(gcc, "-std=c99", "-O1", *WARNINGS, "-shared", "-fPIC", source, "-o", library, "-lm")
-        self.library = ctypes.CDLL(str(library))
+        self.library = shared_library(source)
         self.type = TYPES[real]
         self.prefix = source.stem
         self.header = source.with_suffix(".h").read_text(encoding="utf-8")

@@ -20,7 +20,7 @@ from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.program.printing import decimal_literal, double_literal
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import DIGITS, Reference, difference, exact, states
-from tests.emit.emitted_c import WARNINGS, Compiled, compiler, run, write
+from tests.emit.emitted_c import WARNINGS, Compiled, compiler, in_types, run, write
 from tests.program.test_program import one_coordinate, x
 
 #: Agreement relative to the largest entry, at unit condition number.
@@ -31,8 +31,7 @@ HOSTILE = "*/ int main(void){return 7;} /* ??/ \\\n#error x\r\u2028\x00 \"\"\" '
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("real", list(TOLERANCE))
-@pytest.mark.parametrize("make", systems.ALL)
+@pytest.mark.parametrize(("make", "real"), in_types(systems.ALL))
 def test_every_function_agrees_with_the_equations(make, real, tmp_path):
     equations = make()
     n = len(equations.coordinates)
@@ -84,8 +83,7 @@ def large(name):
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("real", list(TOLERANCE))
-@pytest.mark.parametrize("name", list(LARGE))
+@pytest.mark.parametrize(("name", "real"), in_types(LARGE))
 def test_loops_agree_with_the_equations(name, real, tmp_path):
     equations, reference = large(name)
     n = len(equations.coordinates)
@@ -134,24 +132,16 @@ def test_text_of_a_chain_grows_with_its_length_alone():
 STRICT = ["-Wconversion", "-Wsign-conversion", "-Wshadow", "-Wundef", "-Wdouble-promotion"]
 
 
-@pytest.mark.slow
-@pytest.mark.compiler
-@pytest.mark.parametrize(
-    ("real", "command"),
-    [
-        ("double", ["gcc", "-std=c99"]),
+def commands():
+    """Pairs of each system with C99, and with one of the others in turn."""
+    makes = [*systems.ALL, lambda: systems.collected_chain(16), *LARGE.values(), unused]
+    others = [
         ("double", ["g++", "-std=c++11", "-x", "c++"]),
         ("float", ["gcc", "-std=c99"]),
         ("long-double", ["gcc", "-std=c11"]),
-    ],
-)
-@pytest.mark.parametrize(
-    "make", [*systems.ALL, lambda: systems.collected_chain(16), *LARGE.values(), lambda: unused()]
-)
-def test_no_compiler_warns(make, real, command, tmp_path):
-    source = write(make(), tmp_path, real, main=True)
-    gcc, *flags = command
-    run(compiler(gcc), *flags, *WARNINGS, *STRICT, "-c", source, "-o", tmp_path / "object.o")
+    ]
+    yield from ((make, "double", ["gcc", "-std=c99"]) for make in makes)
+    yield from ((make, *others[k % len(others)]) for k, make in enumerate(makes))
 
 
 def unused():
@@ -159,6 +149,15 @@ def unused():
     a, b = systems.parameter("a", 1.0), systems.parameter("b", 2.0)
     q = systems.coordinate("x")
     return systems.build("free", [a, b], [q], [("p", a.symbol, (q.q, 0, 0))], 0)
+
+
+@pytest.mark.slow
+@pytest.mark.compiler
+@pytest.mark.parametrize(("make", "real", "command"), list(commands()))
+def test_no_compiler_warns(make, real, command, tmp_path):
+    source = write(make(), tmp_path, real, main=True)
+    gcc, *flags = command
+    run(compiler(gcc), *flags, *WARNINGS, *STRICT, "-c", source, "-o", tmp_path / "object.o")
 
 
 @pytest.mark.compiler

@@ -13,12 +13,12 @@ from tests.emit.closed_code import (
     TOLERANCE,
     Closed,
 )
+from tests.emit.emitted_c import in_types
 
 pytestmark = [pytest.mark.compiler, pytest.mark.slow]
 
 
-@pytest.mark.parametrize("real", list(TOLERANCE))
-@pytest.mark.parametrize("name", list(CASES))
+@pytest.mark.parametrize(("name", "real"), in_types(CASES))
 def test_projection_meets_the_closures(name, real, tmp_path):
     equations = CASES[name]()
     compiled = Closed(equations, tmp_path, real)

@@ -13,7 +13,7 @@ import pytest
 from lagrange_cli import load
 from lagrange_cli.errors import InputError
 from tests.emit.derivative_reference import AccelerationReference, relative
-from tests.emit.emitted_c import WARNINGS, Compiled, compiler, run
+from tests.emit.emitted_c import WARNINGS, Compiled, compiler, run, shared_library
 from tests.systems.shipped import sliced
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
@@ -109,9 +109,7 @@ class Library(Compiled):
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8")
         (source,) = [folder / name for name in files if name.endswith(".c")]
-        words = ["-std=c99", "-O1", *WARNINGS, "-shared", "-fPIC"]
-        run(compiler(), *words, source, "-o", folder / "library.so", "-lm")
-        self.library = ctypes.CDLL(str(folder / "library.so"))
+        self.library = shared_library(source)
         self.type, self.prefix = np.float64, source.stem
         self.header = source.with_suffix(".h").read_text(encoding="utf-8")
         self.defaults = np.zeros(max(1, len(equations.parameters)))

@@ -11,10 +11,7 @@ from __future__ import annotations
 import ctypes
 import importlib.util
 import json
-import os
 import re
-import shutil
-import subprocess
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -34,6 +31,7 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations, Input
 from lagrange_cli.scene import parse_expression, read_file
+from tests.emit.emitted_c import shared_library
 from tests.systems import lagranges_method
 from tests.systems.lagranges_method import Constrained, Dynamics
 from tests.systems.recordings import linear
@@ -60,7 +58,6 @@ Array = NDArray[np.float64]
 REFERENCES = Path(__file__).parents[1] / "references"
 
 STATES = 20
-C_FLAGS = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror"]
 
 
 @cache
@@ -288,17 +285,6 @@ def python_module(e: Equations, folder: Path) -> ModuleType:
     return module
 
 
-def compiler() -> str:
-    """gcc or cc; without one the test is skipped, and fails where CI is set."""
-    found = shutil.which("gcc") or shutil.which("cc")
-    if found is None:
-        reason = "no C compiler on this machine"
-        if os.environ.get("CI") == "true":
-            pytest.fail(reason)
-        pytest.skip(reason)
-    return found
-
-
 class CompiledC:
     """The emitted C, built as a shared library and called through its interface."""
 
@@ -307,12 +293,7 @@ class CompiledC:
         assert sorted(files) == [f"{e.name}.c", f"{e.name}.h"]
         for file, text in files.items():
             (folder / file).write_text(text, encoding="utf-8")
-        library = folder / f"{e.name}.so"
-        flags = [*C_FLAGS, "-O1", "-shared", "-fPIC"]
-        command = [compiler(), *flags, "-o", str(library), str(folder / f"{e.name}.c"), "-lm"]
-        built = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-        assert built.returncode == 0, built.stderr
-        loaded = ctypes.CDLL(str(library))
+        loaded = shared_library(folder / f"{e.name}.c")
         self._rhs = getattr(loaded, f"{e.name}_rhs")
         self._inputs = getattr(loaded, f"{e.name}_inputs") if e.inputs else None
         self._given = (ctypes.c_double * max(1, len(e.inputs)))()
