@@ -54,9 +54,9 @@ class ShapeClasses(Generic[_Result]):
         self.width = len(coordinates)
 
     def instance(self, expr: sp.Expr) -> ShapeInstance[_Result]:
-        """Give the result for an expression, in terms of the first of its shape."""
+        """Return the result for an expression, in terms of the first expression of its shape."""
         numbers = sorted({self._number[s] for s in expr.free_symbols if s in self._number})
-        # What is simplified for a positive symbol does not hold for another one.
+        # A result that is simplified for a positive symbol does not hold for another one.
         places = {
             s: (k, d, s.is_positive)
             for k, j in enumerate(numbers)

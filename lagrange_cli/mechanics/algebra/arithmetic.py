@@ -2,10 +2,10 @@
 
 ``Basic.compare`` walks two expressions at each comparison; here a key is made once for each
 expression, and arguments are sorted by keys. SymPy compares terms pair by pair, and makes new ones
-of their coefficients and the rest: of sums of hundreds of terms that takes longer than all else
-that is done with them. A term here stays the object that it is, unless there is another one like
-it. SymPy also asks whether a term of a power's base is infinite, and builds the powers in a product
-anew: for a spring that takes longer than all else that is done with its energy.
+of their coefficients and the rest: of sums of hundreds of terms that takes longer than any further
+work on them. A term here stays the object that it is, unless there is another one like it. SymPy
+also asks whether a term of a power's base is infinite, and builds the powers in a product anew: for
+the energy of a spring that takes longer than any further work on it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _ZERO, _ONE, _MINUS_ONE = sp.S.Zero, sp.S.One, sp.S.NegativeOne
 #: A term without its coefficient: its factors, or the only one.
 _Rest: TypeAlias = sp.Basic | tuple[sp.Basic, ...]
 
-#: Keys that are kept.
+#: Most keys that are kept.
 _KEPT = 2**18
 
 #: ``id`` of an expression → the expression, which keeps its id from being given away, and its key.
@@ -42,9 +42,9 @@ def sympy_order(expr: sp.Basic) -> tuple[Any, ...]:
 
 
 def _new_key(expr: sp.Basic) -> tuple[Any, ...]:
-    """Put classes first, those that SymPy does not list by their names, then the parts.
+    """Make a key of the class, the number of parts, and the parts.
 
-    Expressions of fewer parts stand before others of their class.
+    Classes that SymPy does not list are sorted by their names.
     """
     name = type(expr).__name__
     rank = _RANKS.get(name)
@@ -86,7 +86,7 @@ def _flat(terms: Sequence[sp.Expr]) -> Iterable[sp.Expr]:
 
 
 def _coefficient_and_rest(term: sp.Expr) -> tuple[sp.Rational, _Rest] | None:
-    """Take a term apart; None if SymPy may have more to do with it."""
+    """Split a term into number and factors; None if SymPy may evaluate it further."""
     if term.is_Mul:
         factors = term.args
         if not factors[0].is_Number:
@@ -102,14 +102,14 @@ def _coefficient_and_rest(term: sp.Expr) -> tuple[sp.Rational, _Rest] | None:
 
 
 def _is_plain(factor: sp.Expr) -> bool:
-    """Tell whether it is a symbol, a power of what holds symbols, or a function but exp."""
+    """Tell whether a factor is a symbol, a power of a base with symbols, or a function but exp."""
     if factor.is_Pow:
         return not factor.base.is_number
     return bool(factor.is_Symbol or (factor.is_Function and factor.func is not sp.exp))
 
 
 def _scaled(count: sp.Rational, factors_of_term: _Rest) -> sp.Expr:
-    """Put a term together again."""
+    """Multiply the factors of a term by a number."""
     if count is _ZERO:
         return _ZERO
     factors = factors_of_term if isinstance(factors_of_term, tuple) else (factors_of_term,)
@@ -154,7 +154,7 @@ def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
 
 
 def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    """Build a power; that of a sum with symbols, which are finite, stays as it is."""
+    """Build a power; one of a sum with symbols, which are finite, is not evaluated."""
     if base.is_Add and exponent.is_Rational and exponent not in (0, 1) and base.free_symbols:
         return sp.Pow(base, exponent, evaluate=False)
     return sp.Pow(base, exponent)

@@ -30,7 +30,7 @@ _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)
 _MINUS_ONE = sp.Integer(-1)
 
-#: Functions of angles that are kept: of 256 coordinates' differences sines and cosines.
+#: Most functions of angles that are kept: sines and cosines of the differences of 256 coordinates.
 _KEPT = 2**17
 
 #: Largest denominator that is cleared as content of a sum: 9.81 = 981/100 stays.
@@ -91,7 +91,7 @@ class Splitter:
         #: Powers of two factors and a mass → number and powers of their product.
         self._products: dict[tuple[Powers, Powers, sp.Expr], tuple[Rational, Powers]] = {}
         self._factors: dict[Powers, list[sp.Expr]] = {}
-        #: Sums of masses that are treated as one, and what they are made of.
+        #: Sums of masses that count as one mass, and the masses in them.
         self._sums: dict[sp.Expr, Weights] = {}
         #: Order of first appearance: the canonical order within a monomial.
         self.rank: dict[TrigFactor, int] = {}
@@ -179,7 +179,7 @@ class Splitter:
 
 
 class TermSum:
-    """A sum of terms, collected as the module says.
+    """A sum of terms, collected as in the docstring of the module.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ class TermSum:
 
 
 def _product_of_powers(first: Powers, second: Powers, mass: sp.Expr) -> tuple[Rational, Powers]:
-    """Multiply powers, and a mass that is 1 for none; powers of rational numbers are taken out."""
+    """Multiply powers and a mass (1 for none); powers of rational numbers are factored out."""
     number: Rational = 1
     powers = dict(first)
     if mass is not _ONE:

@@ -1,9 +1,8 @@
 """Derivatives of positions, taken once for each distinct term.
 
-Positions are sums in which the same terms recur from particle to particle
-(the links of a chain). Every term is differentiated once; a component's
-Jacobian row and convective term are lists of the derivatives of its terms, so
-that what recurs stays recognizable.
+Positions are sums in which the same terms recur from particle to particle (the links of a chain).
+Every term is differentiated once; a component's Jacobian row and convective term are lists of the
+derivatives of its terms, so that recurring terms stay recognizable.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ _ONE = sp.Integer(1)
 _TERM_BUDGET = 200
 
 
-#: Derivatives that are kept: what expressions share is differentiated once.
+#: Most derivatives that are kept, so that common parts of expressions are differentiated once.
 _KEPT = 2**15
 
 #: Derivatives of functions of one argument.
@@ -51,7 +50,7 @@ _SLOPES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
 
 @lru_cache(maxsize=_KEPT)
 def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """Differentiate in functions that the scene language has: ∂expr/∂symbol.
+    """Differentiate an expression, ∂expr/∂symbol, with results in functions of the scene language.
 
     The rules are written down here since SymPy's general ones cost tenfold and
     bring in functions of their own. The step of min and max is written with

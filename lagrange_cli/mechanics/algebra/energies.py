@@ -36,9 +36,9 @@ def shortest_energy(
     Parameters
     ----------
     velocities
-        In their order; terms with the same ones stand together.
+        Velocities in their order; terms with the same ones stand together.
     splitter
-        Knows the masses, which are gathered.
+        Splits terms, and knows the masses, which are gathered.
     constants
         Symbols of parameters.
     brackets
@@ -118,7 +118,7 @@ def by_parameters(
 
 
 def _weight(term: sp.Expr, constants: frozenset[sp.Symbol]) -> sp.Expr:
-    """The factors of a term that are parameters."""
+    """Collect the factors of a term that are parameters."""
     factors = sp.Mul.make_args(term)
     return sp.Mul(*(f for f in factors if f.free_symbols and f.free_symbols <= constants))
 
@@ -126,9 +126,9 @@ def _weight(term: sp.Expr, constants: frozenset[sp.Symbol]) -> sp.Expr:
 def _in_front(
     terms: Sequence[sp.Expr], constants: frozenset[sp.Symbol], velocities: Sequence[sp.Symbol]
 ) -> Iterator[sp.Expr]:
-    """A factor in front of all terms: parameters and no others left, or all that moves.
+    """Factor out parameters if none remain in the terms, or all that moves.
 
-    It leaves terms with integers: ``½ m l² (3 θ̇1² + θ̇2²)``, ``½ (m + I/R²) ṡ²``.
+    The terms keep integers: ``½ m l² (3 θ̇1² + θ̇2²)``, ``½ (m + I/R²) ṡ²``.
     """
     whole = common_factor(list(terms))
     if whole == 1:

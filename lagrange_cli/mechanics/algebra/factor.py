@@ -1,4 +1,4 @@
-"""Common factors and shorter products of sums, for textbook forms."""
+"""Common factors, shorter products, and groups of terms by velocities, for textbook forms."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def holds_powers(product: sp.Expr, powers: Mapping[sp.Expr, sp.Expr]) -> bool:
 
 
 def factored(terms: list[sp.Expr]) -> sp.Expr:
-    """Write the sum of terms as a product: common monomial times a shorter form of the rest."""
+    """Write the sum of terms as common monomial times a shorter form of the cofactor."""
     if len(terms) == 1:
         return terms[0]
     if not terms:
@@ -202,7 +202,7 @@ def _collected_if_shorter(expr: sp.Expr, masses: frozenset[sp.Expr]) -> sp.Expr:
 
 
 def _have_own_angles(terms: Sequence[sp.Expr]) -> bool:
-    """Tell whether each term is one sine or cosine, of which no two are alike, times symbols."""
+    """Tell whether each term is one sine or cosine times symbols, and no two of these are equal."""
     factors = [sp.Mul.make_args(term) for term in terms]
     others = [
         f for term_factors in factors for f in term_factors if not (f.is_Symbol or f.is_Rational)
@@ -215,7 +215,7 @@ def _have_own_angles(terms: Sequence[sp.Expr]) -> bool:
 
 
 def _is_linear_term(term: sp.Expr) -> bool:
-    """Tell whether a term is a symbol with a number, of which a sum holds each once."""
+    """Tell whether a term is a symbol or a rational number times one."""
     return term.is_Symbol or bool(
         term.is_Mul and len(term.args) == 2 and term.args[0].is_Rational and term.args[1].is_Symbol
     )

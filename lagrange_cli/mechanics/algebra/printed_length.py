@@ -1,4 +1,4 @@
-"""The length of an expression in print: the one measure of what is shorter."""
+"""The length of an expression in print, by which short forms are compared."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-#: Expressions whose length is kept: those of parts that ways to write a sum share.
+#: Most expressions whose length is kept, for parts that several forms of a sum share.
 _KEPT = 2**13
 
 

@@ -50,7 +50,7 @@ class _Part:
 
 
 class RecurringProducts:
-    """The different products; iterating gives (row, column, factor, factor, components).
+    """The different products; iteration yields (row, column, factor, factor, components).
 
     ``column`` −1 is the forcing. ``components`` has the bit k where component k
     holds the product.

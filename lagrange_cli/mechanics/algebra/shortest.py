@@ -1,8 +1,8 @@
 """Shortest ways to write the sums of an equation, chosen by their length in print.
 
-Every way is made of the same terms: gathered by the functions in them, by what moves, or by their
+Every way holds the same terms: gathered by the functions in them, by moving factors, or by their
 parameters; then products that share a sum are put together. Coefficients try the other forms of
-squares of sines and cosines. Nothing searches: each way is made once.
+squares of sines and cosines. Each way is built once, without search.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ _TERM_BUDGET = 40
 _FACTOR_TERMS = 6
 _FACTOR_SYMBOLS = 3
 
-#: Sums and terms of which what was found is kept.
+#: Most sums and terms whose results are kept.
 _KEPT = 2**12
 
-#: Functions that are part of what moves; others, roots and denominators scale it.
+#: Functions that count as moving factors; others, roots and denominators scale a term.
 _HEADS = (sp.sin, sp.cos, sp.tan, sp.sinh, sp.cosh, sp.exp)
 
 
@@ -83,7 +83,7 @@ def shortest_coefficient(whole: sp.Expr, constants: frozenset[sp.Symbol]) -> sp.
 
 
 def _forms(expr: sp.Expr, constants: frozenset[sp.Symbol]) -> Iterator[sp.Expr]:
-    """The sum with coefficients collected, and with squares of sines and cosines rewritten."""
+    """List the forms of a sum: coefficients collected, squares of sines and cosines rewritten."""
     yield sp.Add(*_gathered(expr.args, constants, _head))
     squares = [p.base for p in expr.atoms(sp.Pow) if p.exp == 2]
     arguments = {f.args[0] for f in squares if isinstance(f, (sp.sin, sp.cos))}
@@ -131,7 +131,7 @@ def _ordered_terms(bracket: sp.Expr) -> list[sp.Expr]:
 
 @lru_cache(maxsize=_KEPT)
 def _bases(term: sp.Expr) -> frozenset[sp.Expr]:
-    """What a product holds powers of."""
+    """Collect the bases of the powers in a product."""
     return frozenset(f.as_base_exp()[0] for f in sp.Mul.make_args(term) if not f.is_Number)
 
 
@@ -139,12 +139,12 @@ def _bases(term: sp.Expr) -> frozenset[sp.Expr]:
 
 
 class _Parts(NamedTuple):
-    """The factors of a term: parameters, what moves with it, and what scales it.
+    """The factors of a term: parameters, moving factors, and factors that scale it.
 
     Attributes
     ----------
     parameters
-        Those of parameters alone.
+        Factors of parameters alone.
     head
         Powers of coordinates, trigonometric functions and such.
     tail
@@ -241,7 +241,7 @@ def _is_polynomial(factor: sp.Expr) -> bool:
 def joined(groups: list[sp.Expr], apart: frozenset[sp.Symbol] = frozenset()) -> list[sp.Expr]:
     """Put products together that share a sum: ``k (1 - d/s) (l sin θ - d cos θ)``.
 
-    ``apart``: symbols of which a sum alone is no reason to.
+    ``apart``: a sum of these symbols alone is left in its products.
     """
     sharing: dict[sp.Expr, list[sp.Expr]] = {}
     for group in groups:

@@ -28,7 +28,7 @@ class Step(NamedTuple):
     kind
         The class of its value.
     build
-        Makes its value of those of its operands, without evaluation.
+        Makes its value from those of its operands, without evaluation.
     operands
         Their numbers among the values: symbols and constants, then earlier steps.
     symbols
@@ -128,7 +128,7 @@ class Shapes:
         self._known: dict[Hashable, Shape] = {}
 
     def element(self, expr: sp.Expr) -> Element:
-        """Give the shape of an expression, which is the first one of it if it is new."""
+        """Return an expression with its shape; the first of a shape stands for it."""
         symbols = tuple(sorted(symbols_in(expr), key=attrgetter("name")))
         places: dict[sp.Basic, Hashable] = {s: (k, s.is_positive) for k, s in enumerate(symbols)}
         key = tuple(_walk(expr, places))
@@ -168,7 +168,7 @@ def _step(expr: sp.Basic, places: Mapping[sp.Basic, int]) -> Step:
 
 
 def _builder(expr: sp.Basic) -> Callable[..., sp.Expr]:
-    """Give the function that makes an expression of this kind of its parts, as they stand."""
+    """Return the function that builds an expression of this kind from its parts, unevaluated."""
     kind: Callable[..., sp.Expr] = expr.func
     if expr.is_Add or expr.is_Mul:
         commutes = expr.is_commutative
@@ -189,7 +189,8 @@ class Substitution:
 
     def __init__(self, places: Mapping[sp.Basic, sp.Expr]) -> None:
         self._places = places
-        #: An operation and the ``id`` of its operands → these, which keeps them, and its value.
+        #: An operation and the ``id`` of its operands → the operands, so that ids stay theirs, and
+        #: its value.
         self._known: dict[tuple[Any, ...], tuple[Sequence[sp.Basic], sp.Expr]] = {}
 
     def place(self, symbol: sp.Symbol) -> sp.Expr | None:

@@ -129,7 +129,7 @@ def _series(polynomial: Mapping[TrigMonomial, Rational]) -> _Series | None:
 
 
 def _times(series: _Series, name: str, argument: sp.Expr) -> _Series:
-    """Multiply a series by sin or cos, by 2 cos w cos u = cos(w + u) + cos(w − u) etc."""
+    """Multiply a series by sin or cos with 2 cos w cos u = cos(w + u) + cos(w − u) and the like."""
     product: _Series = {}
     for (wave, frequency), c in series.items():
         result = "cos" if wave == name else "sin"

@@ -14,9 +14,9 @@ T, V, velocities and generalized forces, as reported, are compared with the
 scene's as well, since equations alone do not tell an energy from one that
 differs by a total derivative.
 
-No derivative taken symbolically enters either. The same evaluations tell which
-coordinates are not cyclic and whether the energy function is not conserved; what they
-leave open is proven elsewhere (:mod:`.facts`).
+No derivative taken symbolically enters either. The same evaluations show coordinates that are not
+cyclic and an energy function that is not conserved; facts that they do not refute are proven
+elsewhere (:mod:`.facts`).
 """
 
 from __future__ import annotations
@@ -61,20 +61,20 @@ _MORE_DIGITS = 30
 #: are 10^1200 apart at most.
 CLOSE_DIGITS = 1300
 
-#: The negative exponent of what is nothing then: less than a product of doubles can be.
+#: Negative exponent of numbers that then count as zero: less than a product of doubles can be.
 _CLOSE_NOTHING = 700
 
-#: States at which what is reported is compared with what is declared.
+#: States at which reported values are compared with declared ones.
 _THOROUGH = 2
 
-#: Coordinates above which so many states are checked: an equation that is wrong is wrong almost
-#: everywhere, and terms of which one state in a hundred shows nothing are few among so many.
+#: Number of coordinates → most states that are checked above it: a wrong equation is wrong almost
+#: everywhere, and few terms among many vanish at one state in a hundred.
 _STATES = ((64, 1), (24, 2))
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """A passed certificate and what the evaluations showed on the way.
+    """A passed certificate with the findings of its evaluations.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Evidence:
         Looks at the first state with so many digits that rounding is nothing.
     value
         Evaluates an expression over t, q, v and parameters at the first state, in the working
-        precision; what it shares with T, V and L is taken from their tape.
+        precision; parts that it shares with T, V and L are taken from their tape.
     gradients
         Gradients of the closures at each state, in the same way.
     beyond
@@ -250,10 +250,7 @@ def _evidence(
 
 @contextmanager
 def explained(scene: Scene) -> Iterator[None]:
-    """Refuse a scene whose expressions have no values, or nest too deeply, meanwhile.
-
-    Which expression it was is known where such an error is caught; here only that it is one.
-    """
+    """Turn errors of expressions without values or nested too deeply into refusals of the scene."""
     try:
         yield
     except DomainError:
@@ -288,7 +285,8 @@ def _points(
             return
         for c in reduced.coordinates:
             scale = sampler.spread(c.q)
-            # Time has units of its own: where speeds are bounded they may have to be far smaller.
+            # Time has units of its own: velocities may have to be far smaller where they are
+            # bounded.
             point[c.v] = sampler.noise(scale * width**3)
             point[c.a] = sampler.noise(scale)
         yield closures.draw(point, sampler)
@@ -359,7 +357,7 @@ def _looked_at_closely(
     *,
     thorough: bool,
 ) -> Look:
-    """Look at a state with so many digits that rounding alone makes no mismatch.
+    """Compare at a state with so many digits that rounding alone makes no mismatch.
 
     If numbers of very different sizes occur, as 1 and a displacement of 1e-150, terms cancel to
     more digits than are carried; a mismatch that remains here is a real one. A force whose terms
@@ -371,7 +369,7 @@ def _looked_at_closely(
 
 
 def _beyond(rows: Sequence[SparseRow]) -> tuple[int, mpf] | None:
-    """The first number on the diagonal that is neither 0 nor a double with all its digits."""
+    """Find the first number on the diagonal that is neither 0 nor a double with all its digits."""
     for j, row in enumerate(rows):
         size = abs(row.get(j, _ZERO))
         if size and not _RANGE[0] <= size <= _RANGE[1]:

@@ -2,8 +2,8 @@
 
 Gradient, rate and bias are compared with derivatives along the motion of the equations
 as stated. Accelerations and multipliers that solve M a = f + Σ λ·gradient are put into
-Newton's law: what it lacks must be the constraint force Σ λ ∂φ/∂q, which no admissible
-displacement works against.
+Newton's law: its residual must be the constraint force Σ λ ∂φ/∂q, which does no work in
+admissible displacements.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
 
 _ZERO = mpf(0)
 
-#: Above this number of unknowns accelerations and multipliers are not solved for.
+#: Most unknowns of a system that is solved for accelerations and multipliers.
 _LARGE = 32
 
 
@@ -51,7 +51,7 @@ class ClosureCheck:
         return [gradient for _, gradient, _, _ in self.derived.at(point)]
 
     def forces(self, point: SymbolValues) -> list[list[mpf]]:
-        """For each coordinate λ·gradient of each closure and gap that holds it."""
+        """List for each coordinate λ·gradient of each closure and gap that holds it."""
         forces: list[list[mpf]] = [[] for _ in self.tapes.q]
         for derived in (self.derived, self.gaps.derived):
             for j, force in derived.forces(point):
@@ -59,9 +59,9 @@ class ClosureCheck:
         return forces
 
     def mismatch(self, point: SymbolValues, least: mpf = _ZERO) -> mpf:
-        """Largest relative difference between what was derived and the equations as stated.
+        """Largest relative difference between derived closures and the equations as stated.
 
-        Differences up to ``least`` are none.
+        Differences up to ``least`` count as zero.
         """
         worst = self.gaps.mismatch(point)
         if not self.closures:
@@ -108,7 +108,7 @@ class ClosureCheck:
             return _ZERO
         solution = self.solved(seen.point, mass, forcing)
         if solution is None:
-            return _ZERO  # singular here: refused, or another state tells
+            return _ZERO  # singular here: refused elsewhere, or regular at another state
         a, multipliers = solution[:n], solution[n:]
         point = {**seen.point, **dict(zip(self.tapes.a, a, strict=True))}
         _, rates, gradients = self.manifold.motion(point, a)

@@ -44,11 +44,11 @@ class DerivedClosures:
             for e in (c.expression, *row.values(), c.rate, c.bias)
         ]
         self._tape = Tape(parts, moving)
-        #: The point looked at last, the bits carried, and what was found there.
+        #: The last point, the bits carried, and the values there.
         self._latest: tuple[SymbolValues, int, list[_Derived]] | None = None
 
     def at(self, point: SymbolValues) -> list[_Derived]:
-        """Value, gradient (the entries that are not zero), rate and bias of each."""
+        """Evaluate value, gradient (nonzero entries), rate and bias of each at a state."""
         if not self.closures:
             return []
         bits = mpmath.mp.prec
@@ -64,7 +64,7 @@ class DerivedClosures:
         return self._latest[2]
 
     def forces(self, point: SymbolValues) -> Iterator[tuple[int, mpf]]:
-        """Number of a coordinate and λ times its entry of the gradient, for each."""
+        """List for each closure coordinate numbers with λ times the entry of the gradient."""
         for closure, (_, gradient, _, _) in zip(self.closures, self.at(point), strict=True):
             for j, x in gradient.items():
                 yield j, point[closure.multiplier] * x

@@ -1,4 +1,4 @@
-"""Facts about a derivation that are proven, not seen at some states.
+"""Proofs of the facts that the certificate observed at some states.
 
 The states of the certificate lie around the start, and forces that rest there may act elsewhere.
 They refute facts; the others are proven here: first by the symbols that occur, then by zero tests
@@ -29,12 +29,12 @@ from lagrange_cli.mechanics.proofs.zero_test import (
 
 _ZERO = sp.Integer(0)
 
-#: Above this number of closures the work of forces is not looked at beside them.
+#: Most closures beside which the work of forces is examined.
 _CLOSURES = 24
 
 
 def proven_evidence(derivation: Uncertified, evidence: Evidence) -> Evidence:
-    """The evidence with only those facts that are proven to hold at every state.
+    """Keep in the evidence only facts that are proven to hold at every state.
 
     A coordinate counts as forced unless it is proven that it is not.
     """
@@ -56,7 +56,7 @@ def proven_evidence(derivation: Uncertified, evidence: Evidence) -> Evidence:
 
 
 def _held(derivation: Uncertified) -> frozenset[sp.Symbol]:
-    """Symbols that stand in L."""
+    """Collect the symbols in L."""
     return symbols_of_all((derivation.kinetic, derivation.potential))
 
 
@@ -70,7 +70,7 @@ def _generalized_forces(derivation: Uncertified) -> list[sp.Expr]:
 
 
 def _conserves_energy(derivation: Uncertified, forces: Sequence[sp.Expr]) -> bool:
-    """L does not depend on t, and forces do no work."""
+    """Tell whether L is proven not to depend on t, and forces to do no work."""
     reduced = derivation.reduced
     t = reduced.names.t
     if t in _held(derivation) and not does_not_depend(derivation.lagrangian, t):
@@ -111,8 +111,8 @@ def _is_combination(values: Sequence[int], n: int, p: int) -> bool:
 def _energy_is_sum(derivation: Uncertified) -> bool:
     """Σ q̇ ∂L/∂q̇ − L = T + V, with V at rest: T is quadratic in velocities, and V linear.
 
-    Positions without t make the particles' kinetic energy so. Else T and V are compared with
-    their values at a multiple of the velocities.
+    The kinetic energy of particles is quadratic if no position holds t. Else T and V are compared
+    with their values at a multiple of the velocities.
     """
     reduced = derivation.reduced
     bodies = reduced.names.particle_symbols
@@ -135,7 +135,7 @@ def _energy_is_sum(derivation: Uncertified) -> bool:
 
 
 def _degree(e: sp.Expr, velocities: frozenset[sp.Symbol]) -> int | None:
-    """Degree in velocities of what is plainly homogeneous in them; None of anything else."""
+    """Degree in velocities of an expression that is plainly homogeneous in them; else None."""
     if e.is_Symbol:
         return int(e in velocities)
     degrees = [_degree(a, velocities) for a in e.args]
@@ -154,9 +154,9 @@ def _degree(e: sp.Expr, velocities: frozenset[sp.Symbol]) -> int | None:
 def open_questions(
     derivation: Uncertified, seen: Evidence, facts: Evidence, conserved: Sequence[Conserved]
 ) -> Iterator[str]:
-    """Names of coordinates that may be cyclic, and of quantities that may be conserved.
+    """Name coordinates that may be cyclic, and quantities that may be conserved.
 
-    Nothing seen speaks against them, near the start or elsewhere, and they are not proven.
+    They are neither proven, nor refuted at any state near the start or elsewhere.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Certificate of what is printed: equations, rates of momenta, energies and the Lagrangian.
 
-Printed forms are rewritten further than what was derived: collected, divided, put into other words.
-Each is evaluated at the first state of the certificate and compared with what was certified there.
+Printed forms are derived ones rewritten further: collected, divided, with other names. Each is
+evaluated at the first state of the certificate and compared with what was certified there.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _Residuals = Sequence[tuple[mpf, mpf]]
 
 
 def certify_shown(evidence: Evidence, shown: Sequence[ShownEquation]) -> None:
-    """Check that the textbook form, times what was divided out, is M q̈ − f − Σ λ·gradient.
+    """Check that the textbook form, times its divisor, is M q̈ − f − Σ λ·gradient.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def certify_energy(evidence: Evidence, energy: sp.Expr) -> None:
 
 
 def _is_energy(evidence: Evidence, function: tuple[mpf, mpf], energy: sp.Expr, digits: int) -> bool:
-    """Whether an energy is ``function``, found at the first state with so many digits."""
+    """Tell whether an energy is ``function`` at the first state, in so many digits."""
     with mpmath.workdps(digits):
         derived, scale = function
         difference = abs(derived - evidence.value(energy))
@@ -97,7 +97,7 @@ def _is_energy(evidence: Evidence, function: tuple[mpf, mpf], energy: sp.Expr, d
 
 
 def certify_lagrangian(evidence: Evidence, derivation: Uncertified, short: ShortLagrangian) -> None:
-    """Check that the Lagrangian shown is T − V but for what holds no coordinate or velocity.
+    """Check that the shown Lagrangian is T − V but for terms without coordinates and velocities.
 
     Raises
     ------
@@ -118,8 +118,7 @@ def certify_lagrangian(evidence: Evidence, derivation: Uncertified, short: Short
 
 
 def along_motion(state: SymbolValues, reduced: Reduced) -> dict[sp.Symbol, TaylorSeries]:
-    """Value and rate of each symbol of a state, as it moves with its velocities and
-    accelerations."""
+    """Value and rate of each symbol of a state along its velocities and accelerations."""
     rates = {reduced.names.t: mpf(1)}
     for c in reduced.coordinates:
         rates |= {c.q: state[c.v], c.v: state[c.a]}
@@ -127,7 +126,7 @@ def along_motion(state: SymbolValues, reduced: Reduced) -> dict[sp.Symbol, Taylo
 
 
 def _precisions(evidence: Evidence) -> Iterable[int]:
-    """Digits to work with: rounding alone may tell two numbers apart at first, with many not."""
+    """Yield working digits: few, in which equal numbers may differ by rounding, then many."""
     return working_digits(evidence.certificate.digits), CLOSE_DIGITS
 
 
@@ -148,7 +147,7 @@ def _not_derived(
     parts: Sequence[sp.Expr],
     digits: int,
 ) -> str | None:
-    """The coordinate of the first equation that differs from its residual, with so many digits."""
+    """Name the coordinate of the first equation that differs from its residual."""
     state = evidence.states[0]
     with mpmath.workdps(digits):
         run = Tape(parts, list(state)).run([(x, _ZERO, _ZERO) for x in state.values()], 0)

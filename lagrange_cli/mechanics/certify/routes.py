@@ -205,7 +205,7 @@ class Tapes:
         return [gradient[1 + self.n + j][1] - gradient[1 + j][0] for j in range(self.n)]
 
     def mass_values(self, series: Mapping[sp.Symbol, TaylorSeries]) -> list[mpf]:
-        """The mass that goes with each entry of ``components``."""
+        """Mass of each entry of ``components``."""
         return self.masses.run([series[s] for s in self.parameters], 0).values
 
     def raw_inputs(
@@ -252,7 +252,7 @@ class Tapes:
         return Observation(point, series, forces, run.values, gradient, run.magnitude())
 
     def value(self, expression: sp.Expr, point: SymbolValues) -> mpf:
-        """Evaluate an expression over t, q, v and parameters, with what it shares with L."""
+        """Evaluate an expression over t, q, v and parameters on the tape of L."""
         inputs = [(point[s], _ZERO, _ZERO) for s in self.moving]
         return self.lagrangian.value(expression, inputs)
 
@@ -272,7 +272,7 @@ class Tapes:
         return seen.gradient[1 + self.n : 1 + 2 * self.n]
 
     def delicate(self, seen: Observation) -> list[mpf]:
-        """Numbers of which it matters whether they vanish.
+        """Numbers that the facts claim to vanish.
 
         ∂L/∂q, then Q, for each coordinate; the rate of the energy function
         Q·q̇ − ∂L/∂t; and its difference to T + V.
@@ -286,7 +286,7 @@ class Tapes:
         return [*slopes, *seen.forces, rate, function - self._energy(seen)]
 
     def _energy(self, seen: Observation) -> mpf:
-        """T + V with V at rest; out of all proportion where V has no value at rest."""
+        """T + V with V at rest; a huge number where V has no value at rest."""
         if self.resting:
             return seen.values[1] + seen.values[2]
         if self.at_rest is None:

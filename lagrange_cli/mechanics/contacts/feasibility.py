@@ -50,8 +50,8 @@ class FeasibilitySearch:
     ) -> SamplePoint | None:
         """Find a configuration for some of the closures and gaps, by number; None if none came up.
 
-        The search is at the time at which the motion starts, then at others. Gauss-Newton from
-        ``starts`` configurations (default: all) proves nothing where it fails.
+        The search is at the time at which the motion starts, then at others. The method of Gauss
+        and Newton starts from ``starts`` configurations (default: all); its failure proves nothing.
         """
         closure_numbers = range(len(self.closures)) if closures is None else closures
         sides = [self.gaps[k] for k in (range(len(self.gaps)) if gaps is None else gaps)]
@@ -77,7 +77,7 @@ class FeasibilitySearch:
     def _ways(
         self, closures: Sequence[ClosureEquation], gaps: Sequence[ClosureEquation]
     ) -> list[Manifold]:
-        """Conditions at the start time; where t stands in them, also with t as an unknown."""
+        """Yield the conditions at the start time; if they hold t, also with t as an unknown."""
         sides = [(r.left, r.right) for r in (*closures, *gaps)]
         manifolds = [self._manifold(sides, [])]
         if any(self._time in (a - b).free_symbols for a, b in sides):
@@ -96,7 +96,7 @@ class FeasibilitySearch:
 
     @cached_property
     def _given(self) -> SamplePoint:
-        """Time, and coordinates that the scene gives."""
+        """Values of time and of the coordinates that the scene gives."""
         reference = self._reduced.reference
         return {s: reference[s] for s in (self._time, *self._coordinates) if s in reference}
 

@@ -35,14 +35,14 @@ _SURE = 1000
 
 #: Configurations beside one that are tried, each half as far from it: down to 1/4096 of the scales.
 _TRIALS = 12
-#: Neighbours that suffice.
+#: Number of neighbours that suffice.
 _ENOUGH = 3
 
 _FREE = "the coordinates must describe free flight too"
 
 
 def contacts(reduced: Reduced, gaps: Sequence[Closure]) -> tuple[Contact, ...]:
-    """The contacts of a scene, whose gaps were given gradient, rate and bias.
+    """Return the contacts of a scene, from its gaps with gradient, rate and bias.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def contacts(reduced: Reduced, gaps: Sequence[Closure]) -> tuple[Contact, ...]:
 
 
 def _restitution(reduced: Reduced, one_sided: Unilateral) -> sp.Expr:
-    """Newton's coefficient, over the parameters."""
+    """Convert Newton's coefficient of restitution over the parameters."""
     written = one_sided.restitution
     if written is None:
         return sp.Integer(0)
@@ -82,7 +82,7 @@ def _restitution(reduced: Reduced, one_sided: Unilateral) -> sp.Expr:
 
 
 def _require_sign_open(reduced: Reduced, gap: ClosureEquation, closure: Closure) -> None:
-    """Refuse a gap whose sign is that of its expression, whatever the coordinates are."""
+    """Refuse a gap whose expression has one sign whatever the coordinates are."""
     names = reduced.names
     constants = {names.parameters[n]: x for n, x in reduced.values.exact.items()}
     phi = closure.expression.xreplace(constants)
@@ -120,7 +120,7 @@ def _require_change(
 def _change(
     gap: ClosureEquation, slopes: Mapping[sp.Symbol, sp.Expr], states: Sequence[SamplePoint]
 ) -> tuple[mpf, mpf, bool]:
-    """φ and the size of its terms at the first state, and whether φ differs at another."""
+    """Return φ and the size of its terms at the first state, and true if φ differs at another."""
     terms = [*sp.Add.make_args(gap.left), *sp.Add.make_args(gap.right)]
     symbols = sorted(set().union(*(e.free_symbols for e in (*slopes.values(), *terms))), key=str)
     points = [{s: state[s] for s in symbols} for state in states]
@@ -137,7 +137,7 @@ def _change(
 
 
 def _constraints_that_hold(reduced: Reduced, gap: ClosureEquation) -> list[str]:
-    """Constraints that a gap's names are solved from, or that are kept beside them."""
+    """Constraints that determine the names of a gap, or are kept beside them."""
     elimination = reduced.chart.geometry.elimination
     symbols = _names_in(reduced, gap)
     stated = [

@@ -1,7 +1,8 @@
 """Refuse infeasible one-sided constraints: a smallest set of them, with its proof.
 
 A proof is a false nonnegative sum of the constraints (Farkas' lemma, :mod:`.proofs.farkas`) or a
-sum-of-squares certificate (:mod:`.proofs.sum_of_squares`). Without one, a failed search is told.
+sum-of-squares certificate (:mod:`.proofs.sum_of_squares`). Without one, the refusal reports a
+failed search.
 """
 
 from __future__ import annotations
@@ -41,9 +42,9 @@ _MOST = 40
 _MOST_SEARCHES = 12
 #: Starts of the search that precedes a proof.
 _FIRST = 8
-#: Most constraints of a sum that is written out.
+#: Most constraints in a sum that a message writes out.
 _WRITTEN = 4
-#: Doublings and halvings of the distance by which a constraint is missed.
+#: Doublings and halvings of the trial distance by which a constraint is missed.
 _DOUBLINGS = 16
 #: Bisections of that distance.
 _BISECTIONS = 12
@@ -81,7 +82,7 @@ def _valued(reduced: Reduced) -> list[sp.Symbol]:
 
 
 def _stated(names: Names, one_sided: Unilateral) -> StatedEquation:
-    """The inequality over the names that it is written in, left ≥ right."""
+    """Return the inequality over the names in which it is written, left ≥ right."""
     written_down = one_sided.inequality
     left, right = names.convert(written_down.left), names.convert(written_down.right)
     if written_down.relation == "<=":
@@ -90,7 +91,7 @@ def _stated(names: Names, one_sided: Unilateral) -> StatedEquation:
 
 
 def _squared(stated: StatedEquation, constants: Mapping[sp.Symbol, mpf]) -> StatedEquation:
-    """``norm(x, z) <= l`` as x² + z² ≤ l², which is a sum of squares; others as they are."""
+    """Write ``norm(x, z) <= l`` as x² + z² ≤ l², a sum of squares; leave others."""
     roots = [p for p in stated.phi.atoms(sp.Pow) if p.exp == sp.Rational(1, 2)]
     roots = [p for p in roots if not p.free_symbols <= constants.keys()]
     if len(roots) != 1:
@@ -108,7 +109,7 @@ def _squared(stated: StatedEquation, constants: Mapping[sp.Symbol, mpf]) -> Stat
 
 
 def _proven(reduced: Reduced, stated: Sequence[StatedEquation]) -> InputError | None:
-    """The error of a smallest set that is proven to contradict itself."""
+    """Return the error of a smallest set that is proven to contradict itself."""
     names, reference = reduced.names, reduced.reference
     constants = {p: reference[p] for p in _valued(reduced)}
     stated = [_squared(s, constants) if s.one_sided else s for s in stated]
@@ -138,7 +139,7 @@ def _proven(reduced: Reduced, stated: Sequence[StatedEquation]) -> InputError | 
 def _false_sum(
     names: Names, stated: Sequence[StatedEquation], constants: Mapping[sp.Symbol, mpf]
 ) -> FalseSum | None:
-    """The sum of constraints with definitions put in."""
+    """Find a false sum of constraints with definitions put in."""
     parameters = frozenset(names.parameters.values())
     declared = set(names.coordinates.values())
     unknowns = [s for s in names.cartesian.values() if s not in names.given and s not in declared]
@@ -147,7 +148,7 @@ def _false_sum(
 
 
 def _sum(chosen: Sequence[StatedEquation], total: FalseSum) -> str:
-    """``their sum a + 2*b says 0 >= 3``."""
+    """Write the phrase ``their sum a + 2*b says 0 >= 3``."""
     unit = min(abs(x) for x in total.shares.values())
     shares = [x / unit for x in total.shares.values()]
     what = "it"
@@ -166,7 +167,7 @@ def _sum(chosen: Sequence[StatedEquation], total: FalseSum) -> str:
 
 
 def _products(chosen: Sequence[StatedEquation], shares: Sequence[mpf]) -> str:
-    """A sum of the names of constraints with factors, positive ones first."""
+    """Write a sum of the names of constraints with factors, positive ones first."""
     parts = []
     for stated, share in sorted(zip(chosen, shares, strict=True), key=lambda x: x[1] < 0):
         factor = "" if _number(abs(share)) == "1" else f"{_number(abs(share))}*"
@@ -182,7 +183,7 @@ def _number(x: mpf) -> str:
 def _by_squares(
     reduced: Reduced, chosen: Sequence[StatedEquation], constants: Mapping[sp.Symbol, mpf]
 ) -> InputError:
-    """The error of a set that a sum of squares excludes, with the distance from its last one."""
+    """Return the error of a set that a sum of squares refutes, with the miss of its last one."""
     names = reduced.names
     last = next(s for s in reversed(chosen) if s.one_sided)
     premises = [s for s in chosen if s is not last]
@@ -200,7 +201,7 @@ def _by_squares(
 def _reached(
     names: Names, last: StatedEquation, missed: mpf, constants: Mapping[sp.Symbol, mpf]
 ) -> str:
-    """``z is at most 1``: the bound of a side whose other side is a number."""
+    """Write the phrase ``z is at most 1`` if the other side is a number."""
     if (last.right.free_symbols | last.left.free_symbols) - constants.keys():
         for moving, fixed, word, sign in (
             (last.left, last.right, "most", -1),
@@ -218,7 +219,7 @@ def _missed(
     last: StatedEquation,
     constants: Mapping[sp.Symbol, mpf],
 ) -> mpf | None:
-    """Number that −φ provably exceeds if the premises hold; None if no proof is found."""
+    """Find a number that −φ provably exceeds if the premises hold; None without proof."""
 
     def fails(by: mpf) -> bool:
         moved = replace(last, left=last.left + sp.Rational(str(by)))
@@ -250,7 +251,7 @@ def _refusal(
     last: StatedEquation,
     missing: mpf | None,
 ) -> InputError:
-    """The error; ``last`` would be feasible with its bound moved by ``missing``."""
+    """Build the error; ``last`` would be feasible with its bound moved by ``missing``."""
     named = [s.constraint for s in chosen]
     what = contradict(named)
     hints = [leave_out(named)]
@@ -269,7 +270,7 @@ def _wider(reduced: Reduced, stated: StatedEquation, missing: mpf) -> str:
         return ""
     ((one_sided, gap),) = stating
     phi, reference = gap.left - gap.right, reduced.reference
-    if phi.free_symbols <= reference.keys():  # the values that are given are to satisfy it too
+    if phi.free_symbols <= reference.keys():  # the given values have to satisfy it too
         with contextlib.suppress(DomainError):
             missing = max(missing, -evaluate([phi], {s: reference[s] for s in phi.free_symbols})[0])
     more = sp.Rational(mpmath.nstr(missing * _MORE, 2))
@@ -282,7 +283,7 @@ def _wider(reduced: Reduced, stated: StatedEquation, missing: mpf) -> str:
 
 
 def _not_found(reduced: Reduced, search: FeasibilitySearch) -> InputError | None:
-    """The error of a smallest set for which no configuration comes up, unproven.
+    """Return the error of a smallest set without known configuration, unproven.
 
     None for an inequality by itself: tan z >= 1e300 holds, where no search finds it.
     """

@@ -44,7 +44,7 @@ def require_size(scene: Scene) -> None:
 
 
 def nesting_error(scene: Scene) -> InputError:
-    """The refusal of expressions that stand within each other hundreds of levels deep."""
+    """Build the refusal of expressions nested hundreds of levels deep."""
     mark = scene.definitions[0].mark if scene.definitions else Mark(scene.file, 1, 1)
     message = "expressions nest too deeply once names stand for what they are defined as"
     return InputError(Problem(message, mark, "define fewer names by each other", rule="limit"))
@@ -57,7 +57,7 @@ def not_positive(name: str, value: Expression) -> InputError:
 
 
 def require_enough(scene: Scene, elimination: Elimination) -> None:
-    """Refuse declared coordinates when more names are open than equations hold any of them."""
+    """Refuse declared coordinates if open names outnumber the equations that hold any of them."""
     if scene.coordinates is None:
         return
     usable = sum(bool(_open_names(elimination, number)) for number in elimination.pending)
@@ -75,7 +75,7 @@ def too_few_error(scene: Scene, elimination: Elimination, excess: int) -> InputE
     """Refuse declared coordinates and constraints that leave names undetermined."""
     open_names = [u.name for u in elimination.unknowns]
     have = [c.name for c in scene.coordinates or ()]
-    # Equations between coordinates alone take freedom from them.
+    # Equations between coordinates alone remove degrees of freedom.
     fixing = sum(not _open_names(elimination, number) for number in elimination.pending)
     free = _undetermined(elimination)
     free += [name for name in open_names if name not in free][: max(0, excess - len(free))]
@@ -126,7 +126,7 @@ def too_many_error(
     Parameters
     ----------
     remaining
-        The coordinates but for the one to be ``dropped``, which is given with its value.
+        The coordinates but for the one to be ``dropped``, which comes with its value.
     """
     name, value = dropped
     verb = "fixes" if len(involved) == 1 else "relates"
@@ -274,7 +274,7 @@ def satisfied_elsewhere_error(
 
 
 def equations_behind(elimination: Elimination, numbers: Sequence[int]) -> list[StatedEquation]:
-    """List equations by number, with those that were put into them."""
+    """List equations by number, with the equations that were put into them."""
     return [elimination.stated[k] for k in elimination.behind(numbers)]
 
 

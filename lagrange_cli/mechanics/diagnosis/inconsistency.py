@@ -1,6 +1,6 @@
 """Irreducible inconsistent sets of equations, and their proofs.
 
-A proof rests on substitutions that choose nothing, and on a false equation between
+A proof rests on substitutions without a choice, and on a false equation between
 numbers, the triangle inequality (:mod:`.rod_lengths`) or a sum of squares
 (:mod:`.proofs.sum_of_squares`).
 """
@@ -249,7 +249,7 @@ def _is_false(
 ) -> bool:
     """Say whether an equation without moving names is not satisfied.
 
-    ``settled`` symbols without a value may have any: only an identity is satisfied by them.
+    ``settled`` symbols without a value may have any value: they satisfy identities alone.
     """
     left, right = sides
     symbols = (left - right).free_symbols
@@ -289,7 +289,7 @@ def _refusal(names: Names, stated: Sequence[StatedEquation], proof: _Proof) -> I
 
 
 def _outcome(names: Names, proof: _Proof) -> str:
-    """Say in words what the reduced equations come to."""
+    """Describe the reduced equations in words."""
     if len(proof.equations) > 1:
         return f"{_no_real(names, proof)} satisfies them together"
     ((left, right),) = proof.equations

@@ -34,7 +34,7 @@ class _Rod:
     Attributes
     ----------
     stated
-        Its constraint; None between points that stay.
+        Its constraint; None between points at rest.
     ends
         Numbers of the bodies.
     """

@@ -1,4 +1,4 @@
-"""Accelerations and multipliers of closures in closed form, for few of them at a time."""
+"""Accelerations and multipliers of closures in closed form, for few coupled ones."""
 
 from __future__ import annotations
 
@@ -52,8 +52,7 @@ class ExplicitForm:
         q̈ over (q, v, t), one for each coordinate, None if it is not solved for. Multipliers of
         contacts may stand in them.
     multipliers
-        λ of each closure over the same; None for one that stands beside accelerations that are
-        not solved for.
+        λ of each closure over the same; None beside accelerations that are not solved for.
     """
 
     accelerations: tuple[sympy.Expr | None, ...]
@@ -94,9 +93,9 @@ def explicit_form(equations: Equations) -> ExplicitForm:
 
 
 def _coupled_blocks(equations: Equations) -> Iterator[tuple[list[int], list[int]]]:
-    """Groups of coordinates whose accelerations are coupled, with the closures that couple them.
+    """Group coordinates whose accelerations are coupled, with the closures that couple them.
 
-    Both are given by numbers, ascending.
+    Both are numbers, ascending.
     """
     holders: dict[int, list[int]] = {}
     for k, closure in enumerate(equations.closures):
@@ -146,7 +145,7 @@ def differentiated(equations: Equations, closure: Closure) -> ShownEquation:
 
 
 def _solved(equations: Equations, block: Sequence[int]) -> list[sympy.Expr | None]:
-    """Accelerations of a block without closures; None beyond two, or if there is no inertia."""
+    """Solve for accelerations of a block without closures; None beyond two or without inertia."""
     if len(block) > _LARGEST_SOLVED:
         return [None] * len(block)
     mass, forcing = _linear_system(equations, block)
@@ -170,7 +169,7 @@ def _solved(equations: Equations, block: Sequence[int]) -> list[sympy.Expr | Non
 def _linear_system(
     equations: Equations, block: Sequence[int]
 ) -> tuple[list[list[sympy.Expr]], list[sympy.Expr]]:
-    """Coefficients of the block's accelerations and the other side, as shown."""
+    """Coefficients of the block's accelerations and the right-hand sides, as shown."""
     unknowns = [equations.coordinates[i].a for i in block]
     mass, forcing = [], []
     for i in block:
@@ -181,7 +180,7 @@ def _linear_system(
 
 
 class _Letters(NamedTuple):
-    """Velocities in their order, whose terms stand together, and parameters."""
+    """Velocities in their order, by which terms are grouped, and parameters."""
 
     velocities: Sequence[sympy.Symbol]
     constants: frozenset[sympy.Symbol]
@@ -204,7 +203,7 @@ def _quotient(numerator: sympy.Expr, denominator: sympy.Expr, letters: _Letters)
 
 
 def _collected(expr: sympy.Expr, letters: _Letters) -> list[sympy.Expr]:
-    """An expression with common factors in front, and multiplied out and collected, where short."""
+    """List forms of an expression: common factors in front, and multiplied out if that is short."""
     ways = [sympy.factor_terms(expr)]
     terms = expand_terms(expr, _MOST_EXPANDED)
     if terms is not None:
@@ -299,7 +298,7 @@ def _determinant(rows: Sequence[_Row]) -> sympy.Expr:
     minors: dict[tuple[int, ...], sympy.Expr] = {(): sympy.Integer(1)}
 
     def minor(columns: tuple[int, ...]) -> sympy.Expr:
-        """Of the last rows, as many as there are columns."""
+        """Minor of the trailing rows and the given columns."""
         if columns not in minors:
             row = rows[len(rows) - len(columns)]
             minors[columns] = sympy.Add(
@@ -317,7 +316,7 @@ def _determinant(rows: Sequence[_Row]) -> sympy.Expr:
 def _is_confirmed(
     solution: Sequence[sympy.Expr], rows: Sequence[_Row], right: Sequence[sympy.Expr]
 ) -> bool:
-    """Tell whether a point was found where all is real and finite.
+    """Tell whether some random point gives real and finite values, and check the solution there.
 
     Raises
     ------

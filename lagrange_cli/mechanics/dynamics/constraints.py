@@ -1,4 +1,4 @@
-"""Closures with what the equations of motion need of them: gradient, rate and bias.
+"""Gradients, rates and biases of closures, as the equations of motion need them.
 
 For φ(q, t): φ̇ = Φ_q v + φ_t, and φ̈ = Φ_q a + (φ_qq v v + 2 φ_qt v + φ_tt).
 For ψ(q, v, t), linear in v: ψ̇ = ψ_v a + (ψ_q v + ψ_t). They stand beside
@@ -30,7 +30,7 @@ _TERM_BUDGET = 200
 
 
 def closures(reduced: Reduced) -> tuple[tuple[Closure, ...], tuple[Closure, ...]]:
-    """The closures of a scene and the gaps of its one-sided constraints, each in its order."""
+    """Derive the closures of a scene and the gaps of its one-sided constraints, in their order."""
     equations = (*reduced.closures, *reduced.gaps)
     works = {"position": _of_position, "velocity": _of_velocity}
     families = {
@@ -83,7 +83,7 @@ class _Parts:
     gradient
         Number of a coordinate → entry.
     rate, bias
-        Parts of the derivatives that do not hold the highest ones.
+        Parts of the derivatives without the highest rates.
     """
 
     expression: sp.Expr

@@ -1,6 +1,6 @@
 """Warnings for potentials and kinetic energies that jump: impulses act there.
 
-Equations of motion hold beside a surface on which L jumps, or its momenta do. On the surface
+Equations of motion hold beside a surface on which L or its momenta jump. On the surface
 an impulse acts. The derivative of ``sign`` is taken as zero, so that the equations lack it.
 """
 
@@ -23,7 +23,7 @@ _HINT = (
 
 
 def jump_warnings(reduced: Reduced) -> Iterator[Problem]:
-    """A warning for each potential and kinetic term that is not proven to be without impulses."""
+    """Warn of each potential and kinetic term that is not proven to be without impulses."""
     scene = reduced.scene
     for kind, terms in (("potential", scene.potentials), ("kinetic term", scene.kinetic)):
         for term in terms:

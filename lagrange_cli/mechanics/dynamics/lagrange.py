@@ -50,7 +50,7 @@ from lagrange_cli.scene.model import Force
 
 _Entry = TypeVar("_Entry")
 
-#: Products that are multiplied out and collected; beyond it sums are left factored.
+#: Most products that are multiplied out and collected; beyond it sums are left factored.
 MOST_COLLECTED_PRODUCTS = 50_000
 
 #: Times as many if every entry of a Jacobian is one term, so that M has no products of sums: links
@@ -103,7 +103,7 @@ class Uncertified:
 
     @property
     def pushing(self) -> tuple[Closure, ...]:
-        """All that has a multiplier: closures, then the gaps of contacts."""
+        """Equations with a multiplier: closures, then the gaps of contacts."""
         return (*self.closures, *(c.closure for c in self.contacts))
 
     @property
@@ -135,7 +135,7 @@ class Uncertified:
 
 
 def derive_uncertified(reduced: Reduced) -> Uncertified:
-    """Mass matrix, forcing and energies of a reduced scene, not yet checked."""
+    """Derive mass matrix, forcing and energies of a reduced scene, not yet checked."""
     return _Builder(reduced).build()
 
 
@@ -175,7 +175,7 @@ class _Builder:
     def build(self) -> Uncertified:
         collected = self._add_inertia()
         if not collected:
-            # What is left factored there is so everywhere: nothing is read off it any more.
+            # Sums that are left factored there are so everywhere.
             self._budget = 1
         for potential in self.terms.elements:
             self._add_potential(potential)

@@ -37,7 +37,7 @@ class RawTerms:
 
     @cached_property
     def positional(self) -> tuple[sp.Expr, ...]:
-        """The same as expressions."""
+        """The potentials of ``elements`` as expressions."""
         return tuple(element.expr for element in self.elements)
 
 
@@ -117,7 +117,7 @@ class PotentialForces:
         ] = {}
 
     def forces_of(self, potential: Element) -> Iterator[NameForce | CoordinateForce]:
-        """Give the forces of a potential along the names that move."""
+        """Yield the forces of a potential along the names that move."""
         key = potential.shape, *[self._movement(s) or s for s in potential.symbols]
         if key not in self._known:
             self._known[key] = potential.symbols, self._worked_out(potential.expr)
@@ -135,9 +135,9 @@ class PotentialForces:
                 yield force
 
     def _movement(self, symbol: sp.Symbol) -> tuple[bool, bool, sp.Expr | None] | None:
-        """Tell names from one another that are not exchanged; None for parameters and time.
+        """Classify a name by properties that renaming must preserve; None for parameters and time.
 
-        Names are coordinates or not, move or not, and have a number for their value or not.
+        A name is a coordinate or not, moves or not, and has a number for its value or not.
         """
         if symbol in self._coordinates:
             return True, True, None
@@ -147,7 +147,7 @@ class PotentialForces:
         return False, self._moves(symbol), value if value.is_number else None
 
     def _worked_out(self, potential: sp.Expr) -> list[NameForce | CoordinateForce]:
-        """The forces, those along names still over names, for all potentials of one shape."""
+        """Derive the forces of one shape of potentials, those along names still over names."""
         return [
             CoordinateForce(s, self._split(self._reduced.resolve(slope)))
             if s in self._coordinates and all(map(self._is_shared, symbols_in(slope)))

@@ -1,4 +1,4 @@
-"""T and V in display form, found when they are asked for: mass matrix and forcing need neither."""
+"""T and V in display form, computed on demand: mass matrix and forcing need neither."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class ShownEnergies:
     Parameters
     ----------
     reduced, terms
-        The scene over its coordinates, and what it says of energies.
+        The scene over its coordinates, and its potentials and kinetic terms.
     velocity
         Raw symbol of a particle's component → ṙ(q, v, t).
     mass
         Row and column ≥ row of the mass matrix → entry that is not zero.
     splitter
-        Knows the masses, and in which order factors appeared so far.
+        Splits terms, and knows the masses and the order in which factors appeared.
     brackets
         Sums that stay as they are, since the scene wrote them.
     """

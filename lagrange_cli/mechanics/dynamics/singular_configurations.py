@@ -1,11 +1,10 @@
 """Singular configurations: zeros and poles of the determinant of M.
 
-At the pole of spherical angles the azimuth moves nothing, M loses rank, and no
-acceleration follows from it, though nothing happens to the particle. The determinant is
-found as a product of pivots by exact elimination (:mod:`.solve_exactly`), block by block; a
-factor of a pivot that is proven to vanish somewhere is such a place, and so is what a
-pivot is divided by (the elbow of a square root). Beyond a few terms
-nothing is claimed.
+At the pole of spherical angles the azimuth moves nothing, M loses rank, and no acceleration follows
+from it, though nothing happens to the particle. The determinant is computed as a product of pivots
+by exact elimination (:mod:`.solve_exactly`), block by block; a factor of a pivot that is proven to
+vanish somewhere gives such a place, and so does a divisor of a pivot (the elbow of a square root).
+Beyond a few terms nothing is claimed.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ MOST_COORDINATES = 6
 
 _ZERO = sp.Integer(0)
 
-#: Singular values of M beside the largest, and parts of its null vectors, that count as none.
+#: Singular values of M relative to the largest, and parts of its null vectors, that count as zero.
 _NOTHING = 1e-9
 
 _Matrix = Sequence[Sequence[sp.Expr]]
@@ -74,7 +73,7 @@ def singular_configurations(derivation: Uncertified) -> tuple[SingularConfigurat
 
 
 def conserved_momenta(derivation: Uncertified) -> tuple[str, ...]:
-    """Coordinates whose momentum is proven to be conserved and to be their rate times an inertia.
+    """Name coordinates whose momentum is proven conserved and is their rate times an inertia.
 
     Such a rate keeps its sign unless it is zero, and the inertia does not vanish on the way. No
     coordinate is named where closures act, or in systems of many coordinates.
@@ -96,7 +95,7 @@ def conserved_momenta(derivation: Uncertified) -> tuple[str, ...]:
 
 
 def _with_signs(derivation: Uncertified) -> dict[sp.Symbol, sp.Symbol]:
-    """Parameters whose values are positive, as symbols that say so."""
+    """Replace parameters with positive values by positive symbols."""
     reduced = derivation.reduced
     return {
         symbol: sp.Symbol(name, positive=True)
@@ -106,7 +105,7 @@ def _with_signs(derivation: Uncertified) -> dict[sp.Symbol, sp.Symbol]:
 
 
 def _blocks(derivation: Uncertified) -> Iterator[list[int]]:
-    """Coordinates that M couples, in small groups whose part of M is not constant."""
+    """Yield small groups of coordinates that M couples and whose part of M is not constant."""
     moving = {c.q for c in derivation.reduced.coordinates}
     seen: set[int] = set()
     for first in range(len(derivation.mass)):

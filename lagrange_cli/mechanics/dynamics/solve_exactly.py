@@ -12,9 +12,9 @@ masses (G. W. Stewart, On scaled projections and pseudoinverses, Linear Algebra
 Appl. 112 (1989) 189–193).
 
 Coordinates whose inertia is a single term are eliminated first, since dividing
-by it is exact. One coordinate that is left is a quotient; of two, one follows
-Cramer's rule. A solution is given only where all that is divided by is proven to be a
-sum of terms that are not negative, and where it solves the equations at a random point.
+by it is exact. The acceleration of one remaining coordinate is a quotient; of two, one
+follows Cramer's rule. A solution is returned only if every divisor is proven to be a sum of terms
+that are not negative, and if it solves the equations at a random point.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class SolvedAcceleration:
 
 @dataclass(frozen=True)
 class ExactSolution:
-    """Accelerations in the order in which they are found, and as many pivots.
+    """Accelerations in the order of their solution, and as many pivots.
 
     Parameters that are to be positive being so, M is positive definite where
     all pivots are positive, and only there. No pivot holds a difference.
@@ -90,7 +90,7 @@ class _OverBudgetError(Exception):
 def solve_exactly(
     mass: Sequence[Sequence[sp.Expr]], forcing: Sequence[sp.Expr], coordinates: Iterable[sp.Symbol]
 ) -> ExactSolution | None:
-    """Solve M a = f, where M is positive definite, as the module says; None if it cannot.
+    """Solve M a = f with positive definite M without cancellation; None if that is not possible.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def solve_exactly(
 def _is_confirmed(
     solution: ExactSolution, mass: Sequence[Sequence[sp.Expr]], forcing: Sequence[sp.Expr]
 ) -> bool:
-    """Tell whether a point was found where all is real and finite.
+    """Tell whether some random point gives real and finite values, and check M a = f there.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def _is_confirmed(
 
 
 def _substituted(solution: ExactSolution, numbers: Iterator[mpf]) -> list[mpf]:
-    """Accelerations from the values of what the steps hold, in their order."""
+    """Compute accelerations from the values of the steps' expressions, in their order."""
     accelerations: dict[int, mpf] = {}
     for step in solution.steps:
         numerator, denominator = next(numbers), next(numbers)
@@ -156,7 +156,7 @@ def _substituted(solution: ExactSolution, numbers: Iterator[mpf]) -> list[mpf]:
 
 
 class _Distribution:
-    """Multiplies sums out, but for those that hold ``closed`` symbols barely."""
+    """Multiplies sums out, except those with ``closed`` symbols outside of sines and cosines."""
 
     def __init__(self, closed: frozenset[sp.Symbol]) -> None:
         self.closed = closed
@@ -196,7 +196,8 @@ class _System:
     ) -> None:
         self.splitter = Splitter()
         self.left = list(range(len(forcing)))
-        #: Of the sines and cosines that collected entries hold: no others are to be computed.
+        #: Arguments of the sines and cosines in collected entries, the only ones that code should
+        #: compute.
         self.arguments: set[sp.Expr] = set()
         rows = [[self._sum((1, distribute.terms(e), _UNIT)) for e in row] for row in mass]
         right = [self._sum((1, distribute.terms(f), _UNIT)) for f in forcing]
@@ -250,7 +251,7 @@ class _System:
         return [t / inertia for t in self.mass[i, k]]
 
     def _eliminate_forcing(self, order: Sequence[int]) -> list[SolvedAcceleration]:
-        """Do for f what was done for M; return the rows for substitution."""
+        """Apply the elimination of M to f; return the rows for substitution."""
         rows = []
         for position, k in enumerate(order):
             later = [*order[position + 1 :], *self.left]
@@ -302,7 +303,7 @@ class _System:
         return [first, self._row(j, [i])]
 
     def _numerator(self, i: int, j: int) -> _Terms:
-        """Cramer's numerator of coordinate i if j is the only other one left."""
+        """Cramer's numerator of coordinate i beside the one remaining coordinate j."""
         return self._sum(
             (1, self.mass[j, j], self.forcing[i]), (-1, self.mass[i, j], self.forcing[j])
         )
@@ -319,7 +320,7 @@ class _System:
         return self._refined(total.collected())
 
     def _refined(self, terms: _Terms) -> _Terms:
-        """Apply the identities that collecting does not see."""
+        """Apply the identities that collection does not recognize."""
         groups: dict[frozenset[tuple[sp.Expr, sp.Expr]], TrigPolynomial] = {}
         for term in terms:
             split = self.splitter.split(term)

@@ -58,11 +58,11 @@ class RowSystem:
     coordinates
         Those of the rows.
     constants
-        Symbols of parameters, and of what else does not move.
+        Symbols of parameters, and other symbols that do not move.
     mass_matrix, forcing
         Rows of M, and the terms of each f.
     pushing
-        What has a multiplier; gradients have an entry for each row.
+        Equations with a multiplier; gradients have an entry for each row.
     sums
         Sums that the scene wrote, as their terms.
     apart
@@ -113,7 +113,7 @@ def shown_equations(
 
 
 def shown_rows(system: RowSystem, decimals: Collection[Fraction] = ()) -> tuple[ShownEquation, ...]:
-    """Textbook form of the equations of another system than a derivation's."""
+    """Textbook form of the equations of a system that is not a derivation's."""
     rows = _Rows(system, frozenset(decimals))
     return tuple(_shown(rows, row, False, None) for row in range(len(system.coordinates)))
 
@@ -123,7 +123,7 @@ def as_rates(
     momenta: Mapping[str, sp.Expr],
     accelerations: Collection[sp.Symbol],
 ) -> tuple[ShownEquation, ...]:
-    """Let equations print as d/dt p = 0 where that is shorter and no plain sum of accelerations.
+    """Print equations as d/dt p = 0 where that is shorter and no plain sum of accelerations.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def _numbers(coefficient: sp.Expr) -> list[sp.Rational]:
 
 
 def _is_negative(coefficient: sp.Expr) -> bool:
-    """Tell whether a coefficient shows with a minus sign, or its number does."""
+    """Tell whether a coefficient prints with a minus sign."""
     number, product = coefficient.as_coeff_Mul(rational=True)
     sums = [f for f in sp.Mul.make_args(product) if f.is_Add]
     terms = [a.as_coeff_Mul(rational=True)[0] for a in sums[0].args] if len(sums) == 1 else []
