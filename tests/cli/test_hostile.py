@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+from tests.cli.terminal import lagrange
+
 pytestmark = pytest.mark.slow
 
 SCENE = """\
@@ -76,10 +78,10 @@ def test_refused_at_its_place_and_nothing_runs(name, tmp_path):
     content = HOSTILE[name]
     path = tmp_path / "scene.yaml"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    done = run_in(tmp_path, "derive", "scene.yaml")
-    message = done.stderr.decode()
+    done = lagrange("derive", "scene.yaml", cwd=tmp_path)
+    message = done.stderr
     assert done.returncode == 2, message
-    assert done.stdout == b""
+    assert done.stdout == ""
     assert message.startswith("scene.yaml:"), message
     line, column = message.split(":")[1:3]
     assert int(line) >= 1

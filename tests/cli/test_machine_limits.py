@@ -76,13 +76,12 @@ def test_a_full_device(words, scene):
     assert "Exception ignored" not in done.stderr
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
-def test_backends_for_windows_are_no_matter(ending, scene):
+def test_backends_for_windows_are_no_matter(scene):
     pytest.importorskip("matplotlib")
-    words = ("simulate", "scene.yaml", "--plot", f"plot.{ending}")
+    words = ("simulate", "scene.yaml", "--plot", "plot.png")
     done = run_in(scene, *words, environment={"MPLBACKEND": "nonsense"}, stdout=subprocess.PIPE)
     assert done.returncode == 0, done.stderr
-    assert (scene / f"plot.{ending}").stat().st_size > 1000
+    assert (scene / "plot.png").stat().st_size > 1000
 
 
 def test_plots_of_programs_that_are_not_there_are_refused_before_the_run(scene, monkeypatch):

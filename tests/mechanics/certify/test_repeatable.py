@@ -85,5 +85,4 @@ def test_hash_seeds_do_not_show(tmp_path: Path) -> None:
     paths = [str(ROOT / "systems" / f"{name}.yaml") for name in SCENES] + [str(wide)]
     first = run("1", paths)
     assert first.count("\n") >= len(paths)
-    for seed in ("2", "3"):
-        assert run(seed, paths) == first
+    assert run("2", paths) == first
