@@ -14,11 +14,15 @@ setup:
 
 # The tests of about a minute, which touch every part.
 fast *options:
-    {{python}} -m pytest -m "not slow" -n 2 {{options}}
+    {{python}} -m pytest -m "not slow" -n 2 --dist loadfile {{options}}
 
 # All tests.
 test *options:
     {{python}} -m pytest -n auto --dist loadfile {{options}}
+
+# All tests, on all scenes where the suite runs a slice of them.
+campaigns *options:
+    {{python}} -m pytest -n auto --dist loadfile --campaigns {{options}}
 
 # Style.
 lint:
