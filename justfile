@@ -45,7 +45,7 @@ gallery:
 goldens:
     {{python}} -m pytest tests/goldens tests/errors --update-goldens
 
-# Write what the commands of README.md print.
+# Write what the commands of README.md and of the pages of docs/ print.
 readme:
     {{python}} tests/test_readme.py
 
