@@ -1,4 +1,4 @@
-"""What a picture of a system is drawn from: points, links, constraints and potentials as stated.
+"""Sources of a picture of a system: points, links, constraints and potentials as stated.
 
 Equations of motion have lost the names in which constraints were written; a picture shows them.
 """
@@ -79,7 +79,7 @@ class StatedRelation:
 
 @dataclass(frozen=True)
 class Depiction:
-    """What a picture is drawn from, beside the particles.
+    """Sources of a picture besides the particles.
 
     Attributes
     ----------

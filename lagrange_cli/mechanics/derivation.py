@@ -75,7 +75,7 @@ def derive(
 
 @dataclass(frozen=True)
 class _Wanted:
-    """What is asked of a derivation beside its formulation; as :func:`derive` has it."""
+    """Options of a derivation besides its formulation, as :func:`derive` takes them."""
 
     digits: int
     points: int

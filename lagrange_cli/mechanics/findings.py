@@ -165,7 +165,7 @@ class PoissonBracket:
         The rate of the first, {first, H} + ∂first/∂t, if the second is H and no forces or
         constraints act; else None.
     conserved
-        Whether that is zero; None if it is neither proven nor refuted.
+        True if the rate is zero; None if that is neither proven nor refuted.
     """
 
     first: Expr
@@ -177,12 +177,12 @@ class PoissonBracket:
 
 @dataclass(frozen=True)
 class PoissonBrackets:
-    """Brackets that were asked for.
+    """Poisson brackets of a request, with their certificate.
 
     Attributes
     ----------
     brackets
-        In the order in which they were asked for.
+        The brackets in the order of the request.
     quantities
         Named quantities in these, H apart.
     certificate
@@ -272,7 +272,7 @@ class Certificate:
 
 @dataclass(frozen=True)
 class FormulationChoice:
-    """The formulation that was taken of two.
+    """The choice between two formulations.
 
     Attributes
     ----------

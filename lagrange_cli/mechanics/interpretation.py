@@ -20,7 +20,7 @@ def interpret(
     expression: Expression,
     further: Mapping[str, sp.Expr] = MappingProxyType({}),
 ) -> sp.Expr:
-    """An expression of the scene language over the symbols of ``equations``.
+    """Convert an expression of the scene language over the symbols of ``equations``.
 
     Names are coordinates, parameters, inputs, Cartesian names, abbreviations, multipliers;
     ``dot`` and ``ddot`` are total time derivatives. ``further`` gives names of momenta.
@@ -57,7 +57,7 @@ def expression_of(equations: Equations, written: WrittenText, start: int, end: i
     Raises
     ------
     InputError
-        Located: it is none.
+        Located: the text is no expression.
     """
     mark, functions = written.mark(start, end), {f.name for f in equations.functions}
     parsed = parse_expression(written.text[start:end].strip(), mark, functions=functions)

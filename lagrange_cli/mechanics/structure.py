@@ -42,10 +42,10 @@ from lagrange_cli.scene.model import Scene
 #: Smallest eigenvalue of a scaled mass matrix that counts as inertia.
 _INERTIA = 1e-12
 
-#: Systems of more unknowns are first looked at without their eigenvalues.
+#: Systems of more unknowns are first examined without their eigenvalues.
 _LARGE = 64
 
-#: Functions that are another analytic function on another side of a surface.
+#: Functions that change to another analytic function across a surface.
 _SWITCHES = (sp.Abs, sp.sign, sp.Max, sp.Min)
 
 #: Terms that an energy function may be multiplied out to for collection.
@@ -53,7 +53,7 @@ _TERM_BUDGET = 400
 
 
 def structure_facts(derivation: Uncertified) -> Facts:
-    """Structure facts; a fact that is not proven is False."""
+    """Prove structure facts; a fact without proof is False."""
     reduced = derivation.reduced
     mass = derivation.upper_triangle
     forcing = symbols_of_all(term for row in derivation.forcing for term in row)
@@ -96,7 +96,7 @@ def _planar(derivation: Uncertified) -> bool:
 
 
 def _positive_definite(derivation: Uncertified) -> bool:
-    """M = Σ m JᵀJ with positive masses and full rank (which is checked), and nothing subtracted.
+    """Tell whether M is proven positive definite: Σ m JᵀJ with m > 0 and full rank.
 
     Extra kinetic energy is admitted where each term is linear in velocities, or quadratic,
     never negative, and without switching functions, which may be zero on a part of the
@@ -124,7 +124,7 @@ def _adds_no_deficit(term: sp.Expr, velocities: frozenset[sp.Symbol]) -> bool:
 
 
 def _unused(scene: Scene) -> tuple[str, ...]:
-    """Parameters that nothing in the scene mentions."""
+    """Parameters that occur nowhere in the scene."""
     expressions = [
         *(p.value for p in scene.parameters),
         *(u.expression for u in scene.inputs),
@@ -185,8 +185,8 @@ def require_no_rates_of_inputs(derivation: Uncertified) -> None:
 def require_inertia(derivation: Uncertified, evidence: Evidence) -> None:
     """Refuse equations of motion that are singular at every state, naming the coordinate.
 
-    With closures it is not M that counts but [[M, Φᵀ], [Φ, 0]]: a coordinate without
-    inertia may follow from the others.
+    With closures [[M, Φᵀ], [Φ, 0]] has to be regular in place of M: a coordinate without inertia
+    may follow from the others.
 
     Raises
     ------
@@ -253,7 +253,7 @@ def _steep(reduced: Reduced, closure: Closure) -> InputError:
 
 
 def _null_direction(inertia: Sequence[DoubleRow], slopes: Sequence[DoubleRow]) -> Matrix | None:
-    """Direction of q that the equations leave open, None if they are regular (or there is none).
+    """Direction of q that the equations leave open, None if they are regular or without q.
 
     M is scaled by its diagonal, each gradient by its largest entry.
     """
@@ -278,7 +278,7 @@ def _null_direction(inertia: Sequence[DoubleRow], slopes: Sequence[DoubleRow]) -
 
 
 def _clearly_regular(inertia: Sequence[DoubleRow], slopes: Sequence[DoubleRow]) -> bool:
-    """Tell whether a large diagonal M and clearly independent gradients settle it."""
+    """Tell whether diagonal M and clearly independent gradients show a large system regular."""
     if len(inertia) + len(slopes) <= _LARGE:
         return False
     sizes = [row.get(j, 0.0) for j, row in enumerate(inertia)]
@@ -334,7 +334,7 @@ def conserved_quantities(
 
 
 def _is_even(derivation: Uncertified) -> bool:
-    """Tell whether T is even in the velocities and 0 at rest, and V does not hold them.
+    """Tell whether T is even in the velocities and 0 at rest, and V does not hold velocities.
 
     Jacobi's integral is then the energy, as in the theory of relativity, though T is no kinetic
     energy.
@@ -348,7 +348,7 @@ def _is_even(derivation: Uncertified) -> bool:
 
 
 def _reason(derivation: Uncertified) -> str:
-    """Why the energy is conserved, and where it is not: an impact takes part of it."""
+    """Phrase why the energy is conserved, and that an impact takes part of it."""
     elastic = all(contact.restitution == 1 for contact in derivation.contacts)
     return "L does not depend on t" + ("" if elastic else " (between impacts)")
 
@@ -372,10 +372,10 @@ def _momentum(derivation: Uncertified, velocity: sp.Symbol, terms: Sequence[sp.E
 
 
 def short_lagrangian(derivation: Uncertified) -> ShortLagrangian | None:
-    """L without constants and functions of t alone; None where it has none, or nothing else.
+    """L without constants and functions of t alone; None if it has none, or no other terms.
 
-    None also where nothing else depends on t: the energy of the whole L changes then, which a
-    reader could not see.
+    None also if no other term depends on t: the energy of the whole L changes then, which the
+    shorter L would hide.
     """
     reduced = derivation.reduced
     velocities = frozenset(c.v for c in reduced.coordinates)
@@ -395,7 +395,7 @@ def short_lagrangian(derivation: Uncertified) -> ShortLagrangian | None:
 
 
 def total_energy(derivation: Uncertified, evidence: Evidence) -> tuple[sp.Expr, ...]:
-    """The terms of T + V where that is Σ q̇ ∂L/∂q̇ − L, else those of that sum.
+    """Terms of Σ q̇ ∂L/∂q̇ − L, as those of T + V if that is the same.
 
     Where T is of degree 2 in velocities they are T2, −T0 and V, as printed in T and V.
     """

@@ -83,7 +83,7 @@ def shortest_coefficient(whole: sp.Expr, constants: frozenset[sp.Symbol]) -> sp.
 
 
 def _forms(expr: sp.Expr, constants: frozenset[sp.Symbol]) -> Iterator[sp.Expr]:
-    """List the forms of a sum: coefficients collected, squares of sines and cosines rewritten."""
+    """Yield the forms of a sum: coefficients collected, squares of sines and cosines rewritten."""
     yield sp.Add(*_gathered(expr.args, constants, _head))
     squares = [p.base for p in expr.atoms(sp.Pow) if p.exp == 2]
     arguments = {f.args[0] for f in squares if isinstance(f, (sp.sin, sp.cos))}

@@ -64,7 +64,7 @@ class DerivedClosures:
         return self._latest[2]
 
     def forces(self, point: SymbolValues) -> Iterator[tuple[int, mpf]]:
-        """List for each closure coordinate numbers with λ times the entry of the gradient."""
+        """Yield for each closure coordinate numbers with λ times the entry of the gradient."""
         for closure, (_, gradient, _, _) in zip(self.closures, self.at(point), strict=True):
             for j, x in gradient.items():
                 yield j, point[closure.multiplier] * x

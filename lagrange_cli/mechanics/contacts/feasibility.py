@@ -77,7 +77,7 @@ class FeasibilitySearch:
     def _ways(
         self, closures: Sequence[ClosureEquation], gaps: Sequence[ClosureEquation]
     ) -> list[Manifold]:
-        """Yield the conditions at the start time; if they hold t, also with t as an unknown."""
+        """List the conditions at the start time; if they hold t, also with t as an unknown."""
         sides = [(r.left, r.right) for r in (*closures, *gaps)]
         manifolds = [self._manifold(sides, [])]
         if any(self._time in (a - b).free_symbols for a, b in sides):

@@ -1,6 +1,6 @@
 """Refusals of solutions with several branches, with configurations that tell them apart.
 
-A branch that nothing chooses would be a guess; the error proposes a configuration on each.
+A branch without a reason to choose it would be a guess; the error proposes a configuration on each.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class BranchedSolution:
     constants: frozenset[sp.Symbol]
 
     def several(self) -> InputError:
-        """Refuse several branches of which nothing chooses one, or a double one."""
+        """Refuse several branches without a reason to choose one, or a double one."""
         if len(set(self.branches)) == 1:
             return self._double()
         listed = ", ".join(f"{self.unknown} = {with_carets(b)}" for b in self.branches)
@@ -157,7 +157,7 @@ class NoRealSolutionError(InconsistentError):
 
 
 class AmbiguousFactorError(InputError):
-    """An equation that is a product, of whose ``factors`` nothing chooses the one that vanishes."""
+    """Raised for a product of ``factors`` of which the scene does not tell which one vanishes."""
 
     def __init__(self, constraint: str, equation: Equation, factors: Sequence[sp.Expr]) -> None:
         ways = [f"{written(factor)} = 0" for factor in factors]
@@ -173,6 +173,6 @@ class AmbiguousFactorError(InputError):
         self.factors = tuple(factors)
 
     def with_coordinates(self, lines: Sequence[str]) -> InputError:
-        """The error with lines that its hint needs besides, the same for each way."""
+        """Append lines to the hint of an error, the same for each proposal."""
         (problem,) = self.problems
         return InputError(replace(problem, hint="\n".join([problem.hint, *lines])))

@@ -82,7 +82,7 @@ class Elimination:
     by
         Raw symbol → number of the stated equation that it was solved from.
     pending
-        Numbers of the stated equations not used, with both sides reduced.
+        Numbers of the stated equations without a solved name, with both sides reduced.
     sources
         Raw symbol → numbers of the stated equations that its expression rests on.
     touched
@@ -114,7 +114,7 @@ class Elimination:
         self._order = {symbol: k for k, symbol in enumerate(self.unknowns)}
 
     def reduce(self, expr: sp.Expr) -> sp.Expr:
-        """Put everything that is solved into ``expr``."""
+        """Substitute all solved symbols in ``expr``."""
         present = {s: self.solved[s] for s in symbols_in(expr) if s in self.solved}
         return Substitution(present).put_into(expr) if present else expr
 
@@ -123,11 +123,11 @@ class Elimination:
         return frozenset[int]().union(*(self.sources.get(s, ()) for s in symbols_in(expr)))
 
     def behind(self, numbers: Iterable[int]) -> list[int]:
-        """Number some stated equations and those that were put into them, in order."""
+        """List the numbers of some stated equations and of those put into them, ascending."""
         return sorted(set(numbers).union(*(self.touched[k] for k in numbers)))
 
     def give(self, symbol: sp.Symbol, expr: sp.Expr, sources: frozenset[int]) -> None:
-        """Record ``symbol = expr`` (already reduced) and put it into all that holds the symbol."""
+        """Record ``symbol = expr`` (already reduced) and substitute it for the symbol."""
         sources |= self.sources_of(expr)
         for holder in self._holders.pop(symbol, {}):
             self.solved[holder] = self.solved[holder].xreplace({symbol: expr})
@@ -251,7 +251,7 @@ class Elimination:
     def _choose_factor(self, number: int) -> bool:
         """Replace a product that must vanish by the factor that does at the reference.
 
-        False if φ is no product; AmbiguousFactorError if nothing chooses.
+        False if φ is no product; AmbiguousFactorError if no or several factors vanish there.
         """
         factors = factor_branches(self._phi(number), self.constants)
         if len(factors) < 2:
@@ -328,7 +328,7 @@ class Elimination:
         return self._at_reference([expr])[0]
 
     def _best(self, pivots: list[sp.Expr]) -> int:
-        """Choose the pivot largest at the reference configuration; the first if that is unknown."""
+        """Choose the largest pivot at the reference configuration; the first one without values."""
         if len(pivots) == 1 or all(p.free_symbols <= self.constants for p in pivots):
             return 0
         sizes = self._at_reference(pivots)
@@ -351,7 +351,7 @@ class Elimination:
         return numbers
 
     def _branch(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> sp.Expr:
-        """Choose the branch that the reference configuration is on."""
+        """Choose the branch on which the reference configuration lies."""
         if unknown.is_positive:
             branches = [b for b in branches if not b.is_nonpositive] or branches
         at = self._at_reference(branches)
@@ -377,7 +377,7 @@ class Elimination:
         return branches[best]
 
     def _length(self, expressions: Sequence[sp.Expr]) -> mpmath.mpf:
-        """Give the largest value of the names in the expressions, at the reference."""
+        """Largest value of the names in the expressions at the reference configuration."""
         symbols = {s for e in expressions for s in e.free_symbols - self.constants}
         return max((abs(self.reference[s]) for s in symbols if s in self.reference), default=0)
 
@@ -446,9 +446,9 @@ def substitute(
     constants: frozenset[sp.Symbol],
     reference: Mapping[sp.Symbol, mpmath.mpf] | None = None,
 ) -> Elimination:
-    """Substitute without a choice of branch, and without division by a factor that may vanish.
+    """Eliminate without a choice of branch, and without division by a factor that may vanish.
 
-    The parameters are those of :func:`eliminate`; of the reference, values of the constants.
+    The parameters are those of :func:`eliminate`; the reference holds values of the constants.
     """
     state = Elimination(stated, reference or {}, constants, unknowns=dict.fromkeys(unknowns))
     state.begin(definitions)

@@ -109,7 +109,7 @@ def _is_small_multiple(argument: sp.Expr, q: sp.Symbol) -> bool:
 
 
 class ImplicitSystem:
-    """Relations between names, of which some are eliminated.
+    """Relations between names, some of which are eliminated.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ class ImplicitSystem:
         return relation
 
     def holding(self, *symbols: sp.Symbol) -> list[int]:
-        """Number the relations that hold some of the symbols, in order."""
+        """List the numbers of the relations that hold some of the symbols, ascending."""
         return sorted({k for s in symbols for k in self._holders.get(s, {})})
 
     # Angles.
@@ -164,7 +164,7 @@ class ImplicitSystem:
     def drop_angle(self, angle: AngleSymbols, asked: Collection[sp.Symbol]) -> bool:
         """Eliminate an angle; False if it has to stay.
 
-        ``asked``: those of its sine and cosine that must be known without a choice.
+        ``asked``: sine or cosine that must have a value without a choice.
         """
         needed = {*asked, *(s for s in (angle.sine, angle.cosine) if self._is_needed(s))}
         numbers = self.holding(angle.sine, angle.cosine)
@@ -241,7 +241,7 @@ class ImplicitSystem:
     def drop_length(self, q: sp.Symbol, needed: bool) -> bool:
         """Eliminate a coordinate that is no angle; False if it has to stay.
 
-        ``needed``: it must be known without a choice.
+        ``needed``: it must have a value without a choice.
         """
         needed = needed or self._is_needed(q)
         numbers = self.holding(q)
@@ -296,7 +296,7 @@ def _terms(expr: sp.Expr) -> Sequence[sp.Expr] | None:
 
 
 def _powers(expr: sp.Expr, angle: AngleSymbols) -> _Powers | None:
-    """Give the coefficients of sⁱ cʲ, with s² written 1 − c²; None of no polynomial."""
+    """Give the coefficients of sⁱ cʲ, with s² written 1 − c²; None unless a polynomial."""
     coefficients: _Powers = {}
     for term in _terms(expr) or (None,):
         if term is None:
@@ -371,7 +371,7 @@ def _denominator(expr: sp.Expr) -> sp.Expr:
 
 
 def _numerator(expr: sp.Expr) -> sp.Expr:
-    """Give a numerator that vanishes exactly if the expression does."""
+    """Return a numerator that vanishes exactly where the expression does."""
     return sp.fraction(sp.together(expr))[0] if not expr.is_polynomial() else expr
 
 

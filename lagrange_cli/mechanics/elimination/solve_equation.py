@@ -1,7 +1,7 @@
 """Closed-form solutions of one equation for one unknown, all branches of them.
 
-Solved are linear and quadratic equations, and equations in which the unknown
-stands once, under functions with a known inverse; nothing is searched for. An
+The equations are linear or quadratic, or hold the unknown once, under functions with a known
+inverse; there is no search. An
 inverse may bring in a branch that does not solve the equation (√z = −1): the
 caller checks it.
 """
@@ -75,7 +75,7 @@ def solutions(
         Value of an expression at the reference configuration, None if that is
         not known.
     several
-        Without, an equation of more than one branch gives None.
+        If False, an equation of more than one branch gives None.
     """
     powers = _powers_of(phi, unknown)
     if powers is not None and set(powers) <= {0, 1, 2}:

@@ -1,8 +1,8 @@
-"""Terms of sums with the shape that they have when indices are left out.
+"""Terms of sums with their shapes, which leave indices out.
 
 Two terms have one shape if they differ in a number in front and in the indices of their elements.
-Whatever SymPy orders by name, here is ordered by shape and index, so that the terms of neighbours
-``(u[9] - u[8])^2`` and ``(u[10] - u[9])^2`` are alike.
+Factors and terms, which SymPy orders by name, are ordered here by shape and index, so that the
+terms of neighbours ``(u[9] - u[8])^2`` and ``(u[10] - u[9])^2`` are alike.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Shape(NamedTuple):
     Attributes
     ----------
     number
-        Number in front, with the sign of what is odd.
+        Number in front, with the signs drawn out of odd functions.
     text
         The expression without it and without indices.
     symbols
@@ -47,7 +47,7 @@ class Term(NamedTuple):
     Attributes
     ----------
     row
-        Indices of the element of a family whose sum it stands in; none of an energy.
+        Indices of the element in whose row it stands; empty in an energy.
     number
         Number in front.
     text, symbols
@@ -64,12 +64,12 @@ class Term(NamedTuple):
 
 
 class Shapes:
-    """Takes expressions apart, each once.
+    """Splits expressions into numbers, shapes and elements, each once.
 
     Parameters
     ----------
     of
-        Gives the element that a symbol is, None for a symbol of no family.
+        Maps a symbol to its element; None for a symbol of no family.
     """
 
     def __init__(self, element_of: Callable[[sp.Symbol], Element | None]) -> None:
@@ -77,7 +77,7 @@ class Shapes:
         self._known: dict[sp.Expr, Shape] = {}
 
     def shape_of(self, expr: sp.Expr) -> Shape:
-        """Take an expression apart."""
+        """Split an expression into number, shape and elements."""
         if expr not in self._known:
             self._known[expr] = self._shape(expr)
         return self._known[expr]
@@ -85,7 +85,7 @@ class Shapes:
     def terms(self, expr: sp.Expr, row: tuple[int, ...]) -> list[Term] | None:
         """List the terms of a sum whose products are multiplied out.
 
-        Powers of sums stay, and sums without elements. None if there are too many.
+        Powers of sums and sums without elements stay. None if the terms are too many.
         """
         if self._count(expr) > _MOST_TERMS:
             return None
@@ -118,7 +118,7 @@ class Shapes:
         return self._call(expr)
 
     def _call(self, expr: sp.Expr) -> Shape:
-        """A function, the sign of whose argument stands before it where it is odd or even."""
+        """Shape of a function; the sign of the argument of an odd or even one is drawn out."""
         parts = [self.shape_of(a) for a in expr.args]
         number = sp.S.One
         if len(parts) == 1 and isinstance(expr, (*_ODD, *_EVEN)) and parts[0].number < 0:

@@ -12,7 +12,7 @@ import sympy as sp
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Coordinate, Equations
 
-#: Fewest elements of a family that is shown as one: two or three are written out.
+#: Fewest elements of a family that is shown as a family: two or three are written out.
 FEWEST = 4
 #: Fewest neighbours in a family that are shown by one row.
 FEWEST_ROWS = 3
@@ -36,7 +36,7 @@ Index: TypeAlias = Place | int
 
 
 def index_at(index: Index, letters: Mapping[sp.Symbol, int]) -> int:
-    """The value of an index where letters have values."""
+    """Value of an index for values of the letters."""
     return index if isinstance(index, int) else letters[index.letter] + index.offset
 
 
@@ -105,17 +105,17 @@ class Elements:
     Attributes
     ----------
     by_symbol
-        Symbol → the element that it is.
+        Symbol → its element.
     symbols
         Element → its symbol.
     beyond
-        Element that is no symbol → the expression that the scene, or a convention, gives it.
+        Element without a symbol → its expression, by the scene or by a convention.
     patterns
         Element over letters → the symbol that stands for it in forms.
     meanings
         Symbol that stands for an element over letters → that element.
     examples
-        The same symbol → that of one such element.
+        The same symbol → the symbol of one such element.
     """
 
     by_symbol: Mapping[sp.Symbol, Element]
@@ -131,7 +131,7 @@ class Elements:
         return {element.family for element in self.symbols}
 
     def pattern(self, element: Element, example: sp.Symbol) -> sp.Symbol:
-        """The symbol of an element whose indices may hold letters; its kind is the example's."""
+        """Symbol of an element whose indices may hold letters, of the kind of ``example``."""
         if element in self.symbols:
             return self.symbols[element]
         if element not in self.patterns:
@@ -145,13 +145,13 @@ class Elements:
         return self.patterns[element]
 
     def element(self, symbol: sp.Symbol) -> Element | None:
-        """The element that a symbol is or stands for; None of a symbol of no family."""
+        """Element of a symbol, or of one over letters; None for a symbol of no family."""
         return self.by_symbol.get(symbol) or self.meanings.get(symbol)
 
     def closed(self) -> Elements | None:
-        """The same with the elements before the first and after the last as on a ring.
+        """Close the families to rings: elements before the first and after the last have meanings.
 
-        None if there are none that have no meaning yet.
+        None if all such elements have a meaning already.
         """
         further = dict(self.beyond)
         for family in self.families:
@@ -169,7 +169,7 @@ class Elements:
 
 
 def elements_of(equations: Equations) -> Elements | None:
-    """Find the families of some equations; None if no coordinate is of one."""
+    """Find the families of some equations; None if no coordinate belongs to one."""
     families = families_of(c.name for c in equations.coordinates)
     if not families:
         return None

@@ -1,4 +1,4 @@
-"""All that a page shows of families: what is found when it is asked for, and kept."""
+"""The families of some equations as pages show them, each form searched for once, on demand."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ class FamilyName:
 class Families:
     """The families of some equations, in the forms that pages show.
 
-    Every form is compared, at a random state in 30 digits and for every element, with what it
-    stands for. A row covers those elements alone that it holds for.
+    Every form is compared, at a random state in 30 digits and for every element, with the derived
+    expression. A row covers only the elements for which that holds.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ class Families:
         return self._named([(c.coordinate or "", c.expression) for c in self.equations.conserved])
 
     def definitions(self, named: Sequence[tuple[str, sp.Expr]]) -> tuple[FamilyRow, ...]:
-        """Definitions of names; those covered are counted as given."""
+        """Definitions of names; ``covers`` counts them in the given order."""
         return self._named(named)
 
     def texts(self, texts: Sequence[str]) -> list[IndexedText]:
@@ -156,7 +156,7 @@ class Families:
 
     @cached_property
     def beyond(self) -> tuple[FamilyRow, ...]:
-        """Meanings of the elements before the first and after the last that the forms reach."""
+        """Meanings of elements before the first and after the last to which the forms refer."""
         reached: dict[Element, sp.Expr] = {}
         for form, ranges in self._shown():
             for element in self._reached(form, ranges):
@@ -196,7 +196,7 @@ class Families:
 
     @property
     def is_shown(self) -> bool:
-        """Some form stands for what would be written out."""
+        """Tell whether some form replaces rows or terms that would be written out."""
         return bool(self.motion or self.kinetic or self.potential)
 
     @property
@@ -207,9 +207,9 @@ class Families:
 
     @cached_property
     def _decided(self) -> tuple[Search, tuple[FamilyRow, ...]]:
-        """What searches, and the equations of motion that it finds.
+        """Choose between families with ends and rings; return search and equations of motion.
 
-        Families are closed to rings where all equations are of one form then.
+        Families are closed to rings if all equations have one form then.
         """
         rows = [
             Row(k, element, shown)
@@ -285,7 +285,7 @@ class Families:
                 yield form, ()
 
     def _reached(self, form: Form, ranges: tuple[Range, ...]) -> set[Element]:
-        """Elements of a form that no coordinate has."""
+        """Collect elements in a form that belong to no coordinate."""
         reached: set[Element] = set()
         parts = [(form.expression, ranges)]
         parts += [(one.body, (*ranges, *one.ranges)) for one in form.series.values()]
@@ -318,7 +318,7 @@ def _stated(name: str, expression: sp.Expr) -> ShownEquation:
 
 
 def _letters(equations: Equations) -> tuple[sp.Symbol, ...]:
-    """Letters of indices: those of the scene's families, then others that nothing else has."""
+    """Letters of indices: those of the scene's families, then unused ones."""
     named = [
         *(p.name for p in equations.parameters),
         *(c.name for c in equations.coordinates),

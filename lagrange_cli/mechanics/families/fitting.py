@@ -1,4 +1,4 @@
-"""Whole numbers and rational ones as formulas of indices: offsets, ranges, coefficients."""
+"""Integers and rational numbers as formulas of indices: offsets, ranges, coefficients."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Link(NamedTuple):
     Attributes
     ----------
     variable
-        Number of the variable, None of a constant.
+        Number of the variable, None for a constant.
     offset
-        What is added to it.
+        Number that is added to it.
     """
 
     variable: int | None
@@ -66,7 +66,7 @@ def formula(points: Mapping[Vector, Fraction], letters: Sequence[sp.Symbol]) -> 
     Returns
     -------
     Expr or None
-        None if there is no such formula that more points have than it has constants.
+        None if no such formula holds at more points than it has constants.
     """
     values = list(points.values())
     if all(v == values[0] for v in values):
@@ -89,7 +89,7 @@ def formula(points: Mapping[Vector, Fraction], letters: Sequence[sp.Symbol]) -> 
 
 
 def _bases(count: int) -> list[list[tuple[int, ...]]]:
-    """Products of indices that a formula may be a combination of, the fewest first."""
+    """List sets of index products that a formula may combine, the smallest first."""
     bases: list[list[tuple[int, ...]]] = [[(), (k,)] for k in range(count)]
     bases += [[(), (k,), (m,), (k, m)] for k, m in combinations(range(count), 2)]
     return bases
@@ -98,7 +98,7 @@ def _bases(count: int) -> list[list[tuple[int, ...]]]:
 def _combination(
     points: Mapping[Vector, Fraction], basis: Sequence[tuple[int, ...]]
 ) -> list[Fraction] | None:
-    """Constants by which products of indices add up to a number at all points, by elimination."""
+    """Solve for constants with which index products add up to the number at all points."""
     if len(points) <= len(basis):
         return None
     rows: list[list[Fraction]] = []
@@ -150,7 +150,7 @@ class Bound(NamedTuple):
 def row_ranges(
     values: Mapping[Vector, Collection[int]], rows: Collection[Vector]
 ) -> tuple[Bound, Bound] | None:
-    """Find the ends between which a sum runs in every row: ``1`` and ``i - 1``.
+    """Fit the ends of a sum over all rows, as ``1`` and ``i - 1``.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def _bound(ends: Mapping[Vector, int]) -> Bound | None:
 
 
 def runs(numbers: Collection[int]) -> list[range]:
-    """Group whole numbers into ranges without gaps."""
+    """Group integers into ranges without gaps."""
     ranges: list[range] = []
     for n in sorted(numbers):
         if ranges and n == ranges[-1].stop:

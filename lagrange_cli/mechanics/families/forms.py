@@ -12,7 +12,7 @@ from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.families.elements import Index, index_at
 
-#: Length in print of a Σ, or of the range of a element, with a letter and its two ends.
+#: Length in print of a Σ, or of the range of an element, with a letter and its two ends.
 _RANGE_LENGTH = 4
 
 
@@ -27,7 +27,7 @@ class Range:
     first, last
         Its ends, over the letters of outer indices.
     besides
-        The outer index that it is not equal to, None if it takes all values.
+        The outer index whose value it skips, None if it takes all values.
     """
 
     letter: sp.Symbol
@@ -36,7 +36,7 @@ class Range:
     besides: sp.Symbol | None = None
 
     def values(self, outer: Mapping[sp.Symbol, int]) -> list[int]:
-        """The values of the index where those of outer ones are given."""
+        """Values of the index for values of the outer ones."""
         first, last = index_at(self.first, outer), index_at(self.last, outer)
         left_out = None if self.besides is None else outer[self.besides]
         return [k for k in range(first, last + 1) if k != left_out]
@@ -45,7 +45,7 @@ class Range:
 def assignments(
     ranges: tuple[Range, ...], outer: Mapping[sp.Symbol, int] | None = None
 ) -> Iterator[dict[sp.Symbol, int]]:
-    """All values of some indices, those of outer ones given."""
+    """Yield all values of some indices for values of the outer ones."""
     if not ranges:
         yield dict(outer or {})
         return
@@ -60,7 +60,7 @@ class Series:
     Attributes
     ----------
     body
-        What is summed.
+        The summand.
     ranges
         The indices, the outermost first.
     """
@@ -78,7 +78,7 @@ class Form:
     expression
         The expression; symbols in it stand for series and for elements over letters.
     series
-        Symbol → the series it stands for.
+        Symbol → its series.
     """
 
     expression: sp.Expr
@@ -99,15 +99,15 @@ class FamilyRow:
     Attributes
     ----------
     name
-        What the element is called, with letters: ``u[i]``, ``rod[i]``.
+        Name of the element, with letters: ``u[i]``, ``rod[i]``.
     ranges
         The indices of the elements.
     covers
-        Numbers of the rows that it stands for.
+        Numbers of the rows that it replaces.
     shown
-        The terms, and what was divided out.
+        The terms, and the factor that was divided out.
     series
-        Symbol → the series that it stands for in these.
+        Symbol in these → its series.
     """
 
     name: str
@@ -130,7 +130,7 @@ class FamilyRow:
 def map_equation(
     shown: ShownEquation, name: str, rule: Callable[[sp.Expr], sp.Expr]
 ) -> ShownEquation:
-    """An equation under another name, with each of its expressions replaced."""
+    """Rename an equation, and apply a rule to each of its expressions."""
     return ShownEquation(
         name,
         tuple((rule(c), rule(f)) for c, f in shown.terms),
@@ -140,12 +140,12 @@ def map_equation(
 
 
 def rectangle(letters: tuple[sp.Symbol, ...], ends: list[tuple[int, int]]) -> tuple[Range, ...]:
-    """Ranges between numbers, one a letter."""
+    """Ranges between numbers, one for each letter."""
     return tuple(
         Range(letter, first, last) for letter, (first, last) in zip(letters, ends, strict=True)
     )
 
 
 def places_in(ends: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
-    """All indices between some ends."""
+    """Yield all indices between some ends."""
     return product(*(range(first, last + 1) for first, last in ends))

@@ -1,4 +1,4 @@
-"""Pieces put together to one expression: what does not depend on an index stands before its Σ."""
+"""Expressions made of pieces, with factors that do not depend on an index before its Σ."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Gathering:
     constants
         Symbols that do not move.
     series
-        Symbol → series, of all that were made.
+        Symbol → series, for all series so far.
     """
 
     elements: Elements
@@ -38,7 +38,7 @@ class Gathering:
     series: dict[sp.Symbol, Series] = field(default_factory=dict)
 
     def energy(self, pieces: Sequence[Piece], left: Sequence[sp.Expr]) -> Form:
-        """The sum of pieces and of terms that are in none."""
+        """Add up pieces and terms that belong to no piece."""
         sums: dict[sp.Expr, list[sp.Expr]] = {}
         for outer, symbol in self._sums(pieces, self._by_parameters):
             sums.setdefault(outer, []).append(symbol)
@@ -81,14 +81,14 @@ class Gathering:
         return Form(expression, self.series_in([expression]))
 
     def series_in(self, expressions: Sequence[sp.Expr]) -> dict[sp.Symbol, Series]:
-        """The series in some expressions."""
+        """Collect the series whose symbols stand in some expressions."""
         symbols = {s for e in expressions for s in e.free_symbols}
         return {s: one for s, one in self.series.items() if s in symbols}
 
     def _sums(
         self, pieces: Sequence[Piece], product_of: Callable[[list[sp.Expr]], sp.Expr]
     ) -> list[tuple[sp.Expr, sp.Symbol]]:
-        """What stands before each Σ, and its symbol; bodies with the same indices are one."""
+        """List factors before each Σ with its symbol; summands with the same indices share it."""
         groups: dict[tuple[Range, ...], list[sp.Expr]] = {}
         for piece in pieces:
             if piece.ranges:
@@ -99,7 +99,7 @@ class Gathering:
         return factored(shortest_groups(terms, self.constants))
 
     def _by_parameters(self, terms: list[sp.Expr]) -> sp.Expr:
-        """A sum with parameters and numbers in front; what moves stays as the scene wrote it."""
+        """Factor parameters and numbers out of a sum; moving factors stay as written."""
         number, common = common_factor(terms).as_coeff_Mul(rational=True)
         still = [f for f in sp.Mul.make_args(common) if f.free_symbols <= self.constants]
         if all(t.could_extract_minus_sign() for t in terms):

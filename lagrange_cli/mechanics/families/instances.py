@@ -1,4 +1,4 @@
-"""Forms at given values of their indices, in 30 digits: the proof that a form is what it shows."""
+"""Values of forms at given indices in 30 digits, which prove forms of families."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.families.elements import Element, Elements, index_at
 from lagrange_cli.mechanics.families.forms import Form, Series, assignments
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, evaluate
 
-#: Digits of the arithmetic, and those that two values of one expression agree in.
+#: Digits of the arithmetic, and digits in which two values of one expression agree.
 _DIGITS = 40
 _AGREED = mpf(10) ** -30
 
@@ -22,7 +22,7 @@ _SEED = 20230817
 
 
 class UndefinedElementError(LookupError):
-    """A form holds an element that the system does not have."""
+    """Raised for a form with an element that the system does not have."""
 
 
 def random_point(symbols: Sequence[sp.Symbol]) -> dict[sp.Symbol, mpf]:
@@ -64,7 +64,7 @@ class Instances:
             return None
 
     def holds(self, form: Form, at: Mapping[sp.Symbol, int], value: mpf | None) -> bool:
-        """Tell whether a form has a value where its indices have given ones."""
+        """Tell whether a form at given indices has a given value."""
         if value is None:
             return False
         with mpmath.workdps(_DIGITS):

@@ -1,4 +1,4 @@
-"""Sums that are one sum: before and after an index, over pairs and over equal indices."""
+"""Merging of sums: before and after an index, over pairs and over equal indices."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class Piece:
     product
         The term without it, over elements with letters.
     ranges
-        Indices that it is summed over; none if it is one term of a row.
+        Indices of the sum; none if it is one term of a row.
     rows
-        Indices of the rows that hold it; empty of an energy.
+        Indices of the rows that hold it; empty in an energy.
     """
 
     number: sp.Expr
@@ -44,7 +44,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Merging:
-    """Puts pieces together.
+    """Merges pieces.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Merging:
     letters: tuple[sp.Symbol, ...]
 
     def around(self, pieces: list[Piece]) -> list[Piece]:
-        """Put sums before and after a row's own index together, and its own term."""
+        """Merge sums before and after a row's index, and the term at the index."""
         pieces = list(pieces)
         for piece in [p for p in pieces if p.ranges]:
             if piece not in pieces:
@@ -91,7 +91,7 @@ class Merging:
         return Piece(merged, after.product, (both,), before.rows | after.rows)
 
     def _with_own(self, piece: Piece, pieces: list[Piece]) -> list[Piece]:
-        """Take the term of the row's own index into a sum that leaves it out."""
+        """Merge the term at the row's index into a sum that leaves it out."""
         (span,) = piece.ranges
         j = span.letter
         index = span.besides
@@ -116,7 +116,7 @@ class Merging:
         return pieces
 
     def symmetric(self, pieces: list[Piece]) -> list[Piece]:
-        """Write a sum over pairs, and that over equal indices, as one over both."""
+        """Merge a sum over pairs and one over equal indices."""
         for piece in pieces:
             if len(piece.ranges) < 2 or piece.ranges[1].first != Place(piece.ranges[0].letter, 1):
                 continue
@@ -145,7 +145,7 @@ class Merging:
         return pieces
 
     def _mapped(self, expr: sp.Expr, rule: Callable[[Place], Index]) -> sp.Expr:
-        """An expression with other indices of its elements."""
+        """Change the indices of the elements in an expression."""
         rules = {}
         for symbol in expr.free_symbols:
             element = self.elements.meanings.get(symbol)
@@ -197,7 +197,7 @@ class Merging:
 def _larger_or_smaller(
     before: sp.Expr, after: sp.Expr, i: sp.Symbol, j: sp.Symbol
 ) -> sp.Expr | None:
-    """One number for j < i and j > i: the same, or that of the larger or smaller index."""
+    """Find one number for j < i and j > i: equal, or that of the larger or smaller index."""
     if sp.expand(before - after) == 0:
         return after
     if sp.expand(before.xreplace({i: j}) - after) == 0 and j not in before.free_symbols:

@@ -1,6 +1,6 @@
 """Terms of one shape as few terms over letters: neighbours, sums, pairs.
 
-What is proposed here is proven by nobody yet: :mod:`.instances` compares it with what was derived.
+The patterns are proposals; :mod:`.instances` compares them with the derived expressions.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Patterns:
     # -- energies ---------------------------------------------------------------
 
     def of_energy(self, terms: Iterable[Term]) -> tuple[list[Piece], list[Term]]:
-        """Find the sums in an energy; what is in none is left over."""
+        """Find the sums in an energy; return them with the terms that belong to no sum."""
         pieces: list[Piece] = []
         left: list[Term] = []
         for group in _grouped(terms, lambda t: t.text):
@@ -68,7 +68,7 @@ class Patterns:
         group: Sequence[Term],
         whole: Callable[[Sequence[Term]], list[Piece | Term] | None],
     ) -> list[Piece | Term]:
-        """A pattern of all terms of a group, or of those of each distance between elements."""
+        """Find one pattern of all terms of a group, or one for each distance between elements."""
         known = whole(group)
         if known is not None:
             return known
@@ -117,7 +117,7 @@ class Patterns:
     def _areas(
         self, points: dict[Vector, Term], linked: Sequence[Link]
     ) -> list[Piece | Term] | None:
-        """A sum over two indices: a rectangle, or pairs of which the first is less."""
+        """Fit a sum over two indices: a rectangle, or pairs with the first less than the second."""
         first, second = self.letters[:2]
         rows = runs({v[0] for v in points})
         columns = runs({v[1] for v in points})
@@ -153,7 +153,7 @@ class Patterns:
     # -- rows -------------------------------------------------------------------
 
     def of_rows(self, terms: Iterable[Term], rows: frozenset[Vector]) -> list[Piece]:
-        """Find what all rows of a family have in common; what few rows have is left out."""
+        """Find the terms that all rows of a family share; terms of few rows are left out."""
         pieces: list[Piece] = []
         for group in _grouped(terms, lambda t: t.text):
             for part in _grouped(group, lambda t: str(self._sides(t))):
@@ -235,7 +235,7 @@ class Patterns:
         return [self.elements.by_symbol[s].numbers for s in term.symbols]
 
     def _over_letters(self, terms: Iterable[Term], places: Sequence[Index]) -> sp.Expr | None:
-        """A term whose elements have letters; of those given, one that tells them apart."""
+        """Replace indices by letters in a term, chosen so that its elements stay distinct."""
         for term in terms:
             rules: dict[sp.Symbol, sp.Symbol] = {}
             taken, at = True, 0

@@ -1,9 +1,9 @@
 """The search for forms of families in energies and in rows of a page, each proven.
 
 An energy is taken apart into terms; those of one shape whose indices run over a range become a Σ.
-A row of a family becomes that of all elements, first with the indices counted from its own, then by
-what the terms of all rows have in common. Every form is compared with what it stands for, element
-by element (:class:`.instances.Instances`).
+A row of a family becomes the row of all elements, first with indices relative to its own, then by
+the terms that all rows share. Every form is compared with the derived expression, element by
+element (:class:`.instances.Instances`).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from lagrange_cli.mechanics.families.instances import Instances
 from lagrange_cli.mechanics.families.merging import Piece
 from lagrange_cli.mechanics.families.pieces import Patterns
 
-#: Most rows that are tried as the one that shows the form of others, and fail to.
+#: Most rows that may fail as the model of the others.
 _MOST_FAILURES = 2
 
 
@@ -48,7 +48,7 @@ class Row:
     element
         The element.
     shown
-        Its terms, and what was divided out.
+        Its terms, and the factor that was divided out.
     """
 
     number: int
@@ -70,7 +70,7 @@ class Search:
     elements
         The families.
     instances
-        Values that forms are compared at.
+        Values at which forms are compared.
     constants
         Symbols that do not move.
     """
@@ -90,7 +90,7 @@ class Search:
     # -- energies -----------------------------------------------------------------
 
     def energy(self, whole: sp.Expr, letters: tuple[sp.Symbol, ...]) -> Form | None:
-        """An energy with its sums as Σ; None if that is not shorter in print."""
+        """Write an energy with its sums as Σ; None if that is not shorter in print."""
         terms = self._shapes.terms(whole, ())
         if terms is None:
             return None
@@ -108,7 +108,7 @@ class Search:
     def _widened(
         self, patterns: Patterns, pieces: list[Piece], left: Sequence[Term]
     ) -> tuple[list[Piece], list[sp.Expr]]:
-        """Let sums begin before and end after the elements, where less is left over then."""
+        """Extend sums beyond the ends of families where fewer terms are left over then."""
         leftover: dict[tuple[str, tuple[sp.Symbol, ...]], tuple[Fraction, sp.Expr]] = {}
         for term in left:
             _add(leftover, term, 1)
@@ -124,7 +124,7 @@ class Search:
     def _wider(
         self, piece: Piece, k: int, end: str, step: int
     ) -> tuple[Piece, list[sp.Expr]] | None:
-        """A piece whose range number ``k`` has one value more, and the terms that this adds."""
+        """Widen range number ``k`` of a piece by one value; return it with the added terms."""
         span = piece.ranges[k]
         limit = getattr(span, end)
         if not isinstance(limit, int) or any(isinstance(r.first, Place) for r in piece.ranges):
@@ -154,7 +154,7 @@ class Search:
         return {key: entry for key, entry in smaller.items() if entry[0]}
 
     def _instance(self, expr: sp.Expr, at: Mapping[sp.Symbol, int]) -> sp.Expr | None:
-        """An expression over letters at values of them; None if it has no meaning there."""
+        """Substitute values of letters in an expression; None if it has no meaning there."""
         rules: dict[sp.Symbol, sp.Expr] = {s: sp.Integer(v) for s, v in at.items()}
         for symbol in expr.free_symbols:
             element = self.elements.meanings.get(symbol)
@@ -173,7 +173,7 @@ class Search:
     # -- rows -----------------------------------------------------------------------
 
     def rows(self, rows: Sequence[Row], letters: tuple[sp.Symbol, ...]) -> Iterator[FamilyRow]:
-        """Rows that stand for several elements of a family; others are left out."""
+        """Find rows that stand for several elements of a family; others are left out."""
         families: dict[tuple[str, int], list[Row]] = {}
         for row in rows:
             key = row.element.family, len(row.element.places)
@@ -211,7 +211,7 @@ class Search:
         letters: tuple[sp.Symbol, ...],
         indices: tuple[sp.Symbol, ...],
     ) -> FamilyRow | None:
-        """The form that most rows have, of that which a row shows and that which all show."""
+        """Choose the form of most rows, between the model's own and the terms that all share."""
         best: FamilyRow | None = None
         for candidate in self._candidates(model, waiting, letters, indices):
             row = self._proven(candidate, model, waiting, known, indices)
@@ -240,7 +240,7 @@ class Search:
     def _divisors(
         self, shifted: sp.Expr, waiting: Mapping[Vector, Row], indices: tuple[sp.Symbol, ...]
     ) -> list[sp.Expr]:
-        """What was divided out, by the index: its number may depend on that."""
+        """List forms of the divisor over the index, on which its number may depend."""
         numbers = {}
         for place, row in waiting.items():
             number = row.shown.divided_by.as_coeff_Mul(rational=True)[0]
@@ -250,7 +250,7 @@ class Search:
         return [shifted] if number is None else [number * symbolic]
 
     def _model(self, rows: list[Row]) -> Row:
-        """The row with the most elements; of several the one in the middle."""
+        """Choose the row with the most elements; of several the middle one."""
         centre = [sum(r.places[k] for r in rows) / len(rows) for k in range(len(rows[0].places))]
 
         def key(row: Row) -> tuple[int, float, Vector]:
@@ -264,7 +264,7 @@ class Search:
         return min(rows, key=key)
 
     def _shifted(self, model: Row, indices: tuple[sp.Symbol, ...]) -> ShownEquation:
-        """A row with indices counted from its own."""
+        """Write a row with indices relative to its own."""
         shown = model.shown
         parts = [*(e for pair in shown.terms for e in pair), shown.divided_by]
         parts += [] if shown.momentum is None else [shown.momentum]
@@ -279,7 +279,7 @@ class Search:
     def _common(
         self, model: Row, waiting: Mapping[Vector, Row], letters: tuple[sp.Symbol, ...]
     ) -> tuple[tuple[tuple[sp.Expr, sp.Expr], ...], dict] | None:  # type: ignore[type-arg]
-        """What the terms of all rows have in common, as far as the model has it."""
+        """Write the terms that all rows share, as far as the model holds them."""
         terms: list[Term] = []
         for row in waiting.values():
             flat = self._terms(row)
@@ -293,7 +293,7 @@ class Search:
         return (shown, gathering.series_in([e for pair in shown for e in pair])) if shown else None
 
     def _terms(self, row: Row) -> list[Term] | None:
-        """The terms of a row, found once."""
+        """Terms of a row, split once."""
         key = row.shown.residual, row.places
         if key not in self._row_terms:
             self._row_terms[key] = self._shapes.terms(*key)
@@ -311,7 +311,7 @@ class Search:
         known: Mapping[Vector, Sequence[mpf | None]],
         indices: tuple[sp.Symbol, ...],
     ) -> FamilyRow | None:
-        """The candidate with the elements that it is proven for; None if these are too few."""
+        """Return the candidate with its proven elements; None if these are too few."""
         forms = [Form(part, candidate.series) for part in _parts(candidate.shown)]
 
         def is_held_at(places: Vector) -> bool:
@@ -335,7 +335,7 @@ class Search:
 
 
 def _parts(shown: ShownEquation) -> list[sp.Expr]:
-    """All that a row shows: its terms, what was divided out, a momentum."""
+    """Expressions of a row: its terms, its divisor, a momentum."""
     momentum = [] if shown.momentum is None else [shown.momentum]
     return [shown.residual, shown.divided_by, *momentum]
 
@@ -355,7 +355,7 @@ def _rational(value: Fraction) -> sp.Rational:
 
 
 def counted(places: Vector, row: Vector, indices: tuple[sp.Symbol, ...]) -> tuple[Place, ...]:
-    """Indices counted from a row's; one index from the nearest of two."""
+    """Write indices relative to a row's; a single index relative to the nearest of two."""
     if len(places) == len(indices):
         return tuple(Place(o, p - r) for o, p, r in zip(indices, places, row, strict=True))
     (place,) = places
@@ -364,7 +364,7 @@ def counted(places: Vector, row: Vector, indices: tuple[sp.Symbol, ...]) -> tupl
 
 
 def block(centre: Vector, members: set[Vector]) -> list[tuple[int, int]]:
-    """The ends of a block of indices around one, grown as long as all in it are held."""
+    """Grow a block of indices around one as long as all in it are members; return its ends."""
     ends = [(p, p) for p in centre]
     grows = True
     while grows:
@@ -381,7 +381,7 @@ def block(centre: Vector, members: set[Vector]) -> list[tuple[int, int]]:
 
 
 def fixed(row: FamilyRow, elements: Elements) -> FamilyRow:
-    """A row whose indices that take one value have that value."""
+    """Replace the indices of a row that take one value by that value."""
     single = {r.letter: int(r.first) for r in row.ranges if r.first == r.last}  # type: ignore[arg-type]
     if not single:
         return row

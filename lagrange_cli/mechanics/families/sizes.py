@@ -1,4 +1,4 @@
-"""Sizes of the scene in forms: ranges up to n, numbers counted from the end."""
+"""Sizes of the scene in forms: ranges up to n, numbers relative to the end."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Writes sizes for the numbers that they are in forms.
+    """Writes sizes in place of their numbers in forms.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Sizes:
     families
         Family → of each index the letter, and the size that it ends with or None.
     elements
-        The elements that forms hold.
+        The elements in forms.
     """
 
     values: Mapping[sp.Symbol, int]
@@ -34,7 +34,7 @@ class Sizes:
     elements: Elements
 
     def row(self, row: FamilyRow) -> FamilyRow:
-        """A row whose numbers that stand for sizes are these."""
+        """Write sizes in a row in place of their numbers."""
         family = row.name.partition("[")[0]
         indices = row.name.partition("[")[2].rstrip("]").split(",")
         letters = {str(r.letter): r for r in row.ranges}
@@ -55,7 +55,7 @@ class Sizes:
         return replace(row, name=name, shown=shown, ranges=ranges, series=series)
 
     def _index(self, family: str, position: int, index: str) -> str:
-        """The last index, or the one behind it, as the size."""
+        """Write the last index, or the one behind it, by the size."""
         if not index.lstrip("-").isdigit():
             return index
         return str(self.end(int(index), self.declared(family, position), 0))
@@ -102,7 +102,7 @@ class Sizes:
         return next((s for s in self.values if s.name == wanted), None)
 
     def size_of(self, family: str, position: int, span: Range) -> sp.Symbol | None:
-        """The size that the range of an index ends with: as declared, or the only one that fits."""
+        """Return the size at the end of an index's range: the declared one, or the only match."""
         declared = self.declared(family, position)
         if declared is not None or not isinstance(span.last, int):
             return declared
@@ -118,13 +118,13 @@ class Sizes:
         return replace(span, last=self.end(span.last, size, -1))
 
     def end(self, value: int, size: sp.Symbol | None, least: int) -> Index:
-        """A number as a size, one more, or one less if ``least`` is −1."""
+        """Write a number as a size, one more, or one less if ``least`` is −1."""
         if size is None or not least <= value - self.values[size] <= 1:
             return value
         return Place(size, value - self.values[size])
 
     def _numbers(self, expr: sp.Expr, sizes: Mapping[sp.Symbol, sp.Symbol | None]) -> sp.Expr:
-        """Numbers less an index, counted from the end: ``n + 1 - i`` for ``5 - i``."""
+        """Write numbers less an index relative to the end: ``n + 1 - i`` for ``5 - i``."""
         rules = {}
         for total in expr.atoms(sp.Add):
             letters = total.free_symbols

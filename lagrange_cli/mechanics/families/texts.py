@@ -1,4 +1,4 @@
-"""Texts of a scene that are alike but for their indices: ``y_p[i] = 0, i = 1 … n``."""
+"""Texts of a scene that differ in indices alone, as one: ``y_p[i] = 0, i = 1 … n``."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ _TOKEN = re.compile(r"[^\W\d]\w*(?:\[[^\]]*\])?|\d+\.\d*|\d+|\s+|.", re.DOTALL)
 
 
 class IndexedText(NamedTuple):
-    """A text for several, with letters for their indices.
+    """A text in place of several, with letters for their indices.
 
     Attributes
     ----------
     text
         The text.
     ranges
-        The indices; none of a text that stands for itself.
+        The indices; none if it is a single text.
     covers
-        Numbers of the texts that it stands for.
+        Numbers of the texts that it replaces.
     """
 
     text: str
@@ -35,14 +35,14 @@ class IndexedText(NamedTuple):
 
 
 class _Slots(NamedTuple):
-    """A text taken apart: what it says without numbers, and the numbers."""
+    """A text split into its parts without numbers, and the numbers."""
 
     skeleton: tuple[str, ...]
     numbers: Vector
 
 
 def indexed_texts(texts: Sequence[str], letters: Sequence[sp.Symbol]) -> list[IndexedText]:
-    """Put neighbouring texts together that differ in indices which run over ranges."""
+    """Merge neighbouring texts that differ in indices which run over ranges."""
     parts = [_taken_apart(text) for text in texts]
     results: list[IndexedText] = []
     for _, group in groupby(range(len(texts)), key=lambda k: parts[k].skeleton):

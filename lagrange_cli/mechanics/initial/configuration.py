@@ -1,7 +1,7 @@
 """Coordinates from given Cartesian values and from closures.
 
-Gauss-Newton from several starts, so that configurations other than the
-nearest are seen too: a choice that nothing makes is not made in silence.
+The method of Gauss and Newton starts from several points, so that configurations other than the
+nearest are met too: a choice that the scene leaves open is reported.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ class Configurations:
     Attributes
     ----------
     exact
-        Configurations that have the given values, each physically different one
-        once, that nearest to the guess first.
+        Configurations with the given values, each physically different one once, the nearest to the
+        guess first.
     nearest
         If there are none: a configuration of least distance.
     values, misses
-        Values that it has, and how far they are from the given ones.
+        Values there, and their distances from the given ones.
     beyond
-        A configuration that has the given values, but for coordinates that have to be positive
-        and are not; empty if none was reached.
+        A configuration with the given values in which coordinates that must be positive are not;
+        empty if none was reached.
     regular
         True if the targets determine the coordinates to first order at some iterate.
     """
@@ -59,8 +59,7 @@ class Configurations:
 class ConfigurationSearch:
     """Search for the coordinates ``missing`` that give ``symbols`` the values ``target``.
 
-    They are to satisfy the positional closures as well, whose misses follow those of the
-    symbols.
+    They have to satisfy the positional closures too, whose distances follow those of the symbols.
 
     Parameters
     ----------
@@ -93,12 +92,12 @@ class ConfigurationSearch:
 
     @cached_property
     def _everything(self) -> Tape:
-        """Expressions by which configurations are told apart."""
+        """Expressions that distinguish configurations."""
         reduced = self._reduced
         return Tape([*reduced.resolved.values(), *_outside(reduced)], self._inputs)
 
     def configurations(self, guess: Sequence[mpf], tolerance: mpf) -> Configurations:
-        """All configurations that were reached, from the guess and from around it."""
+        """Search for configurations from the guess and from around it."""
         outcome = Configurations()
         self._regular = False
         distinct: list[tuple[list[mpf], list[mpf]]] = []
@@ -123,7 +122,7 @@ class ConfigurationSearch:
         return outcome
 
     def _has_signs(self, q: Sequence[mpf]) -> bool:
-        """Tell whether coordinates that are declared positive are."""
+        """Tell whether all coordinates that are declared positive have positive values."""
         pairs = zip(self._coordinates, q, strict=True)
         return all(value > 0 for coordinate, value in pairs if coordinate.is_positive)
 
@@ -147,7 +146,7 @@ class ConfigurationSearch:
         return tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0).values
 
     def _turned_back(self, q: list[mpf]) -> list[mpf]:
-        """Missing angles within half a turn of zero, or in the first turn if positive."""
+        """Turn missing angles to within half a turn of zero, or to the first turn if positive."""
         turned = list(q)
         for j in self._missing:
             if self._coordinates[j].is_angle:
@@ -157,12 +156,12 @@ class ConfigurationSearch:
         return turned
 
     def _plain(self, q: Sequence[mpf]) -> tuple[int, mpf]:
-        """Preference between coordinates of one configuration: lengths positive, then small."""
+        """Rank coordinates of one configuration: positive lengths first, then small values."""
         lengths = [q[j] for j in self._missing if not self._coordinates[j].is_angle]
         return sum(x < 0 for x in lengths), sum((abs(q[j]) for j in self._missing), _ZERO)
 
     def _starts(self, guess: Sequence[mpf]) -> list[list[mpf]]:
-        """The guess and others around the circle or the origin (a golden-section spread)."""
+        """List the guess, then starts around circle or origin (a golden-section spread)."""
         starts = [list(guess)]
         scale = max((abs(v) for v in self._target), default=mpf(1)) or self._length
         for k in range(1, NEWTON_STARTS):
@@ -212,11 +211,11 @@ class ConfigurationSearch:
         residual = [w * (x - y) for w, x, y in zip(weights, self._target, values, strict=True)]
         try:
             return list(mpmath.lu_solve(matrix, mpmath.matrix(residual)))
-        except ValueError:  # its normal equations lose twice the digits that the rank tells
+        except ValueError:  # its normal equations lose twice the digits that its rank suggests
             return None
 
     def _linear(self, q: Sequence[mpf]) -> tuple[list[mpf], list[SparseRow]]:
-        """Values and gradients of everything that has a target."""
+        """Values and gradients of all expressions with a target."""
         run = self._tape.run([(x, _ZERO, _ZERO) for x in [*q, *self._constants]], 0)
         slopes = map(run.partials, range(len(self._target)))
         return run.values, [{j: x for j, x in row.items() if j < len(q)} for row in slopes]
@@ -239,10 +238,10 @@ def _keep(
     plain: Callable[[Sequence[mpf]], tuple[int, mpf]],
     length: mpf,
 ) -> None:
-    """Add a configuration, or the plainer coordinates of one that is there already.
+    """Add a configuration, or the plainer coordinates of one that is listed already.
 
-    At the origin a place has no size of its own: what is left of a converged search is
-    small beside the scene's ``length``.
+    At the origin a place has no size of its own: the error of a converged search is small beside
+    the scene's ``length``.
     """
     size = max((abs(x) for x in place), default=_ZERO)
     reach = max(mpf(10) ** -12 * size, mpf(10) ** (-mpmath.mp.dps // 2) * length)

@@ -16,8 +16,8 @@ from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 
 _ZERO = mpf(0)
 
-#: Largest gap, relative to the scene's length, that counts as closed, and largest rate of
-#: one, relative to the speeds it is made of, that counts as zero.
+#: Largest gap, relative to the scene's length, that counts as closed, and largest rate of a gap,
+#: relative to its terms, that counts as zero.
 _TOLERANCE = mpf(10) ** -9
 #: Change, relative to the largest value, that counts as rounding of the arithmetic.
 _ROUNDING = mpf(10) ** -20
@@ -43,7 +43,7 @@ class GapProjection:
         self._tapes = [Tape([g], symbols) for g, symbols in zip(gaps, self._held, strict=True)]
 
     def placed(self, q: Sequence[mpf]) -> tuple[list[mpf], mpf]:
-        """Coordinates at which closed gaps are so to the last digit, and the largest change.
+        """Project coordinates so that closed gaps are zero in all digits, with the largest change.
 
         Raises
         ------
@@ -60,7 +60,7 @@ class GapProjection:
         return self._changed(q, [point[s] for s in self._q])
 
     def tangent(self, q: Sequence[mpf], v: Sequence[mpf]) -> tuple[list[mpf], mpf]:
-        """Velocities along the closed gaps that they leave by rounding only; the largest change."""
+        """Project velocities that leave closed gaps by rounding only; return the largest change."""
         touching = self._touching(q)
         if not touching:
             return list(v), _ZERO
@@ -83,7 +83,7 @@ class GapProjection:
         Raises
         ------
         InputError
-            Each of them violates one: that of the first is named.
+            Each of them violates a gap; the message names that of the first.
         """
         admitted = [q for q in configurations if self._allows(q)]
         if not admitted:
@@ -98,7 +98,7 @@ class GapProjection:
         return True
 
     def _touching(self, q: Sequence[mpf]) -> list[ClosureEquation]:
-        """The gaps that are closed; an error where one is violated or has no gradient."""
+        """List the closed gaps; raise for one that is violated or has no gradient."""
         touching = []
         scales, still = self._reduced.scales, [_ZERO] * len(q)
         for k, gap in enumerate(self._reduced.gaps):
@@ -139,7 +139,7 @@ class GapProjection:
         return after, change if change > _ROUNDING * size else _ZERO
 
     def _violated(self, gap: ClosureEquation, value: mpf) -> InputError:
-        """The error at the first initial value that the gap holds, or at the first of all."""
+        """Build the error at the first initial value in the gap, or at the first of all."""
         scene, names = self._reduced.scene, self._reduced.names
         one_sided = next(u for u in scene.unilateral if u.name == gap.name)
         symbols = gap_over_names(names, one_sided).free_symbols

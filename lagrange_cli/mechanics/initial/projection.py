@@ -112,7 +112,7 @@ class ClosureProjection:
         }
 
     def nowhere(self) -> InputError:
-        """The error of initial values for which no configuration came up."""
+        """Build the error of initial values without a configuration."""
         named = ", ".join(f"'{n}'" for n in dict.fromkeys(c.name for c in self._closures))
         satisfies = f" that satisfies {named}" if named else ""
         return InconsistentStartError(
@@ -125,7 +125,7 @@ class ClosureProjection:
         )
 
     def violated(self, number: int, miss: mpf, what: str = "values") -> InputError:
-        """The error of initial values that a closure contradicts."""
+        """Build the error of initial values that a closure contradicts."""
         closure = self._closures[number]
         return InconsistentStartError(
             Problem(
@@ -143,7 +143,7 @@ def _size(gradient: SparseRow) -> mpf:
 
 
 def state_of(positions: Sequence[mpf], velocities: Sequence[mpf], projected: float) -> InitialState:
-    """Return a state as doubles, with the decimals that these lack."""
+    """Return a state as doubles, and as decimals with the digits that doubles lack."""
     return InitialState(
         tuple(map(float, positions)),
         tuple(map(float, velocities)),

@@ -28,9 +28,9 @@ from lagrange_cli.mechanics.sparse import entries
 def rank_deficiency_warning(
     derivation: Uncertified, initial: InitialState | None
 ) -> Problem | None:
-    """The warning that names closures whose gradients depend on each other at the start.
+    """Build the warning that names closures whose gradients depend on each other at the start.
 
-    So may that of a gap that is closed there depend on those of closures.
+    The gradients of gaps that are closed there count too.
     """
     closures = derivation.closures
     if initial is None or not derivation.pushing:

@@ -1,7 +1,7 @@
 """The section ``simulate`` of a scene as numbers, each within its range.
 
-A refusal here is a mistake in the scene, told at its place, by every command that derives;
-an option that replaces a number is checked where the run begins.
+Every command that derives refuses a mistake in the scene here, at its place; an option that
+replaces a number is checked at the begin of a run.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from lagrange_cli.scene.model import Scene
 
 
 def simulation_defaults(scene: Scene, values: ParameterValues) -> SimulationDefaults:
-    """The numbers of the section, None for those that are absent.
+    """Return the numbers of the section, None for absent ones.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """The initial state: coordinates and velocities from what the scene gives.
 
-Values may be given in coordinates or in Cartesian names. Given values stay;
-missing positions follow from given Cartesian values, missing velocities are
-the smallest in the kinetic-energy metric that the given ones and the closures allow.
+Values may be given in coordinates or in Cartesian names. Given values stay; missing positions
+follow from given Cartesian values, missing velocities are the smallest, in the metric of the
+kinetic energy, that the given ones and the closures allow.
 """
 
 from __future__ import annotations
@@ -44,24 +44,24 @@ from lagrange_cli.scene.conditions import InitialValue
 #: Largest violation, relative to the scene's length, that is projected instead of refused.
 _TOLERANCE = mpf(10) ** -9
 
-#: Decimal digits carried; a second time twice as many.
+#: Decimal digits carried; a second attempt carries twice as many.
 _DIGITS = 34
 #: Relative size of rounding errors that remain.
 _ROUNDING = mpf(10) ** -20
 #: Further digits for the metric, whose inverse is huge where a coordinate has no inertia.
 _MORE_DIGITS = 26
-#: Numbers below this part of the largest are found with more digits too.
+#: Numbers below this part of the largest are computed with more digits too.
 _HARDLY = 1e-20
 _ZERO = mpf(0)
 
 #: Conditions on velocities this close to a combination of others depend on them.
 _DEPENDENT = 1e-12
-#: Above this number of conditions velocities are found by sparse elimination.
+#: Most conditions on velocities that are solved densely; more are solved by sparse elimination.
 _LARGE = 64
 
 
 class HasMassMatrix(Protocol):
-    """A reduced scene with its mass matrix, as derivations have it."""
+    """A reduced scene with its mass matrix."""
 
     @property
     def reduced(self) -> Reduced: ...
@@ -85,7 +85,7 @@ def initial_state(derivation: HasMassMatrix) -> InitialState | None:
     if any(p.name not in reduced.values.exact for p in reduced.scene.parameters):
         return None
     if any(f.expression is None for f in reduced.scene.functions):
-        return None  # what stands for a function has no values of its own
+        return None  # the stand-in for an unknown function has no meaningful values
     state = _solved(derivation, _DIGITS)
     if _hardly(state.positions) or _hardly(state.velocities):
         finer = _solved(derivation, 2 * _DIGITS)
@@ -99,8 +99,10 @@ def initial_state(derivation: HasMassMatrix) -> InitialState | None:
 
 
 def _decimals(derivation: HasMassMatrix) -> tuple[str, ...]:
-    """Solve for the state with more digits; none where its configuration has to be searched for,
-    or no solution shows with these digits."""
+    """Solve for the state with more digits.
+
+    Empty if its configuration needs a search, or these digits show no solution.
+    """
     reduced = derivation.reduced
     stated = {entry.name for entry in reduced.scene.initial if entry.order == 0}
     if not {c.name for c in reduced.coordinates} <= stated:
@@ -122,13 +124,13 @@ def _solved(derivation: HasMassMatrix, digits: int) -> InitialState:
 
 
 def _hardly(values: Sequence[float]) -> bool:
-    """Tell whether there are values that may be what rounding leaves of zeros."""
+    """Tell whether some values may be zeros with rounding errors."""
     bound = _HARDLY * max(map(abs, values), default=0.0)
     return any(0 < abs(x) <= bound for x in values)
 
 
 def _without_noise(values: Sequence[float], finer: Sequence[float]) -> tuple[float, ...]:
-    """With zeros for what vanishes as the arithmetic gets finer."""
+    """Replace numbers that shrink with more digits by zeros."""
     pairs = zip(values, finer, strict=True)
     return tuple(0.0 if abs(better) < abs(x) / 2 else x for x, better in pairs)
 
@@ -243,7 +245,7 @@ class _Initial:
         return possible[0]
 
     def _unreachable(self, symbols: Sequence[sp.Symbol], reached: Configurations) -> InputError:
-        """Given Cartesian values that no configuration has: the worst one is named."""
+        """Refuse given Cartesian values without a configuration, naming the worst one."""
         worst = max(range(len(reached.misses)), key=lambda k: reached.misses[k])
         if worst >= len(symbols):
             raise self.closures.violated(worst - len(symbols), reached.misses[worst])
@@ -316,7 +318,7 @@ class _Initial:
             for x, row in zip(wanted, rows, strict=True)
         ]
         if not any(target):
-            return velocities  # nothing moves that need not
+            return velocities  # names that need not move are at rest
         place = {j: k for k, j in enumerate(missing)}
         matrix = [{place[j]: x for j, x in row.items() if j in place} for row in rows]
         solved = self._least(matrix, target, start, missing)
@@ -434,8 +436,8 @@ def _smallest(
 ) -> list[mpf]:
     """x of least xᵀ·metric·x with matrix·x = target, dependent rows left out.
 
-    Zeros where rows are independent but for the digits carried: they do not meet the target,
-    which is told as of any velocities that no rates of the coordinates give.
+    Zeros if rows are dependent only within the digits carried: they miss the target, and the caller
+    refuses it as it does other velocities without rates of the coordinates.
     """
     width = len(metric)
     normalized = [normalized_row(row) for row in matrix]
@@ -460,7 +462,7 @@ def _full(rows: Sequence[SparseRow], width: int) -> mpmath.matrix:
 
 
 def _inverse(metric: mpmath.matrix) -> mpmath.matrix:
-    """Inverse of the metric; what has no inertia at a singular point is given a trace of it."""
+    """Invert the metric; coordinates without inertia at a singular point get a trace of it."""
     try:
         return mpmath.inverse(metric)
     except ZeroDivisionError:

@@ -42,14 +42,14 @@ _Point = dict[sp.Symbol, mpf]
 def _suggested_configuration(
     reduced: Reduced, known: Mapping[sp.Symbol, mpf], around: Mapping[sp.Symbol, mpf] | None = None
 ) -> dict[str, str] | None:
-    """Values of all coordinates with which closures and gaps hold, as short as may be; by name.
+    """Values of all coordinates, with few digits, that satisfy closures and gaps; by name.
 
     Parameters
     ----------
     known
         Coordinates that have their value.
     around
-        Coordinates near which it is looked for first.
+        Coordinates near which the search begins.
     """
     q = [c.q for c in reduced.coordinates]
     if len(q) > _MOST:
@@ -82,7 +82,7 @@ def _places(reduced: Reduced, around: Mapping[sp.Symbol, mpf] | None) -> Iterato
 
 
 def _placed(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> _Point | None:
-    """The point with some coordinates moved so that closures and gaps hold; None if not found."""
+    """Move some coordinates of a point so that closures and gaps hold; None on failure."""
     names, scale = reduced.names, reduced.manifold().scale
     sizes = dict(zip((c.q for c in reduced.coordinates), scale, strict=True))
     fixed = [c.q for c in reduced.coordinates if c.q not in free]
@@ -105,7 +105,7 @@ def _placed(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> _Poin
 
 
 def _rounded(reduced: Reduced, point: _Point, free: Sequence[sp.Symbol]) -> set[sp.Symbol]:
-    """Round as many coordinates of the point as can be, in place; those that follow."""
+    """Round as many coordinates of the point as possible, in place; return the dependent ones."""
     left = list(free)
     for s in free:
         moving = [symbol for symbol in left if symbol != s]
@@ -122,9 +122,9 @@ def _text(x: mpf, digits: int) -> str:
 
 
 def possible_start(reduced: Reduced) -> dict[str, str]:
-    """Values of all coordinates from which a motion can start; empty where none are found.
+    """Values of all coordinates from which a motion can start; empty if none are known.
 
-    Where only starts are missing that constants of integration need, these and the coordinates.
+    If only starts for constants of integration are missing, these and the coordinates.
     """
     scene = reduced.scene
     lacking = {p.name for p in scene.parameters if p.name not in reduced.values.exact}
@@ -139,7 +139,7 @@ def possible_start(reduced: Reduced) -> dict[str, str]:
 
 
 def other_start_hint(reduced: Reduced) -> str:
-    """A hint at another configuration to start from."""
+    """Write a hint with another initial configuration."""
     hint = "start from another configuration"
     values = _suggested_configuration(reduced, {})
     return f"{hint}:\n{section_snippet('initial', values)}" if values else hint
@@ -148,7 +148,7 @@ def other_start_hint(reduced: Reduced) -> str:
 def with_suggestion(
     reduced: Reduced, error: InputError, known: Mapping[sp.Symbol, mpf], *, placed: bool
 ) -> InputError:
-    """The error of an initial state with a line that could stand in place of the scene's.
+    """Append to the error of an initial state a line that could replace the scene's.
 
     Parameters
     ----------

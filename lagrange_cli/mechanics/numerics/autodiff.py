@@ -84,7 +84,7 @@ class Tape:
     def _record(self, expr: sp.Expr, places: dict[int, int]) -> int:
         """Give the index of ``expr``, appended after its operands (iterative post-order).
 
-        ``places`` gives the index of each object met before by its ``id``, which is found sooner
+        ``places`` gives the index of each earlier object by its ``id``, which is quicker to look up
         than an equal expression: all objects must be kept meanwhile.
         """
         stack: list[tuple[sp.Basic, bool]] = [(expr, False)]
@@ -184,7 +184,7 @@ class Tape:
                 raise DomainError from error
 
     def value(self, expression: sp.Expr, inputs: Sequence[TaylorSeries]) -> Mpf:
-        """Evaluate a further expression, which stays recorded with all that it holds."""
+        """Evaluate a further expression, which stays recorded with its operations."""
         index = self._record(expression, {})
         return to_mpf(self.run(inputs, 0).nodes[index][0])
 

@@ -1,10 +1,10 @@
 """Automatic differentiation of tapes in doubles, with a sparse Jacobian.
 
-Operations that do not wait for each other are done at once, level by level, and the
-Jacobian matrix is carried along as a sparse one (forward accumulation; Griewank and
-Walther, Evaluating Derivatives, 2008, sections 3.1 and 7.2). It brings Newton's method
-close to points that are wanted in many digits. Overflow, or a value that is not real, is
-an error of arithmetic here; the same evaluation in high precision tells the cause.
+Independent operations are done at once, level by level, and the Jacobian matrix is carried along as
+a sparse one (forward accumulation; Griewank and Walther, Evaluating Derivatives, 2008, sections 3.1
+and 7.2). It brings Newton's method close to points of which many digits are needed. Overflow, or a
+value that is not real, is an error of arithmetic here; the same evaluation in high precision tells
+the cause.
 """
 
 from __future__ import annotations

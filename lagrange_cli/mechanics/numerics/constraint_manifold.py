@@ -35,14 +35,14 @@ _ZERO = mpf(0)
 
 #: Most steps of Newton's method.
 _STEPS = 80
-#: Steps that need not make progress.
+#: Steps at first that need not make progress.
 _PATIENCE = 25
 #: Largest ratio of a later step's length to the one before: where a gradient vanishes on the
 #: manifold a step halves the distance only.
 _PROGRESS = 0.75
-#: Length of a step to stop at in that case.
+#: Length of a step at which the method stops in that case.
 _SLOW = mpf(10) ** -12
-#: Number of equations above which a point is approached in doubles.
+#: Number of equations above which points are first approached in doubles.
 _LARGE = 64
 #: Length of a step at which that approach ends.
 _NEAR = 1e-7
@@ -114,9 +114,9 @@ class Manifold:
     def placed(
         self, point: _Point, rows: Sequence[int] | None = None
     ) -> dict[sp.Symbol, mpf] | None:
-        """Move a point on to the manifold of some φ (all by default); None if Newton fails.
+        """Move a point onto the manifold of some φ (all by default); None if Newton's method fails.
 
-        Equations beyond those that determine the others need to hold to 1e-9 only.
+        Dependent equations need to hold to 1e-9 only.
         """
         chosen = self.all if rows is None else list(rows)
         if not chosen:
@@ -130,8 +130,8 @@ class Manifold:
     def within(self, point: _Point, gaps: int, inset: mpf = _ZERO) -> dict[sp.Symbol, mpf] | None:
         """Move a point so that every φ is zero, and the last ``gaps`` of them not negative.
 
-        Newton's method with those of the gaps that are violated at each step; None if it
-        ends elsewhere. ``inset``: distance inside of a gap, relative to scales.
+        Newton's method takes in the gaps that are violated at each step; None if it ends
+        elsewhere. ``inset``: distance from the border of a gap, relative to scales.
         """
         moved, first = dict(point), len(self.all) - gaps
         lengths = list[mpf]()
@@ -184,7 +184,7 @@ class Manifold:
             run = self._at(moved)
             values, gradients = run.values, [_partials(run, k, 0, len(self.q)) for k in rows]
             length = self._move(moved, LeastSquares(gradients, self.scale), values, rows)
-            # So slow an approach ends where the gradient vanishes: more digits tell no more.
+            # So slow an approach ends where the gradient vanishes: more digits show nothing new.
             if length <= _smallest() or (count >= _PATIENCE and length <= _SLOW):
                 return moved
             if count >= _PATIENCE and length > _PROGRESS * before:
@@ -195,7 +195,7 @@ class Manifold:
     def _approached(
         self, point: _Point, rows: Sequence[int]
     ) -> tuple[dict[sp.Symbol, mpf], LeastSquares] | None:
-        """Approach the manifold in doubles, and linearize there; None if no point is near.
+        """Approach the manifold in doubles, and linearize there; None without a point nearby.
 
         Raises
         ------
@@ -278,7 +278,7 @@ class Manifold:
         return misses
 
     def _clearly_holds(self, point: _Point, rows: Sequence[int]) -> bool:
-        """Say whether |φ| is small beside Σ |∂φ/∂q|·scale by doubles alone."""
+        """Say whether |φ| is small relative to Σ |∂φ/∂q|·scale, in doubles alone."""
         try:
             values, slopes = self._in_doubles.run([to_double(point[s]) for s in self._symbols])
         except ArithmeticError:
@@ -330,7 +330,7 @@ class Manifold:
 
 
 def _smallest() -> mpf:
-    """Give the length of a step below which the digits carried tell no more."""
+    """Length of a step below which the digits carried are exhausted."""
     return mpf(10) ** (8 - mpmath.mp.dps)
 
 

@@ -93,7 +93,7 @@ def to_mpf(x: Decimal) -> Mpf:
     exponent = x.adjusted() - digits
     mantissa = int(x.scaleb(-exponent, context=decimal_context(digits + 5)))
     power, bits = _power_of_ten(exponent, digits)._mpf_, mpmath.mp.prec
-    # mpf(mantissa)·power, by the functions that these operators end in.
+    # mpf(mantissa)·power, by the functions behind these operators.
     return mpmath.mp.make_mpf(mpf_mul(from_int(mantissa, bits, "n"), power, bits, "n"))
 
 
@@ -115,7 +115,7 @@ def _bounded(x: Mpf, largest: Mpf) -> Mpf:
 
 @lru_cache(maxsize=2**17)
 def _cos_sin(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
-    """Evaluate both at once and keep them: most angles occur under both."""
+    """Evaluate cosine and sine at once and keep them: most angles occur under both."""
     if x.adjusted() > _LONGEST_ANGLE:
         raise DomainError
     c, s = mpmath.cos_sin(to_mpf(x))
@@ -239,7 +239,7 @@ def rational_power(x: Decimal, exponent: sp.Rational) -> Jet:
 def constant_decimal(expr: sp.Expr, digits: int) -> Decimal:
     """Evaluate a number to the precision of the current context.
 
-    ``digits`` is that precision: it tells values of different precision apart.
+    ``digits`` is that precision, which distinguishes kept values.
     """
     if expr.is_Rational:
         return Decimal(int(expr.p)) / Decimal(int(expr.q))
@@ -247,7 +247,7 @@ def constant_decimal(expr: sp.Expr, digits: int) -> Decimal:
 
 
 def _slope(x: Mpf) -> Decimal:
-    """Convert a derivative; an infinite one becomes a NaN that every use passes on."""
+    """Convert a derivative; an infinite one becomes a NaN, which propagates."""
     return to_decimal(x) if mpmath.isfinite(x) else _NAN
 
 
@@ -261,7 +261,7 @@ def _through_mpf(function: Callable[[Mpf], _MpfJet]) -> Callable[[Decimal], Jet]
 
 @cache
 def unknown_jet(name: str) -> Callable[[Decimal], Jet]:
-    """Return the function that stands for an unknown one, with both derivatives."""
+    """Return the stand-in for an unknown function, with both derivatives."""
     functions = [stand_in(name + "'" * order) for order in range(3)]
 
     def values(x: Mpf) -> _MpfJet:

@@ -1,7 +1,7 @@
 """Gauss–Newton steps in doubles for equations in high precision.
 
-Of many equations, most hold few unknowns: beyond :data:`_LARGE` of them the
-step A⁺ r = Aᵀ (A Aᵀ)⁻¹ r is found by sparse elimination, with a small multiple of the
+Of many equations, most hold few unknowns: beyond :data:`_LARGE` of them the step
+A⁺ r = Aᵀ (A Aᵀ)⁻¹ r is computed by sparse elimination, with a small multiple of the
 unit matrix added so that equations that depend on others do no harm
 (Tikhonov's regularization; Björck, Numerical Methods for Least Squares
 Problems, 1996, sections 2.7 and 6.1).
@@ -36,7 +36,7 @@ _CUT = 1e-7
 #: singular value decomposition is quick. Not tuned.
 _LARGE = 64
 
-#: Least largest entry of a row that doubles are trusted with: below, they lose digits.
+#: Least largest entry of a row that is converted to doubles: below, they lose digits.
 SMALLEST_TRUSTED = 1e-280
 
 _Matrix = NDArray[np.float64]

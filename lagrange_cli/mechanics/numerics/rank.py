@@ -1,6 +1,6 @@
 """Numerical ranks of Jacobians at feasible configurations.
 
-Independence of constraints and coordinates is a matter of ranks, which symbols seldom show.
+Ranks decide on the independence of constraints and coordinates; expressions seldom show them.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def dense_matrix(rows: Sequence[DoubleRow], width: int | None = None) -> Matrix:
 def rank(matrix: Matrix, tolerance: float) -> int:
     """Count the singular values of a matrix above ``tolerance`` times the largest one.
 
-    NumPy's ``matrix_rank`` has this as its argument ``rtol`` from version 2.0 on alone.
+    NumPy's ``matrix_rank`` has such a tolerance, ``rtol``, since version 2.0 only.
     """
     if not matrix.size:
         return 0

@@ -24,7 +24,7 @@ SamplePoint = dict[sp.Symbol, mpf]
 #: Most draws before a scene is said to have no configuration, while draws shrink towards the given
 #: configuration: more would delay the refusal. Not tuned; messages name the number.
 DRAWS = 200
-#: The same if each draw starts a search for a point on closures, which costs more.
+#: Most draws if each starts a search for a point on closures, which costs more.
 PLACED_DRAWS = 48
 
 #: Number of coordinates above which points on closures are drawn close to the initial
@@ -56,8 +56,7 @@ class Sampler:
     seed
         Text that fixes the sequence.
     place
-        Moves a point on to closures, or on to those of some numbers; returns None if it
-        fails.
+        Moves a point onto the closures, or onto those with given numbers; returns None on failure.
     positive
         Expressions over t, coordinates and parameters that are positive at a feasible point.
 
@@ -108,8 +107,8 @@ class Sampler:
         """Draw a feasible point; None after :data:`DRAWS` (:data:`PLACED_DRAWS`) failures.
 
         ``vary_parameters`` multiplies values of parameters by factors in (1/2, 3/2)
-        as long as that leaves the point feasible; ``width`` scales the spread; of the
-        closures the numbers of some may be given.
+        as long as that leaves the point feasible; ``width`` scales the spread; ``closures`` may
+        select some closures by number.
         """
         if self.many and self._placed:
             width = width / (8 * len(self.coordinates))
@@ -120,7 +119,7 @@ class Sampler:
                 point = self._place(point, closures)
             if point is not None and self._is_feasible(point):
                 return point
-            # Around a given configuration shrink towards it; else keep looking.
+            # Around a given configuration, shrink towards it; otherwise draw again.
             width = width * 3 / 4 if attempt % 4 == 3 and width > mpf(2) ** -20 else width
         return None
 
@@ -142,7 +141,7 @@ class Sampler:
         return moved
 
     def around(self, point: SamplePoint, width: mpf) -> tuple[SamplePoint, SamplePoint]:
-        """Move a point at random, and as far the other way.
+        """Move a point at random, and by the same amount in the opposite direction.
 
         A border through the point separates the two.
         """

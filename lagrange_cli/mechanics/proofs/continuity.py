@@ -1,8 +1,8 @@
 """Proofs that an expression is continuous along every motion.
 
 A quantity whose rate vanishes on both sides of a surface is conserved only if it does not jump
-there. Jumps come from ``sign`` and ``atan2``, and from quotients and functions of what becomes
-infinite: x/|x|, atan(1/x). No motion passes through a state at which a quantity is infinite.
+there. Jumps come from ``sign`` and ``atan2``, and from quotients and functions of infinite
+arguments: x/|x|, atan(1/x). No motion passes through a state at which a quantity is infinite.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ class _Nature:
     infinite
         It may become infinite somewhere.
     bent
-        It may be another analytic function on the other side of a surface.
+        It may become another analytic function across a surface.
     """
 
     infinite: bool = False
     bent: bool = False
 
 
-#: One object stands for all that is smooth; another one for what was not looked at yet.
+#: The nature of all smooth expressions, and a mark for expressions not examined yet.
 _SMOOTH, _UNKNOWN = _Nature(), _Nature()
 
 
@@ -84,7 +84,7 @@ def _is_polynomial(expression: sp.Expr) -> bool:
 
 
 def _within_terms(expression: sp.Expr) -> Iterator[sp.Expr]:
-    """Yield what sums, products and analytic functions are made of, each object once."""
+    """Yield the parts of sums, products and analytic functions, each object once."""
     stack, seen = [expression], set[int]()
     while stack:
         for part in stack.pop().args:
@@ -143,7 +143,7 @@ class _Natures:
             bent = True  # asin(sin(x)) is a sawtooth
         if e.func in _BENT:
             return _Nature(infinite, True)
-        # An unknown function is taken for smooth.
+        # An unknown function counts as smooth.
         if infinite or not (e.func in (*_CONTINUOUS, *_INFINITE) or is_unknown(e)):
             return None
         return _Nature(e.func in _INFINITE, bent)
@@ -206,9 +206,9 @@ class _Natures:
 
 
 def _is_square_free_in(e: sp.Expr, symbol: sp.Symbol) -> bool:
-    """Say whether a polynomial has no square of a factor with a symbol, as numbers show it.
+    """Say whether a polynomial has no squared factor with a symbol, as shown at numbers.
 
-    With numbers for all other symbols a square of a factor stays one, if the degree does.
+    With numbers for all other symbols a squared factor stays one if the degree stays.
     """
     others = sorted(e.free_symbols - {symbol}, key=str)
     numbers = {s: sp.Integer(k * k + 2) for k, s in enumerate(others, 1)}

@@ -1,11 +1,11 @@
 """Farkas certificates: sums of constraints that are false for all values of names.
 
-Every equation φ = 0 and inequality φ ≥ 0 is a row over its terms, as if they were independent:
-x, x² and sin x are three of them, and only their bounds are used. Multipliers with
-which the terms cancel and a negative number is left show that the rows contradict each other
-(Farkas' lemma); at a vertex of all such multipliers no row can be left out (Gleeson and Ryan,
-Identifying minimally infeasible subsystems of inequalities, ORSA J. Computing 2, 1990). The
-vertex is found by linear programming in doubles and checked in high precision.
+Every equation φ = 0 and inequality φ ≥ 0 is a row over its terms, as if terms were independent: x,
+x² and sin x are three of them, and only their bounds are used. Multipliers with which the terms
+cancel and a negative number is left show that the rows contradict each other (Farkas' lemma); at a
+vertex of the set of such multipliers no row can be left out (Gleeson and Ryan, Identifying
+minimally infeasible subsystems of inequalities, ORSA J. Computing 2, 1990). The vertex is computed
+by linear programming in doubles and checked in high precision.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class _Rows:
     one_sided
         True for each row that is ≥ 0.
     origin
-        For each row, the number of the stated one or the text of a bound.
+        For each row, the number of the stated constraint or the text of a bound.
     strict
         Numbers of rows that are > 0.
     units
@@ -185,12 +185,12 @@ def _middle(numbers: Sequence[mpf]) -> mpf:
 def false_sum(
     equations: Sequence[tuple[sp.Expr, bool]], constants: Mapping[sp.Symbol, mpf]
 ) -> FalseSum | None:
-    """Find a sum of expressions that is negative though it is to be zero or more; None if none is.
+    """Find a sum of constraints that is negative although it should not be; None if there is none.
 
     Parameters
     ----------
     equations
-        Each expression, and false if it is to be zero, true if not negative.
+        Each expression, with False for = 0 and True for ≥ 0.
     constants
         Values of the symbols that have one.
     """

@@ -42,7 +42,7 @@ class UndecidableError(Exception):
 
 @dataclass(eq=False)
 class Indeterminate:
-    """An element that angles, exponents or roots are rational multiples of.
+    """An element of which angles, exponents or roots are rational multiples.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Indeterminate:
     constant
         A root of a prime number: its sign is a matter of convention.
     fixed
-        A root of a number: it is in some fields and not in others.
+        A root of a number, which only some fields contain.
     rough
         A root of an expression with switching functions.
     """
@@ -76,7 +76,7 @@ class FieldProgram:
     operations
         In order; an operation refers to earlier ones by number.
     outputs
-        Numbers of the operations that have the values of the expressions.
+        Numbers of the operations whose values are those of the expressions.
     """
 
     operations: list[tuple[str, Any]] = field(default_factory=list)
@@ -258,7 +258,7 @@ def _multiples(e: sp.Expr) -> dict[sp.Expr, sp.Rational]:
 
 
 def _rewritten(e: sp.Expr) -> sp.Expr | None:
-    """Rewrite a function by ones with a meaning in the field; None if it stays."""
+    """Rewrite a function by functions with a meaning in the field; None if it stays."""
     x = e.args[0] if e.args else e
     if e.func is sp.tan:
         return sp.sin(x) / sp.cos(x)

@@ -21,7 +21,7 @@ SAFE_PRIMES = (
     2289054182232256327383526295669179199,
 )
 
-#: Bound of numerators and denominators by which a fraction is told from a random element.
+#: Bound of numerators and denominators that distinguishes a fraction from a random element.
 _SMALL = 2**40
 
 CirclePoint = tuple[int, int]
@@ -70,7 +70,7 @@ def solved_linear_system(rows: Sequence[Sequence[int]], p: int) -> list[int]:
     Parameters
     ----------
     rows
-        Those of A, shape (n, n), each followed by its entry of b.
+        Rows of A, shape (n, n), each followed by its entry of b.
 
     Raises
     ------

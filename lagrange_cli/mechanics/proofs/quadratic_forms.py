@@ -59,7 +59,7 @@ class QuadraticForms:
     relations
         Forms that are zero whatever the symbols are.
     domains
-        Forms that are zero where the functions are real.
+        Forms that are zero wherever the functions are real.
     """
 
     constants: Mapping[sp.Symbol, mpf]
@@ -184,7 +184,7 @@ class QuadraticForms:
         self.relations.append(_sum(form, {(0, 0): constant}))
 
     def _positive(self) -> tuple[int, int]:
-        """Add a square, which stands for any number that is not negative."""
+        """Add a square, which represents any number that is not negative."""
         root = self._root()
         return root, root
 

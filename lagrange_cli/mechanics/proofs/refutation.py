@@ -1,7 +1,7 @@
 """Refutation by example: real states at which a claim is false.
 
-States are drawn over many magnitudes, on both sides of zero: a stop that rests near the start
-acts at some of them. A difference that more digits repeat is no rounding error.
+States are drawn over many magnitudes, on both sides of zero: a stop that is open near the start
+closes at some of them. A difference that more digits repeat is no rounding error.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _ZERO = mpf(0)
 _DIGITS = 120
 #: Digits below its terms at which a value may be rounding.
 _AGREED = 100
-#: Further digits that are to confirm a value.
+#: Further digits by which a value is confirmed.
 _MORE = 40
 #: States over all magnitudes.
 _STATES = 40

@@ -3,7 +3,7 @@
 Multipliers cₖ for which Σ cₖ φₖ is a positive number plus a sum of squares show that the
 φₖ are not all zero anywhere (Parrilo, Semidefinite programming relaxations for semialgebraic
 problems, Math. Program. 96 (2003), section 4; for rods they are a stress that no lengths
-balance). They are sought numerically, by an interior-point method, over quadratic forms
+balance). The search is numerical, by an interior-point method, over quadratic forms
 (:mod:`.quadratic_forms`), and checked in high precision.
 """
 
@@ -31,7 +31,7 @@ from lagrange_cli.stages import announce
 
 #: Most forms, those of relations included.
 _FORM_BUDGET = 160
-#: Most equations, and most symbols, whose products are tried too.
+#: Most equations, and most symbols, whose products are tried as well.
 _SMALL = 5
 #: Relative size of a difference that is rounding.
 _ROUNDING = mpf(10) ** -30
@@ -45,9 +45,9 @@ _NEWTON = 12
 _GROWTH = 8.0
 #: Number of weights.
 _WEIGHTS = 11
-#: Newton decrement to stop at.
+#: Newton decrement at which the method stops.
 _SETTLED = 1e-6
-#: Length of a damped step to stop at, relative to the full one.
+#: Length of a damped step at which the method stops, relative to the full one.
 _SHORTEST = 1e-12
 
 _Array = NDArray[np.float64]
@@ -87,7 +87,7 @@ class _Combination:
     owners
         Numbers of the equations in it; −1 for a relation of generators.
     size
-        Sum of the magnitudes that its constant was added up from.
+        Sum of the magnitudes of the terms of its constant.
     """
 
     form: QuadraticForm
@@ -276,7 +276,7 @@ def _interior(matrices: _Array) -> _Array | None:
             try:
                 c, tau, decrement = _newton(matrices, c, tau, weight)
             except np.linalg.LinAlgError:
-                return None  # doubles tell no more
+                return None  # doubles are exhausted
             if decrement < _SETTLED:
                 break
         gap = (size + 2 * count) / weight

@@ -1,11 +1,11 @@
 """Zero tests by evaluation at random points of finite fields (Schwartz–Zippel).
 
 Facts about motions ("L does not depend on x") are statements about every state, and values at
-states near the start do not show them: a stop, max(0, x − 3), rests there, and a narrow well
-is nothing a little away from it. A finite field (:mod:`.field_program` says what functions
-are there) has no near and far, no small and large, and each side of every switching
-function is visited. An expression that is not identically zero passes with a probability of
-its degree over 1e36, at each of two points. A claim without proof may still hold.
+states near the start do not show them: a stop, max(0, x − 3), is zero there, and a narrow well is
+negligible a little away from it. A finite field (:mod:`.field_program` defines its functions) has
+no near and far, no small and large, and each side of every switching function is visited. An
+expression that is not identically zero passes with a probability of its degree over 1e36, at each
+of two points. A claim without proof may still hold.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _BUDGET = 400_000
 #: Points, each of another field, at which each combination of sides is visited.
 _POINTS = 2
 
-#: The same if a root may be √(u²): at each point it is u or −u by chance.
+#: Points if a root may be √(u²): at each point it is u or −u by chance.
 _MORE_POINTS = 24
 
 #: Visits to a root with a square radicand each time, after which it counts as √(u²): 2^−48.
@@ -77,7 +77,7 @@ class _Point:
         Give each switching function a random value in place of ±1: an expression that then
         vanishes does so on all sides.
     free
-        Roots whose sign is indifferent, since it is that of a conjugate.
+        Roots whose sign is indifferent, since the other sign gives a conjugate.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class _Point:
         self.circles: dict[Indeterminate, CirclePoint] = {}
         self.sides: dict[int, int] = {}
         self.roots: dict[tuple[int, int], int] = {}
-        #: The root that has no value here, those that have, and those that were had before.
+        #: The root without a value here, roots with one, and roots with one at an earlier point.
         self.failed: Indeterminate | None = None
         self.passed: list[Indeterminate] = []
         self.known: list[Indeterminate] = []
@@ -115,7 +115,7 @@ class _Point:
         Raises
         ------
         NoValueError
-            Something has no value at this point.
+            An operation has no value at this point.
         """
         values: list[int] = []
         for name, operands in program.operations:
@@ -298,7 +298,7 @@ def values_on_sides(expressions: Sequence[sp.Expr]) -> Iterator[tuple[list[int],
     Raises
     ------
     UndecidableError
-        Something has no meaning in the field, or there are too many combinations.
+        A function has no meaning in the field, or there are too many combinations.
     """
     return _sides(FieldProgram.from_expressions(expressions), formal=False)
 

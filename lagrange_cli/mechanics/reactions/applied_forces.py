@@ -27,9 +27,9 @@ class AppliedForces:
     Attributes
     ----------
     positional
-        Of potentials without velocities, over q and t.
+        Forces of potentials without velocities, over q and t.
     dynamic
-        Of everything else (the Euler–Lagrange expression of T_extra − U, forces,
+        All other forces (the Euler–Lagrange expression of T_extra − U, forces of the scene,
         dissipation), over q, v, a, t.
     unattached
         Names of terms that act on no particle.
@@ -40,7 +40,7 @@ class AppliedForces:
     unattached: tuple[str, ...]
 
     def along(self, symbol: sp.Symbol) -> sp.Expr:
-        """−F of one symbol."""
+        """−F along one symbol."""
         return self.positional.get(symbol, sp.Integer(0)) + self.dynamic.get(symbol, sp.Integer(0))
 
 
@@ -69,7 +69,7 @@ class TermsOverNames:
 
 
 def terms_over_names(derivation: Uncertified) -> TermsOverNames:
-    """Read the terms of a scene that hold rates as the scene writes them."""
+    """Convert the terms of a scene that hold rates, over the names in the scene."""
     reader = _Reader(derivation)
     scene = derivation.reduced.scene
     potentials = [reader.converted(p.expression) for p in scene.potentials]
@@ -155,7 +155,7 @@ class _Reader:
             self.unattached.append(name)
 
     def _resolved(self, expr: sp.Expr) -> sp.Expr:
-        """Over q, v, t, from Cartesian names and their rates."""
+        """Write an expression over q, v, t in place of Cartesian names and their rates."""
         moving = {
             rate: self.reduced.rate(s)
             for s, rate in self.rates.items()

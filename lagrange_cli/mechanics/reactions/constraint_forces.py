@@ -1,7 +1,7 @@
 """Constraint forces f = m r̈ − F on particles, and their multipliers.
 
-In the formulation ``minimal`` accelerations are put in where the equations of motion are
-solved for them; larger systems keep ``ddot(q)``. With closures, a coordinate that is a
+In the formulation ``minimal``, accelerations are replaced where the equations of motion are solved
+for them; larger systems keep ``ddot(q)``. With closures, a coordinate that is a
 Cartesian name itself feels Σ λ·gradient. A point that a force acts on has no mass: the
 constraints balance the force.
 
@@ -53,12 +53,12 @@ from lagrange_cli.scene.model import Scene
 
 _ZERO = mpf(0)
 
-#: Coordinates of systems whose accelerations are put in.
+#: Most coordinates of systems whose accelerations are replaced.
 _SOLVED = 3
 
 #: Digits of a second look.
 _CLOSE_DIGITS = 1300
-#: Zero there: products of three doubles are larger.
+#: Numbers below it count as zero then: products of three doubles are larger.
 _NOTHING = mpf(10) ** -1000
 
 #: Factor by which one rounding error may exceed another one.
@@ -118,7 +118,7 @@ def derive_constraint_forces(
 def _form(
     equations: Equations, shown: Sequence[sp.Expr]
 ) -> Literal["motion", "accelerations", "multipliers"]:
-    """Class of the symbols that the expressions hold."""
+    """Name the class of symbols in the expressions."""
     if equations.pushing:
         return "multipliers"
     symbols = set().union(*(e.free_symbols for e in shown))
@@ -167,7 +167,7 @@ def _acceleration(derivation: Uncertified, symbol: sp.Symbol) -> sp.Expr:
 
 
 def _direct(derivation: Uncertified) -> Iterator[tuple[sp.Symbol, int]]:
-    """Raw symbols that are coordinates which move nothing else, with their numbers."""
+    """Raw symbols that are coordinates and move no other component, with their numbers."""
     resolved = derivation.reduced.resolved
     for j, c in enumerate(derivation.reduced.coordinates):
         if resolved.get(c.q) == c.q:
@@ -231,7 +231,7 @@ def _stated(derivation: Uncertified) -> list[ConstraintEquation]:
 def _written(
     derivation: Uncertified,
 ) -> Iterator[tuple[str, bool, Written, dict[sp.Symbol, sp.Expr]]]:
-    """Constraint, whether it has several equations, one of them and its slopes."""
+    """Yield constraint, True if it has several equations, one of these and its slopes."""
     reduced = derivation.reduced
     positional = {id(s.equation): s for s in reduced.chart.geometry.elimination.stated}
     closure_places = {(r.mark, r.text) for r in reduced.closures}
@@ -255,7 +255,7 @@ def _numbered(name: str, taken: set[str]) -> str:
 def _reactions(
     derivation: Uncertified, stated: Sequence[ConstraintEquation], forces: _Forces, check: _Check
 ) -> tuple[list[Reaction], tuple[str, ...]]:
-    """Reaction of each equation, and names of the equations whose multiplier is not found."""
+    """Reaction of each equation, and names of the equations without a known multiplier."""
     reduced = derivation.reduced
     along = dict(forces.along)
     along |= {c.q: check.applied.along(c.q) for c in reduced.coordinates if c.q not in along}
@@ -289,7 +289,7 @@ def _sizes(
 
 
 class _Check:
-    """States of the motion, and what Newton's law says there.
+    """Check of constraint forces by Newton's law at states of the motion.
 
     Attributes
     ----------
@@ -328,7 +328,8 @@ class _Check:
                 compare = partial(self._compared, forces=forces)
                 scale = self._looked_at(state, compare)
                 self.points.append(self._moving(state))
-                # Forces that vanish have no size: that of ordinary ones with such a rounding.
+                # Forces that vanish have no size: take that of ordinary forces with the same
+                # rounding.
                 self.scales.append(max(scale, _MARGIN * self._rounding / self.tolerance))
                 self.seen.append(state)
             except (DomainError, ZeroDivisionError, OverflowError):
@@ -339,7 +340,7 @@ class _Check:
             raise _without_values(self.scene)
 
     def _looked_at(self, state: SymbolValues, compare: Callable[[SymbolValues], _Seen]) -> _Seen:
-        """Compare at a state; on failure again with digits at which rounding is nothing.
+        """Compare at a state; on failure again with digits at which rounding is negligible.
 
         Forces that vanish, as those on a straight path, are rounding alone at the first look.
         """
@@ -355,7 +356,7 @@ class _Check:
                     self._floor = _ZERO
 
     def _compared(self, point: SymbolValues, forces: _Forces) -> mpf:
-        """Compare at one state; the size of the forces there."""
+        """Compare at one state; return the size of the forces there."""
         tapes = self.tapes
         series = tapes.series(point)
         run = tapes.positions.run([series[s] for s in tapes.still], 2)
@@ -384,7 +385,7 @@ class _Check:
         return scale
 
     def _require_work(self, point: SymbolValues, work: Sequence[mpf], scale: mpf) -> None:
-        """Σ f ∂r/∂q and what acts on coordinates alone must be M a − f."""
+        """Require that Σ f ∂r/∂q plus forces on coordinates alone is M a − f."""
         direct = evaluate([self.applied.along(q) for q in self._alone()], point)
         alone = dict(zip(self._alone(), direct, strict=True))
         for q, done, (residual, size) in zip(
@@ -438,7 +439,7 @@ class _Check:
 
 
 def _without_values(scene: Scene) -> InputError:
-    """The refusal of constraint forces that are no numbers at any state that was tried."""
+    """Build the refusal of constraint forces without values at any state that was tried."""
     marks = [term.mark for term in (*scene.potentials, *scene.kinetic)]
     marks += [force.mark for force in scene.forces]
     return InputError(

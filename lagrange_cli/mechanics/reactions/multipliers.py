@@ -1,14 +1,12 @@
 """Multipliers of the scene's constraints from the forces that these exert.
 
-f = Σ λ_k ∂φ_k/∂r holds for the Cartesian components of all particles. A body that one
-unknown multiplier acts on gives it, λ = f·∇φ / ∇φ·∇φ; what it exerts elsewhere is then
-known, and so on from body to body, as the forces in a statically determinate truss are
-found joint by joint.
+f = Σ λ_k ∂φ_k/∂r holds for the Cartesian components of all particles. A body on which one unknown
+multiplier acts gives it, λ = f·∇φ / ∇φ·∇φ; the forces that it exerts elsewhere are then known, and
+so on from body to body, as in a statically determinate truss, joint by joint.
 
-Names that a definition gives are first put into the constraints: what remains are
-equations that must hold. Constraints that the definitions satisfy vanish there; that they
-and no definition hold the particles is tried afterwards, and kept where it explains the
-forces.
+Definitions are first substituted in the constraints: the remaining equations must hold. Constraints
+that the definitions satisfy vanish there; afterwards the search assumes that these constraints, and
+no definition, hold the particles, and keeps the result where it explains the forces.
 """
 
 from __future__ import annotations
@@ -28,7 +26,7 @@ from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 #: Numbers below this part of their terms are zeros.
 _NOTHING = mpf(10) ** -20
 
-#: Most operations of a multiplier that is given, and on which others are built.
+#: Most operations of a multiplier that is reported, and from which others are computed.
 _LONGEST = 300
 
 
@@ -57,7 +55,7 @@ class ForceBalance:
     Attributes
     ----------
     body
-        Name of the body, or of a coordinate that belongs to none.
+        Name of the body, or of a coordinate that belongs to no body.
     force
         The constraint force.
     gradient
@@ -76,7 +74,7 @@ class _Search:
     Attributes
     ----------
     solved
-        Number of an equation → its multiplier, as far as it is found.
+        Number of an equation → its multiplier, as far as known.
     point
         State at which expressions are tested for zero.
     scale
@@ -95,14 +93,14 @@ class _Search:
         bodies: dict[str, list[ForceBalance]] = {}
         for row in rows:
             bodies.setdefault(row.body, []).append(row)
-        # Two at once only where no body has one: at two, rods in line share what they exert.
+        # Two at once only where no body has one: two rods in line share their force.
         while any(
             self._solve_body(body, unknown, number) for number in (1, 2) for body in bodies.values()
         ):
             pass
 
     def _solve_body(self, rows: Sequence[ForceBalance], unknown: set[int], number: int) -> bool:
-        """Solve multipliers that some rows of a body determine, so many at once."""
+        """Solve for multipliers that some rows of a body determine, ``number`` at once."""
         groups: list[list[ForceBalance]] = []
         for row in rows:
             wanted = row.gradient.keys() - self.solved.keys()
@@ -137,7 +135,7 @@ class _Search:
         return True
 
     def _work(self, group: Sequence[ForceBalance], number: int) -> sp.Expr:
-        """Force along the gradient of an equation that known multipliers do not make up."""
+        """Force along the gradient of an equation, less that of known multipliers."""
         terms = []
         for row in group:
             direction = row.gradient.get(number)
@@ -147,7 +145,7 @@ class _Search:
         return shortened(sp.Add(*terms))
 
     def explains(self, row: ForceBalance) -> bool:
-        """Tell whether the multipliers found make up the force along a row."""
+        """Tell whether the known multipliers make up the force along a row."""
         parts = [self.solved[k] * g for k, g in row.gradient.items() if k in self.solved]
         total, *sizes = evaluate([row.force - sp.Add(*parts), row.force, *parts], self.point)
         return bool(abs(total) <= _NOTHING * sum(map(abs, sizes), self.scale))
@@ -182,7 +180,7 @@ def multipliers(
         wrong = {k for row in hoped if not search.explains(row) for k in row.gradient}
     except DomainError:
         return before
-    # A multiplier that does not explain a force takes those with it that were found by it.
+    # A multiplier that does not explain a force is dropped with those computed from it.
     while True:
         spoiled = {
             k for row in hoped if wrong & unknown & row.gradient.keys() for k in row.gradient
@@ -260,7 +258,7 @@ def _owners(reduced: Reduced) -> dict[sp.Symbol, str]:
 
 
 def _expanded(definitions: Mapping[sp.Symbol, sp.Expr], symbol: sp.Symbol) -> sp.Expr:
-    """A given name over names that are not."""
+    """Write a defined name over names without definitions."""
     expr = definitions[symbol]
     while present := expr.free_symbols & definitions.keys():
         expr = expr.xreplace({s: definitions[s] for s in present})

@@ -1,11 +1,10 @@
 """The same scene in Cartesian names, with its constraints beside them as closures.
 
-A reduction in closed form gives every name over few coordinates. Here the definitions
-and constraints stay equations between names (:mod:`.elimination.implicitization`): coordinates that
-are no Cartesian names are eliminated from them, so that a mass matrix is constant and a closure
-holds few names. A coordinate stays where the scene uses it otherwise than through what
-is left (a spring on an angle, a force on a coordinate, its rate), or where it cannot be
-eliminated.
+A reduction in closed form gives every name over few coordinates. Here the definitions and
+constraints stay equations between names (:mod:`.elimination.implicitization`): coordinates that are
+no Cartesian names are eliminated from them, so that a mass matrix is constant and a closure holds
+few names. A coordinate stays if the scene refers to it elsewhere (a spring on an angle, a force on
+a coordinate, its rate), or if it cannot be eliminated.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
-#: Decimal digits of the numbers that ranks are found with.
+#: Decimal digits of the numbers from which ranks are computed.
 _DIGITS = 30
 _ZERO = sp.Integer(0)
 
@@ -50,7 +49,7 @@ _DEPENDENT = 1e-6
 
 
 def cartesian_form(reduced: Reduced) -> Reduced | None:
-    """The scene over Cartesian names with closures; None if that says nothing new.
+    """Return the scene over Cartesian names with closures; None if that changes nothing.
 
     Parameters
     ----------
@@ -62,7 +61,7 @@ def cartesian_form(reduced: Reduced) -> Reduced | None:
 
 
 def closure_incidence(reduced: Reduced) -> list[frozenset[sp.Symbol]]:
-    """Names that closures are to hold, for each; found without forming any.
+    """Predict the names in each closure without forming closures.
 
     An eliminated coordinate ties together the names of the equations that hold it.
     """
@@ -126,7 +125,7 @@ class _Form:
         return self._without_unused(relations) or self._eliminated(relations)
 
     def _without_unused(self, relations: Sequence[ImplicitEquation]) -> Reduced | None:
-        """The form of the equations that hold no coordinate which nothing else asks for."""
+        """Keep the equations without coordinates that only other equations use."""
         asked = {s for e in self.uses.expressions for s in e.free_symbols}
         asked |= {q for q in self.own if q.name in self.uses.rates} | set(self.known.values())
         unused = frozenset(q for q in self.own if q not in asked)
@@ -134,7 +133,7 @@ class _Form:
         return self._reduced(remaining, unused, _unchanged) if unused else None
 
     def _eliminated(self, relations: Sequence[ImplicitEquation]) -> Reduced | None:
-        """The form with as many coordinates eliminated as can be."""
+        """Eliminate as many coordinates as possible."""
         angles = self._angles(relations)
         single = [self._in_angles(r, angles) for r in relations]
         system = ImplicitSystem(single, self._moving(angles), self.names.parameters.values())
@@ -218,7 +217,7 @@ class _Form:
 
     @staticmethod
     def _in_order(angles: Sequence[AngleSymbols], system: ImplicitSystem) -> list[AngleSymbols]:
-        """Angles of few equations first."""
+        """Order coordinates: angles in few equations first."""
         return sorted(angles, key=lambda a: len(system.holding(a.sine, a.cosine)))
 
     def _drops_angle(self, system: ImplicitSystem, angle: AngleSymbols) -> bool:
@@ -246,7 +245,7 @@ class _Form:
         dropped: frozenset[sp.Symbol],
         rewrite: Callable[[sp.Expr], sp.Expr],
     ) -> Reduced | None:
-        """The form without some coordinates; None if the relations do not suffice for it."""
+        """Drop some coordinates from the scene; None if the relations do not suffice."""
         raw = [s for s in self.names.cartesian.values() if s not in self.known]
         remaining = [q for q in self.own if q not in dropped]
         present = {s for r in relations for s in r.expression.free_symbols}
@@ -269,7 +268,7 @@ class _Form:
     def _independent(
         self, coordinates: Sequence[sp.Symbol], relations: Sequence[ImplicitEquation]
     ) -> list[ImplicitEquation] | None:
-        """Relations that hold, one for each coordinate too many; None if they do not suffice."""
+        """Choose independent relations, one for each surplus coordinate; None without them."""
         wanted = len(coordinates) - len(self.reduced.coordinates)
         sampler = self.reduced.sampler([])
         points = [p for p in (sampler.draw() for _ in range(RANK_POINTS)) if p is not None]
@@ -305,7 +304,7 @@ class _Form:
         return {**point, **dict(zip(symbols, placed, strict=True))}
 
     def _reference(self, coordinates: Sequence[sp.Symbol]) -> dict[sp.Symbol, mpf]:
-        """The given configuration in all names that it reaches, without those that are gone."""
+        """The given configuration over all names that it determines, less dropped ones."""
         known = dict(self.reduced.reference)
         for s, e in self.reduced.resolved.items():
             if s not in known and e.free_symbols <= known.keys():
@@ -344,7 +343,7 @@ def _rewritten(
     solutions: Mapping[sp.Symbol, sp.Expr],
     dropped: frozenset[sp.Symbol],
 ) -> sp.Expr:
-    """An expression of the scene without the coordinates that are gone."""
+    """Rewrite an expression of the scene without the dropped coordinates."""
     if expr.free_symbols.isdisjoint(dropped):
         return expr
     single = in_single_angles(expr, angles)

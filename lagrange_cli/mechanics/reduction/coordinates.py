@@ -38,7 +38,7 @@ class Chart:
 def generalized_coordinates(
     geometry: Geometry, closures: Sequence[ClosureEquation]
 ) -> Iterator[Coordinate]:
-    """Declared coordinates and open names, with what the scene says of them."""
+    """Yield declared coordinates and open names with their units, texts and places in the scene."""
     scene = geometry.names.scene
     declared = {c.name: c for c in scene.coordinates or ()}
     expressions = [geometry.resolved[s] for s in geometry.positions]
@@ -89,9 +89,9 @@ def sampler_of(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampl
 
 
 def positive_places(geometry: Geometry) -> list[tuple[str, sp.Expr]]:
-    """What is declared to stay above zero: names with their expressions over coordinates.
+    """Names that are declared to stay above zero, with their expressions over coordinates.
 
-    A coordinate that the constraints have eliminated after all is an expression in the others.
+    A coordinate that the constraints have eliminated is an expression in the others.
     """
     moving = {q.name: q for q in geometry.coordinates}
     places = {**{s.name: e for s, e in geometry.resolved.items()}, **moving}
@@ -116,9 +116,9 @@ def manifold_of(chart: Chart, closures: Sequence[ClosureEquation]) -> Manifold:
 
 
 def periodic_symbols(positions: Iterable[sp.Expr]) -> set[sp.Symbol]:
-    """Symbols that enter the positions, and only through 2π-periodic functions.
+    """Collect symbols that enter the positions only through 2π-periodic functions.
 
-    That is shown where every occurrence stands under sin, cos or tan in an
+    A symbol does where every occurrence stands under sin, cos or tan in an
     argument ``k·q + rest`` with an integer k.
     """
     present: set[sp.Symbol] = set()

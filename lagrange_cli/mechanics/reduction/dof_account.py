@@ -3,7 +3,7 @@
 Every constraint ends as *independent*, *satisfied* (the definitions fulfil it
 identically), or *redundant* (others imply it). An account that cannot be balanced is an
 error that names constraints and coordinates. Ranks are numerical, at random
-feasible configurations; nothing is only counted.
+feasible configurations; counts alone decide nothing.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def balanced_account(
     closure_numbers
         Numbers of the stated equations that are closures beside the coordinates.
     holding
-        Tells which of some equations hold identically around the start.
+        Selects from some equations those that hold identically around the start.
 
     Raises
     ------
@@ -81,12 +81,12 @@ def with_partial_identities(
     warnings: Sequence[Problem],
     violated: Mapping[int, SymbolValues],
 ) -> tuple[Account, list[Problem]]:
-    """The account and its warnings, with what holds on a part of the configurations only.
+    """Complete the account and its warnings by equations that restrict some configurations only.
 
     Parameters
     ----------
     account, warnings
-        As :func:`balanced_account` gives them: warnings are of redundant equations.
+        Results of :func:`balanced_account`; its warnings concern redundant equations.
     violated
         Configurations that violate equations, by their numbers.
     """
@@ -133,7 +133,7 @@ def _values_at(geometry: Geometry, number: int, point: SymbolValues) -> str:
 def with_velocities(
     account: Account, levels: Sequence[VelocityConstraint], independent: IndependentPart
 ) -> Account:
-    """The account with constraints on velocities: integrable ones count to K."""
+    """Add constraints on velocities to the account; integrable ones count to K."""
     redundant = {levels[k].constraint: by for k, by in independent.redundant.items()}
     names = {levels[k].constraint for k in independent.numbers}
     integrable = independent.integrable == len(independent.numbers)
@@ -157,7 +157,7 @@ def with_velocities(
 def without_redundant_rates(
     account: Account, dropped: Sequence[RedundantRate], remaining: Sequence[tuple[str, Equation]]
 ) -> Account:
-    """The account with constraints on velocities that others imply; ``remaining`` stay."""
+    """Add constraints on velocities that others imply to the account; ``remaining`` stay."""
     by: dict[str, tuple[str, ...]] = {}
     for one in dropped:
         by[one.constraint] = (*by.get(one.constraint, ()), *one.implied_by)
@@ -206,7 +206,7 @@ def velocity_remarks(
 
 
 def _on_points(names: Names, phi: sp.Expr) -> sp.Expr:
-    """φ with the components of massless points as the scene gives them: they do not move freely."""
+    """Substitute the components of massless points, which do not move freely, in φ."""
     definitions = {
         s: names.given[s] for body in names.point_symbols for s in body if s in names.given
     }
@@ -216,10 +216,10 @@ def _on_points(names: Names, phi: sp.Expr) -> sp.Expr:
 
 
 def _satisfied(leftovers: set[int], dependent: Mapping[int, tuple[int, ...]]) -> set[int]:
-    """Left-over equations that definitions fulfil.
+    """Select remaining equations that definitions fulfil.
 
-    An equation that depends on earlier ones may have been used up in the place of
-    one of them; that one is independent then.
+    An equation that depends on earlier ones may have been solved in place of one of them; the
+    earlier one is independent then.
     """
     satisfied = leftovers - dependent.keys()
     for number, by in dependent.items():
@@ -310,7 +310,7 @@ def _extra(geometry: Geometry, points: Sequence[SymbolValues]) -> int:
 
 
 def _further(names: Names) -> set[sp.Symbol]:
-    """Dependent names that no position holds."""
+    """Dependent names in no position."""
     return {*names.dependent}.difference(*map(symbols_in, names.given.values()))
 
 
@@ -331,7 +331,7 @@ def _moving(geometry: Geometry, expressions: Sequence[sp.Expr]) -> list[sp.Symbo
 
 
 def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.Symbol]:
-    """Coordinates whose rates the section ``kinetic`` holds, by whatever name it calls them."""
+    """Coordinates whose rates stand in the section ``kinetic``, directly or through names."""
     names, t = geometry.names, geometry.names.t
     rates = {q: sp.Dummy(real=True) for q in geometry.coordinates}
 
@@ -350,7 +350,7 @@ def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.S
 def _unmoved(
     r: Sequence[sp.Expr], moving: Sequence[sp.Symbol], points: Sequence[SymbolValues]
 ) -> Matrix | None:
-    """Directions of the coordinates that change nothing of ``r``; None if there are none."""
+    """Directions of the coordinates that leave ``r`` unchanged; None if there are none."""
     if {*moving} <= {*r}:
         return None  # each coordinate is a Cartesian component itself
     return dependent_columns(r, moving, points)
@@ -390,7 +390,7 @@ def _lines(
 
 
 def _depends_on_time(names: Names, phi: sp.Expr) -> bool:
-    """Tell whether t stands in a constraint, or in the place of a point that it names."""
+    """Tell whether t stands in a constraint, or in the position of a point in it."""
     points = {s: names.given[s] for body in names.point_symbols for s in body if s in names.given}
     while phi.free_symbols & points.keys():
         phi = phi.xreplace(points)

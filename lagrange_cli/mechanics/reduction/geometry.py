@@ -28,7 +28,7 @@ from lagrange_cli.mechanics.symbols.quoting import must_stay
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Unilateral
 
-#: Numbers of those of some equations that hold identically around the start.
+#: Function from equations to the numbers of those that hold identically around the start.
 IdentityFinder = Callable[[Mapping[int, tuple[sp.Expr, sp.Expr]]], Collection[int]]
 
 
@@ -68,7 +68,7 @@ class Geometry:
         return {s: symbols_in(r) for s, r in self.resolved.items()}
 
     def closure_equation(self, number: int) -> ClosureEquation:
-        """A pending equation as one that is kept."""
+        """Return a pending equation as a closure."""
         stated = self.elimination.stated[number]
         left, right = self.elimination.pending[number]
         equation = stated.equation
@@ -84,7 +84,7 @@ class Geometry:
 
     @cached_property
     def solved_sides(self) -> dict[int, tuple[sp.Expr, sp.Expr]]:
-        """Both sides of the equations that a name was solved from, with the solutions put in."""
+        """Both sides of the equations from which names were solved, with the solutions put in."""
         sides = {}
         for number in sorted(set(self.elimination.by.values())):
             stated = self.elimination.stated[number]
@@ -113,11 +113,11 @@ class Geometry:
         )
 
     def _resolved(self, expression: Expression) -> sp.Expr:
-        """An expression of the scene over q and t."""
+        """Write an expression of the scene over q and t."""
         return self._placed(self.names.convert(expression))
 
     def without(self, q: sp.Symbol) -> list[str]:
-        """Names of the other coordinates."""
+        """Names of all coordinates but one."""
         return [coordinate.name for coordinate in self.coordinates if coordinate != q]
 
 
@@ -171,7 +171,7 @@ class Leftover:
 
 
 def gap_over_names(names: Names, one_sided: Unilateral) -> sp.Expr:
-    """φ ≥ 0 of a one-sided constraint over the names that it is written in."""
+    """φ ≥ 0 of a one-sided constraint over the names in which it is written."""
     written = one_sided.inequality
     difference = names.convert(written.left) - names.convert(written.right)
     return difference if written.relation == ">=" else -difference
@@ -182,7 +182,7 @@ def restricting_equations(
     points: Sequence[SymbolValues],
     holding: IdentityFinder = lambda _: frozenset(),
 ) -> tuple[int, ...]:
-    """Numbers of the pending equations that restrict the coordinates: they are to stay.
+    """Numbers of the pending equations that restrict the coordinates and stay as closures.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def restricting_equations(
     satisfied = holding({r.number: pending[r.number] for r in relations}) if relations else ()
     restricting = [r for r in relations if r.number not in satisfied]
     for relation in restricting:
-        # A sum of squares is singular wherever it holds: another error says so.
+        # A sum of squares is singular wherever it holds: a later error reports it.
         if not refusals.is_sum_of_squares(geometry.elimination.stated[relation.number].phi):
             _require_relation(geometry, relation)
     return tuple(r.number for r in restricting)
@@ -218,7 +218,7 @@ def classify_leftovers(
     except DomainError:
         if len(asked) > 1:
             return [classify_leftovers({k: sides}, points)[0] for k, sides in equations.items()]
-        # Not even real where the coordinates lead: it restricts them.
+        # Not even real at some coordinates: it restricts them.
         return [
             Leftover(k, terms[-1], identity=False, constant=False) for k, terms in asked.items()
         ]
@@ -229,7 +229,7 @@ def classify_leftovers(
 
 
 def _terms(left: sp.Expr, right: sp.Expr) -> list[sp.Expr]:
-    """Terms whose size φ is relative to, then φ."""
+    """Terms whose sizes φ is compared with, then φ."""
     phi = left - right
     if phi == 0:
         return [phi]
@@ -288,10 +288,10 @@ def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
 def _surplus(
     geometry: Geometry, phi: sp.Expr, involved: Sequence[sp.Symbol]
 ) -> tuple[list[str], tuple[str, sp.Expr]]:
-    """The other coordinates, and the one that φ = 0 gives best, with its value.
+    """Choose the coordinate that φ = 0 gives best; return the others, and it with its value.
 
-    Coordinates that nothing asks for come before others, without choice before with one,
-    Cartesian names before others, the last declared first.
+    Coordinates that the scene needs nowhere else come before others, without choice before with
+    one, Cartesian names before others, the last declared first.
     """
     ways = {q: solutions(phi, q) or [] for q in involved}
     scene, reference = geometry.names.scene, geometry.reference
@@ -308,7 +308,7 @@ def _surplus(
 def _is_elsewhere(
     branch: sp.Expr, q: sp.Symbol, reference: Mapping[sp.Symbol, mpf]
 ) -> tuple[bool, mpf]:
-    """Tell whether a branch is not that of the given configuration, and its distance from it."""
+    """Return True if a branch is not that of the given configuration, and its distance from it."""
     symbols = branch.free_symbols
     if q not in reference or not symbols <= reference.keys():
         return True, mpf(0)

@@ -21,11 +21,11 @@ from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, to_do
 from lagrange_cli.mechanics.reduction.geometry import Geometry
 from lagrange_cli.mechanics.reduction.local_identities import identities_around
 
-#: A gradient below this part of what it is nearby has vanished.
+#: A gradient below this part of its size nearby has vanished.
 _FLAT = 1e-7
-#: Gradients this close to a combination of others depend on them; it is looked at nearby, too.
+#: Gradients this close to a combination of others depend on them, as checked nearby too.
 _DEPENDENT = 1e-6
-#: Distance, relative to scales, at which equations are tried that seem to follow from others.
+#: Distance, relative to scales, at which seemingly implied equations are tried.
 _AROUND = mpf("0.01")
 
 
@@ -36,14 +36,14 @@ def independent_closures(
     sampler: Sampler,
     points: Sequence[SamplePoint],
 ) -> tuple[int, ...]:
-    """Numbers of the stated equations that are kept beside the coordinates.
+    """Numbers of the stated equations that stay as closures beside the coordinates.
 
     Parameters
     ----------
     related
         Numbers of the equations that restrict the coordinates.
     manifold
-        Of these equations, in that order.
+        The manifold of these equations, in that order.
     points
         Configurations that satisfy them all.
 
@@ -71,7 +71,7 @@ def independent_closures(
 def _without_slope(
     geometry: Geometry, number: int, sampler: Sampler, places: Sequence[SamplePoint]
 ) -> InputError:
-    """The error of an equation whose gradient vanishes wherever it holds, or on a part of it."""
+    """Build the error of an equation whose gradient vanishes at all or some of its solutions."""
     sides = geometry.elimination.pending[number]
     present = [q for q in geometry.coordinates if q in (sides[0] - sides[1]).free_symbols]
     for place in places:
@@ -119,7 +119,7 @@ def require_determined(
     Parameters
     ----------
     draw
-        Gives configurations that satisfy the closures.
+        Draws configurations that satisfy the closures.
 
     Raises
     ------

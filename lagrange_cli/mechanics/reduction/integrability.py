@@ -1,11 +1,11 @@
 """Integrability of velocity constraints (Frobenius, derived flag).
 
-A constraint A(q, t) v + b(q, t) = 0 is the one-form ω = A dq + b dt. Forms that the
-motion annuls are integrable where dω vanishes on all displacements that annul them
-(Frobenius; Bloch, Nonholonomic Mechanics and Control, 2nd ed. 2015, section 2.4).
-Combinations for which it does are sought with constant coefficients, again and again
-until the rest does not shrink (the derived flag). A form that is closed itself is
-integrated term by term; its integral takes its constant from the initial state.
+A constraint A(q, t) v + b(q, t) = 0 is the one-form ω = A dq + b dt. Forms that vanish along
+motions are integrable where dω vanishes on all displacements on which they do (Frobenius; Bloch,
+Nonholonomic Mechanics and Control, 2nd ed. 2015, section 2.4). Combinations with this property are
+computed with constant coefficients, repeatedly, until no form is dropped any more (the derived
+flag). A form that is closed itself is integrated term by term; its integral takes its constant from
+the initial state.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ class PfaffianForm:
 
 
 def integrate_form(form: PfaffianForm, points: Sequence[SymbolValues]) -> sp.Expr | None:
-    """F with dF = ω; None if ω is not closed, or F not found in closed form.
+    """F with dF = ω; None if ω is not closed, or F has no known closed form.
 
     Parameters
     ----------
     points
-        Configurations at which dω = 0 and dF = ω are looked at.
+        Configurations at which dω = 0 and dF = ω are checked.
     """
     if not all(_vanishes(sp.Add.make_args(e), points) for e in form.curl.values()):
         return None
@@ -79,7 +79,7 @@ def _antiderivative(expr: sp.Expr, variable: sp.Symbol) -> sp.Expr | None:
     terms = expand_terms(expr, _TERM_BUDGET)
     if terms is None:
         return None
-    # As if all were positive, cases are not told apart; what holds elsewhere is looked at later.
+    # Positive symbols avoid case distinctions; other signs are checked later.
     generic = {s: sp.Dummy(s.name, positive=True) for s in sorted(expr.free_symbols, key=str)}
     original = {dummy: s for s, dummy in generic.items()}
     parts = []
@@ -97,7 +97,7 @@ def _antiderivative(expr: sp.Expr, variable: sp.Symbol) -> sp.Expr | None:
 
 
 def _vanishes(terms: Sequence[sp.Expr], points: Sequence[SymbolValues]) -> bool:
-    """Tell whether a sum is zero at every point, beside the size of its terms."""
+    """Tell whether a sum is zero at every point, relative to the size of its terms."""
     for point in points:
         try:
             numbers = evaluate(list(terms), point)
@@ -118,7 +118,7 @@ def integrable_rank(
     forms
         Independent forms over the same variables.
     points
-        Configurations; what is found must be the same at each.
+        Configurations; the dimension must be the same at each.
     scale
         The size of each variable, so that units do not matter.
     """
@@ -165,7 +165,7 @@ def _numbers(forms: Sequence[PfaffianForm], point: SymbolValues, scale: Matrix) 
 
 
 def _annulled(spans: Matrix, rows: Matrix, curls: Sequence[Matrix]) -> Matrix:
-    """Combinations of ``spans`` whose dω vanishes where they all do, in reduced row form."""
+    """Combinations of ``spans`` with zero dω where all ``spans`` vanish, in reduced row form."""
     combined = spans @ rows
     _, _, right = np.linalg.svd(combined)
     null = right[len(combined) :]

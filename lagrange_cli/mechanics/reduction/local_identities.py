@@ -1,9 +1,9 @@
 """Equations that hold identically on a part of the configurations only.
 
-Roots and inverse functions have branches: acos(cos q) is q for q between 0 and π and is not
-beyond. A constraint may so follow from the definitions around the start and restrict the
-motion elsewhere. An identity between analytic functions that holds around one point holds
-wherever both stay analytic; only functions with branches end it.
+Roots and inverse functions have branches: acos(cos q) is q for q between 0 and π alone. A
+constraint may so follow from the definitions around the start and restrict the motion elsewhere. An
+identity between analytic functions that holds around one point holds wherever both stay analytic;
+only functions with branches end it.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 
 EquationSides = tuple[sp.Expr, sp.Expr]
 
-#: Functions of which another branch may begin elsewhere.
+#: Functions with branches.
 _BRANCHES = (sp.asin, sp.acos, sp.atan, sp.atan2, sp.acosh, sp.Abs, sp.sign, sp.Max, sp.Min)
 
 #: Distances around a point at which an identity is tried, relative to scales, widest first.
 _WIDTHS = tuple(mpf(2) ** -k for k in range(13))
-#: Random directions in which, with their opposites, it is tried.
+#: Number of random directions, each with its opposite, in which it is tried.
 _DIRECTIONS = 4
-#: Times the digits carried with which values are compared: what is only small stays as
-#: small as it is, what vanishes shrinks with rounding.
+#: Factor of the digits with which values are compared: a small number stays as small as it is, a
+#: zero shrinks with rounding.
 _MORE = 3
 #: Widths, relative to scales, at which an equation is tried elsewhere: to some tens of turns away.
 _FAR = (1, 4, 16, 64)
 #: Configurations tried at each width.
 _TRIALS = 12
-#: Most coordinates of a scene in which that is tried.
+#: Most coordinates of a scene that is tried.
 _MOST = 16
-#: An equation is violated where it is off by more than this part of its terms.
+#: Part of the terms of an equation above which its residual counts as a violation.
 _VIOLATED = mpf(10) ** -6
 
 
@@ -80,7 +80,7 @@ def _around(
 
 
 def _is_identity(sides: EquationSides, point: Mapping[sp.Symbol, mpf]) -> bool:
-    """Tell whether left − right is rounding: it vanishes as digits grow."""
+    """Tell whether left − right is rounding, which vanishes as digits grow."""
     misses = _misses(sides, point)
     if misses is None:
         return False
@@ -90,7 +90,7 @@ def _is_identity(sides: EquationSides, point: Mapping[sp.Symbol, mpf]) -> bool:
 
 
 def _differ(coarse: mpf, fine: mpf) -> bool:
-    """Tell whether a value is rounding: other digits give another one."""
+    """Tell whether a value is rounding, which other digits do not repeat."""
     return bool(abs(coarse - fine) > _VIOLATED * fine)
 
 
@@ -123,7 +123,7 @@ def violating_configurations(
 ) -> dict[int, SamplePoint]:
     """Configurations that violate equations which hold identically around the start, by number.
 
-    Only equations with branches are tried; none that is missing here is proven to hold.
+    Only equations with branches are tried; absence from the result proves nothing.
 
     Parameters
     ----------

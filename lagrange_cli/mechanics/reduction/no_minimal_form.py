@@ -16,7 +16,7 @@ from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.quoting import quoted
 
-#: Reasons, of one constraint and of several.
+#: Reasons, phrased for one constraint and for several.
 _NONHOLONOMIC = (
     "cannot be integrated: it restricts velocities and no positions",
     "cannot all be integrated: together they restrict velocities more than positions",
@@ -45,7 +45,7 @@ _OPEN = ("has no solution in closed form", "have no solution in closed form")
 
 
 def no_minimal_form_error(reduced: Reduced) -> InputError:
-    """The error of asking for a minimal form of a scene with closures, with their reasons."""
+    """Build the refusal of a minimal form for a scene with closures, with their reasons."""
     statuses = {line.name: line.status for line in reduced.account.lines}
     reasons: dict[tuple[str, str], dict[str, None]] = {}
     for closure in reduced.closures:
@@ -72,9 +72,9 @@ def _said(names: Sequence[str], one: str, several: str) -> str:
 
 
 def _of_position(reduced: Reduced, closure: ClosureEquation) -> tuple[str, str]:
-    """Reason why an equation between positions is not solved for a coordinate.
+    """Find the reason why an equation between positions is not solved for a coordinate.
 
-    Names that are not declared are what it has to give where there are any.
+    If there are undeclared names, it should be solved for these.
     """
     phi = closure.left - closure.right
     involved = [c for c in reduced.coordinates if c.q in phi.free_symbols]
@@ -88,7 +88,7 @@ def _of_position(reduced: Reduced, closure: ClosureEquation) -> tuple[str, str]:
 
 
 def _reason(reduced: Reduced, phi: sp.Expr, q: sp.Symbol) -> tuple[str, str]:
-    """Reason why φ = 0 is not solved for one coordinate."""
+    """Find the reason why φ = 0 is not solved for one coordinate."""
     parts = linear_parts(phi, q)
     if parts is not None:
         constants = frozenset(reduced.names.parameters.values())

@@ -1,8 +1,8 @@
 """Redundancy of velocity constraints beside the rates of position constraints.
 
-Over the names of the scene and their rates every constraint is a row A v + b = 0: one on
-velocities as it stands, one on positions by its total derivative. Rows that depend on each
-other at random feasible configurations say the same, or contradict each other.
+Over the names of the scene and their rates every constraint is a row A v + b = 0: constraints on
+velocities as they stand, constraints on positions by their total derivatives. Rows that depend on
+each other at random feasible configurations are redundant, or contradict each other.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class _Row:
     drift
         b.
     position
-        The equation between positions; None if the scene states this one.
+        The equation between positions; None for a constraint on velocities.
     """
 
     constraint: str
@@ -98,7 +98,7 @@ class _Row:
 
 
 class _Rates:
-    """Names that move, each with a rate of its own; definitions are put in."""
+    """Moving names, each with a rate of its own, after substitution of definitions."""
 
     def __init__(self, names: Names) -> None:
         self.names = names
@@ -238,7 +238,7 @@ class _Seen:
         self.dependent = dependent_rows(scale_columns(rows, column_factors(rows, width)))
 
     def without(self, number: int) -> _Seen:
-        """The other rows."""
+        """All rows but one."""
         remaining = copy(self)
         remaining._slopes = [row for k, row in enumerate(self._slopes) if k != number]
         remaining._drifts = [x for k, x in enumerate(self._drifts) if k != number]
@@ -249,7 +249,7 @@ class _Seen:
         return any(map(self.contradicts, self.dependent))
 
     def contradicts(self, number: int) -> bool:
-        """Tell whether a dependent row asks for something else than those it depends on."""
+        """Tell whether a dependent row contradicts the rows on which it depends."""
         circuit = self.dependent[number]
         columns = sorted({j for k in (*circuit, number) for j in self._slopes[k]})
         residual, parts = self._drifts[number], [self._drifts[number]]
@@ -270,7 +270,7 @@ def _held(expressions: Sequence[sp.Expr], point: SymbolValues) -> dict[sp.Symbol
 
 
 class _Combination:
-    """Rows that depend on each other, the last on those before it, in closed form."""
+    """Dependent rows, the last a combination of those before it, in closed form."""
 
     def __init__(self, rates: _Rates, elimination: Elimination, rows: Sequence[_Row]) -> None:
         self._rates, self._elimination, self._rows = rates, elimination, rows
@@ -295,7 +295,7 @@ class _Combination:
 
     @property
     def put(self) -> list[str]:
-        """Constraints on positions whose values were put in."""
+        """Constraints on positions whose solutions were substituted."""
         if self.remainder is None or not self.remainder.free_symbols:
             return []
         return [
@@ -304,7 +304,7 @@ class _Combination:
         ]
 
     def refusal(self, reference: Mapping[sp.Symbol, mpf], mending: Sequence[str]) -> InputError:
-        """The error of rows that no rates satisfy; ``mending``: those that do without one."""
+        """Build the error of rows that no rates satisfy; removal of ``mending`` resolves it."""
         names, last = self._rates.names, self._rows[-1]
         outcome = self.remainder
         settled = {names.t, *names.parameters.values()}
@@ -366,7 +366,7 @@ class _Combination:
         return f"{written(outcome)} = 0, which {why}"
 
     def _elsewhere(self, outcome: sp.Expr) -> InputError:
-        """They hold together where a further equation between positions does."""
+        """Build the error of rows that hold together only if positions satisfy another equation."""
         names, last = self._rates.names, self._rows[-1]
         named = quoted([row.constraint for row in self._rows])
         equation = f"{written(outcome)} = 0"
@@ -384,7 +384,7 @@ class _Combination:
 
 
 def _minors(matrix: sp.Matrix, size: int) -> list[list[int]]:
-    """Columns, at most one choice of them, in which the rows are independent."""
+    """List one choice of columns in which the rows are independent, or none."""
     chosen: list[int] = []
     for j in range(matrix.cols):
         if len(chosen) == size:

@@ -1,7 +1,7 @@
 """From a scene to generalized coordinates: 3N Cartesian components, K constraints, 3N − K.
 
-The reduction eliminates Cartesian names (:mod:`.elimination.eliminate`), keeps the equations that
-have no closed form in one chart (:mod:`.independence`), looks at what came of the others
+The reduction eliminates Cartesian names (:mod:`.elimination.eliminate`), keeps the equations
+without a closed form in one chart (:mod:`.independence`), classifies the others
 (:mod:`.dof_account`) and yields every raw symbol as a function of q and t.
 """
 
@@ -72,10 +72,10 @@ from lagrange_cli.scene.model import DeclaredParameter, Scene
 #: Decimal digits of the numbers that tests of identity and rank work with.
 _DIGITS = 30
 
-#: Configurations at which identities and ranks are looked at.
+#: Configurations at which identities and ranks are checked.
 RANK_POINTS = 3
 
-#: The same on closures of many coordinates: what is constant is told from what is not.
+#: Configurations on closures of many coordinates: two distinguish constant from varying numbers.
 _FEWEST_POINTS = 2
 
 
@@ -96,7 +96,7 @@ def reduce(scene: Scene) -> Reduced:
 
 
 def _with_starts(scene: Scene, coordinates: Sequence[str]) -> Scene:
-    """The scene with a parameter for the start of each of some coordinates, or of ``t``."""
+    """Add parameters for the starts of some coordinates, or of ``t``, to a scene."""
     parameters, starts = list(scene.parameters), dict(scene.starts)
     declared = {c.name: c for c in scene.coordinates or ()}
     table = name_table(scene)
@@ -173,7 +173,7 @@ _Written = tuple[str, Equation]
 
 @dataclass(frozen=True)
 class _Integrated:
-    """A scene with all velocity constraints integrated that can be.
+    """A scene whose integrable velocity constraints are integrated.
 
     Attributes
     ----------
@@ -194,7 +194,7 @@ class _Integrated:
 
 
 def _integrated(basis: _Basis) -> _Integrated:
-    """The scene with its velocity constraints integrated, one after another."""
+    """Integrate the velocity constraints of a scene, one after another."""
     names = basis.names
     written = [(c.name, e) for c in basis.scene.constraints for e in c.equations]
     remaining = [x for x in written if _holds_rate(names, x)]
@@ -224,7 +224,7 @@ def _integrated(basis: _Basis) -> _Integrated:
         except (InconsistentError, SingularError):
             if basis.scene.initial:
                 raise
-            break  # with other constants of integration than zero they may hold
+            break  # they may hold with nonzero constants of integration
         remarks = [*integrated.remarks, *new]
         integrated = replace(integrated, reduced=reduced, remaining=remaining, remarks=remarks)
     return integrated
@@ -248,7 +248,7 @@ def _levels(reduced: Reduced, equations: Sequence[_Written]) -> list[VelocityCon
 
 
 def _reduced(basis: _Basis, stated: list[StatedEquation], strict: bool) -> Reduced:
-    """The scene without its velocity constraints; names may be open unless ``strict``."""
+    """Reduce a scene without its velocity constraints; names may stay open unless ``strict``."""
     scene, names, reference = basis.scene, basis.names, basis.reference
     elimination = _eliminate(names, scene, stated, reference, strict)
     symbols = _coordinate_symbols(names, elimination)
@@ -282,7 +282,7 @@ def _reduced(basis: _Basis, stated: list[StatedEquation], strict: bool) -> Reduc
 
 
 def _with_levels(reduced: Reduced, levels: Sequence[VelocityConstraint]) -> Reduced:
-    """The scene with constraints on velocities beside those on positions."""
+    """Add constraints on velocities to a reduced scene."""
     coordinates, t = reduced.coordinates, reduced.names.t
     everything = [*reduced.closures, *(x.closure_equation() for x in levels)]
     manifold = manifold_of(reduced.chart, everything)
@@ -301,7 +301,7 @@ def _with_levels(reduced: Reduced, levels: Sequence[VelocityConstraint]) -> Redu
 
 
 def _restricted(chart: Chart) -> tuple[Chart, list[SamplePoint], tuple[int, ...]]:
-    """The chart, feasible points of it, and the numbers of the equations that it keeps."""
+    """Return the chart, feasible points, and the numbers of the equations that stay as closures."""
     geometry = chart.geometry
     points = _drawn(geometry, sampler_of(chart, [], manifold_of(chart, ())), ())
     numbers = restricting_equations(geometry, points, partial(_held_around, chart))
@@ -326,7 +326,7 @@ def _held_around(chart: Chart, equations: Mapping[int, EquationSides]) -> set[in
 
 
 def _violated(chart: Chart, closure_numbers: Sequence[int]) -> dict[int, SamplePoint]:
-    """Configurations that violate equations which need not be kept, by number."""
+    """Configurations that violate equations without a closure, by number."""
     geometry = chart.geometry
     equations = {
         k: sides for k, sides in geometry.elimination.pending.items() if k not in closure_numbers
@@ -352,7 +352,7 @@ def _drawn(
 def _placed(
     elimination: Elimination, symbol: sp.Symbol, coordinates: Sequence[sp.Symbol]
 ) -> sp.Expr:
-    """r(q, t) of a raw symbol, with sums under roots collected."""
+    """Write r(q, t) of a raw symbol, with sums under roots collected."""
     expr = elimination.solved.get(symbol, symbol)
     powers = expr.atoms(sp.Pow) if holds(expr, sp.Pow) else ()
     if not any(p.exp.q != 1 and p.base.is_Add for p in powers if p.exp.is_Rational):

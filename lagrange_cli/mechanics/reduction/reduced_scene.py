@@ -84,13 +84,13 @@ class Reduced:
     origin: Reduced | None = None
 
     def resolve(self, expr: sp.Expr) -> sp.Expr:
-        """``expr`` with raw symbols replaced by their r(q, t)."""
+        """Replace raw symbols in ``expr`` by their r(q, t)."""
         if expr not in self._put_in:
             self._put_in[expr] = self.drawn(self._positions.put_into(expr))
         return self._put_in[expr]
 
     def drawn(self, expr: sp.Expr) -> sp.Expr:
-        """``expr`` with positive coordinates taken out of roots."""
+        """Take positive coordinates out of roots in ``expr``."""
         return drawn_from_roots(expr, self._positive) if self._positive else expr
 
     def convert(self, expression: Expression) -> sp.Expr:
@@ -98,21 +98,21 @@ class Reduced:
         return self.element(expression).expr
 
     def element(self, expression: Expression) -> Element:
-        """Convert an expression, and say of which shape it is."""
+        """Convert an expression to an element with its shape."""
         known = self._converted.get(id(expression))
         if known is None:
-            # With the expression, lest another one comes to lie at its place.
+            # Kept with the expression, so that its id stays its own.
             known = expression, self.names.element(expression, self.rate)
             self._converted[id(expression)] = known
         return known[1]
 
     def resolved_element(self, element: Element) -> Element:
-        """An element with raw symbols replaced by their r(q, t)."""
+        """Replace raw symbols in an element by their r(q, t)."""
         resolved = self._resolved_elements.resolved(element)
         self._put_in[element.expr] = resolved.expr
         return resolved
 
-    # What several steps ask for is worked out once.
+    # Several steps need these values, computed once.
 
     @cached_property
     def _positive(self) -> list[sp.Symbol]:
@@ -169,7 +169,7 @@ class Reduced:
         return sampler_of(self.chart, domain, self.manifold())
 
     def manifold(self, gaps: Sequence[ClosureEquation] = ()) -> Manifold:
-        """The states that the closures leave, and ``gaps`` that are closed."""
+        """Manifold of the states that satisfy the closures, and ``gaps`` that are closed."""
         return manifold_of(self.chart, [*self.closures, *gaps]) if gaps else self._manifold
 
     @cached_property
@@ -201,7 +201,7 @@ def in_coordinates(
     closures: Sequence[ClosureEquation],
     reference: Mapping[sp.Symbol, mpf],
 ) -> Reduced:
-    """The same scene over other coordinates with closures beside them; its account stays."""
+    """Write the scene over other coordinates with closures beside them; its account stays."""
     elimination = reduced.chart.geometry.elimination
     geometry = Geometry(names, elimination, resolved, coordinates, reference)
     chart = Chart(reduced.values, geometry, tuple(generalized_coordinates(geometry, closures)))
@@ -219,16 +219,16 @@ def in_coordinates(
 
 
 class _Plan(NamedTuple):
-    """How the elements of one shape are taken apart.
+    """Evaluation plan for the elements of one shape.
 
     Attributes
     ----------
     put_in
-        Numbers of the symbols for which expressions are put in.
+        Numbers of the symbols that expressions replace.
     steps
         Operations on these and on constants alone, with their numbers.
     largest
-        Numbers of those of which others are made.
+        Numbers of those that are operands of other steps.
     """
 
     put_in: Sequence[int]
@@ -242,11 +242,11 @@ class ResolvedElements:
     Parameters
     ----------
     substitution
-        What is put in.
+        The expressions by symbol.
     coordinates
-        Symbols that may be exchanged for one another; all others are what they are.
+        Symbols that may be exchanged for one another; all others stay distinct.
     resolve
-        Puts them into an expression.
+        Substitutes them in an expression.
     """
 
     def __init__(
@@ -262,7 +262,7 @@ class ResolvedElements:
         self._shapes: dict[Hashable, Shape] = {}
 
     def resolved(self, element: Element) -> Element:
-        """Put expressions into an element."""
+        """Substitute expressions in an element."""
         places = [self._substitution.place(s) for s in element.symbols]
         still = [s for s, place in zip(element.symbols, places, strict=True) if place is None]
         pattern = element.shape, *[place is None for place in places]
@@ -290,7 +290,7 @@ class ResolvedElements:
     def _parts(
         self, element: Element, plan: _Plan, places: Sequence[sp.Expr | None]
     ) -> list[sp.Expr]:
-        """The values of the largest parts for which all symbols are put in."""
+        """Evaluate the largest parts in which expressions replace all symbols."""
         constants = element.shape.template.constants
         values: dict[int, sp.Expr] = dict(enumerate(constants, len(places)))
         values.update((k, place) for k in plan.put_in if (place := places[k]) is not None)

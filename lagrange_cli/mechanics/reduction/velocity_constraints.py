@@ -63,7 +63,7 @@ class VelocityConstraint:
         return self.left - self.right
 
     def closure_equation(self) -> ClosureEquation:
-        """The constraint as one that is kept."""
+        """Return the constraint as a closure."""
         place = self.equation.mark()
         return ClosureEquation(
             self.constraint, "velocity", self.left, self.right, self.equation.text, place
@@ -97,7 +97,7 @@ class VelocityConstraint:
 
 
 class StartNeededError(Exception):
-    """Constants of integration need parameters for the starts of coordinates.
+    """Raised if constants of integration need parameters for the starts of coordinates.
 
     Attributes
     ----------
@@ -117,14 +117,14 @@ def integrate_constraints(
     points: Sequence[SymbolValues],
     reference: SymbolValues,
 ) -> tuple[dict[int, StatedEquation], list[str]]:
-    """Constraints on positions that have some of the levels as their rates, by number; remarks.
+    """Integrate levels to constraints on positions, by number; return these and remarks.
 
     Parameters
     ----------
     points
-        Configurations at which candidates are looked at.
+        Configurations at which candidates are checked.
     reference
-        Values of symbols at the given configuration, where integrals are to be real.
+        Values of symbols at the given configuration, where integrals must be real.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def integrate_constraints(
 
 
 def _real_branch(whole: sp.Expr, reference: SymbolValues) -> sp.Expr | None:
-    """The integral with log(−u) for log(u) where u < 0 at the reference; None if it is not real.
+    """Write log(−u) for log(u) in an integral if u < 0 at the reference; None unless real there.
 
     Both have the rate u̇/u, which no motion carries through u = 0.
     """
@@ -178,7 +178,7 @@ def _value(expr: sp.Expr, reference: SymbolValues) -> mpf:
 
 
 def _start(names: Names, moving: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
-    """Start of coordinates and of t: parameters that ``initial`` names, or those of its starts.
+    """Starts of coordinates and of t: parameters in ``initial``, or those added for starts.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def _through_start(
     start: Mapping[sp.Symbol, sp.Expr],
     constants: frozenset[sp.Symbol],
 ) -> tuple[sp.Expr, sp.Expr]:
-    """The factor that vanishes at the start, if one alone does: of y² = y₀² it is y − y₀."""
+    """Choose the factor that vanishes at the start, if one alone does: y − y₀ of y² = y₀²."""
     factors = factor_branches(sides[0] - sides[1], constants)
     through = [f for f in factors if sp.expand(f.xreplace(start)) == 0]
     return (through[0], sp.Integer(0)) if len(through) == 1 < len(factors) else sides
@@ -253,7 +253,7 @@ class IndependentPart:
     numbers
         Numbers of the independent ones.
     integrable
-        Number of them that are integrable though no integral was found: they count to K.
+        Number of integrable ones without a known integral: they count to K.
     redundant
         Names of constraints that others imply, by number of the level.
     """
@@ -276,7 +276,7 @@ def independent_constraints(
     Parameters
     ----------
     manifold
-        Of closures and levels.
+        The manifold of closures and levels.
     points
         Feasible configurations.
 

@@ -139,7 +139,7 @@ def _term(reduced: Reduced, name: str, expression: Expression) -> TermSteps:
 
 
 def _rate_over_names(reduced: Reduced, expression: sp.Expr) -> sp.Expr:
-    """The total time derivative over rates of Cartesian names, which have symbols of their own."""
+    """Total time derivative over the rates of Cartesian names, which have their own symbols."""
     moving = [(s, rate) for s, (_, rate) in reduced.motion.items() if expression.has(s)]
     named = sorted(
         expression.free_symbols & reduced.resolved.keys() - reduced.motion.keys(), key=str
@@ -174,7 +174,7 @@ def _undivided(shown: ShownEquation) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
 
 
 def _multiplied(coefficient: sp.Expr, factor: sp.Expr) -> sp.Expr:
-    """A product whose number does not go into a sum."""
+    """Multiply a coefficient by a factor without distributing numbers over a sum."""
     number, product = coefficient.as_coeff_Mul(rational=True)
     scale, cofactor = factor.as_coeff_Mul(rational=True)
     return scaled(number * scale, product * cofactor)
@@ -211,7 +211,7 @@ class Collector:
         )
 
     def collected(self, expr: sp.Expr) -> sp.Expr:
-        """The same sum, each product of velocities and accelerations with one coefficient."""
+        """Collect a sum so that each product of rates and accelerations has one coefficient."""
         expanded = expand_terms(expr, _TERM_BUDGET)
         if expanded is None:
             return expr

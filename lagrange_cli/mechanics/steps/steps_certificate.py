@@ -1,8 +1,8 @@
 """Certificate of steps: every line compared with the derivation at random states.
 
-Lines are SymPy expressions that symbolic derivatives and collection have made. What they are
-compared with comes from automatic differentiation of positions, of the Lagrangian that is shown,
-and of the scene's terms over Cartesian names, which share nothing with these.
+Lines are SymPy expressions made by symbolic derivatives and collection. They are compared with
+values by automatic differentiation of positions, of the shown Lagrangian, and of the scene's terms
+over Cartesian names, which share nothing with symbolic derivatives.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _ZERO = mpf(0)
 _ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
 _NONE = sp.Integer(0)
 
-#: Digits of a second look, at which rounding is nothing, and what is zero there.
+#: Digits of a second comparison, in which rounding is negligible, and the bound of zeros there.
 _CLOSE_DIGITS = 1300
 _NOTHING = mpf(10) ** -700
 

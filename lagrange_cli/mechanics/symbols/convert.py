@@ -57,17 +57,17 @@ LONGEST_ROOT = 600
 #: The same in bits.
 _BITS = LONGEST_ROOT * 3322 // 1000
 
-#: Bits that SymPy may leave under a root of a number, of its own making.
+#: Bits that SymPy may produce under a root of a number.
 _LEFT = 20_000
 
-#: Functions of the scene language in SymPy, but those that are made of powers and derivatives.
+#: Functions of the scene language in SymPy, except those that become powers and derivatives.
 SYMPY_FUNCTIONS: dict[str, Callable[..., sp.Expr]] = {
     name: getattr(sp, name.capitalize() if name in ("abs", "min", "max") else name)
     for name in FUNCTIONS
     if name not in ("sqrt", "norm", *TIME_DERIVATIVES)
 }
 
-#: Those that change their sign with their argument, and those that do not change with its sign.
+#: Odd functions, which change their sign with their argument, and even ones, which do not.
 ODD_FUNCTIONS = frozenset(("sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "sign"))
 EVEN_FUNCTIONS = frozenset(("cos", "cosh", "abs"))
 
@@ -108,7 +108,7 @@ def to_sympy(
 
 
 class _Conversion:
-    """One conversion; keeps the expression to locate errors in its text."""
+    """One conversion, with the expression in whose text errors are located."""
 
     def __init__(
         self,
@@ -149,7 +149,7 @@ class _Conversion:
                 return self.real(node, self.call(node))
 
     def real(self, node: Node, value: sp.Expr) -> sp.Expr:
-        """Refuse an imaginary part, even where the whole would be real again."""
+        """Refuse an imaginary part, even if the whole expression is real."""
         if value.has(sp.I) or (not is_plainly_real(value) and value.is_real is False):
             raise self.not_real(node, "this is not a real number")
         return value
@@ -264,7 +264,7 @@ def _bits_left(number: int, power: int, root: int) -> int:
 
 
 def _bits_beside_tens(number: int) -> int:
-    """Count the bits of a number without its powers of ten, which are found at once."""
+    """Count the bits of a number without its powers of ten, which need no factorization."""
     number = abs(number)
     tens = _BITS
     while tens and number.bit_length() > _BITS:
@@ -276,7 +276,7 @@ def _bits_beside_tens(number: int) -> int:
 
 
 class _Factors(getattr(factor_, "FactorCache", object)):  # type: ignore[misc]
-    """SymPy's cache of factors that does not take every unfactored part for a prime.
+    """SymPy's cache of factors, without composite parts that it takes for primes.
 
     A product of two close numbers is taken apart by Fermat's method; with the limit that roots
     ask for, its parts may be composite. SymPy 1.14 then raises instead of leaving them out.
@@ -298,8 +298,8 @@ def is_plainly_real(expr: sp.Expr, *, nonnegative: bool = False) -> bool:
     SymPy infers the same by asking for many more properties of every part, which takes a hundred
     times as long for the root of a sum of squares.
 
-    ``nonnegative``: one that is not negative either, a sum or product of even powers and of what
-    is not negative.
+    If ``nonnegative``, the number must not be negative either: a sum or product of even powers and
+    of other numbers that are not negative.
     """
     if not expr.args:
         return bool(expr.is_nonnegative if nonnegative else expr.is_real)

@@ -90,7 +90,7 @@ class Names:
             for axis, entry in zip(_AXES, body.position, strict=True)
         ]
         self._components = {name for name, _ in named}
-        # Components that stand bare in their own position are their own Cartesian names.
+        # A component that is a bare name in its own position is its own Cartesian name.
         self._own_defaults = {
             name for name, node in named if isinstance(node, Name) and node.name == name
         }
@@ -119,12 +119,12 @@ class Names:
         return self.cartesian.setdefault(name, self._place(name))
 
     def _place(self, name: str) -> sp.Symbol:
-        """Make the symbol of a coordinate or component, positive if that is declared of it."""
+        """Make the symbol of a coordinate or component, positive if so declared."""
         declared = name in self.scene.positive
         return sp.Symbol(name, positive=True) if declared else sp.Symbol(name, real=True)
 
     def _dependent(self, scene: Scene) -> Iterator[sp.Symbol]:
-        """Declare the names that stand in ``kinetic`` and a constraint, and nowhere else."""
+        """Declare names that occur in ``kinetic`` and a constraint, and nowhere else."""
         components = {s.name for body in self.body_symbols for s in body}
         for name in name_table(scene).cartesian:
             if name not in components and name not in self.coordinates:
@@ -185,15 +185,15 @@ class Names:
         return self._converted_element(expression, rate)[0]
 
     def element(self, expression: Expression, rate: Rate | None = None) -> Element:
-        """Convert an expression as :meth:`convert` does, and say of which shape it is."""
+        """Convert an expression as :meth:`convert` does, to an element with its shape."""
         expr, element = self._converted_element(expression, rate)
         return element or self._shapes.element(expr)
 
     def _converted_element(
         self, expression: Expression, rate: Rate | None
     ) -> tuple[sp.Expr, Element | None]:
-        """Convert an expression, and say of which shape it is if its names alone tell that."""
-        # Also of those whose shape is known: the names of others may have short definitions.
+        """Convert an expression, to an element if its names alone determine its shape."""
+        # Known shapes too are checked: names of earlier elements may have shorter definitions.
         self._require_length(expression)
 
         def converted() -> sp.Expr:
@@ -286,7 +286,7 @@ class Names:
         return name in self._definitions and name not in visited and not moving
 
     def abbreviations(self) -> Iterator[tuple[str, Expression]]:
-        """List definitions of names that are not Cartesian, over coordinates that remain."""
+        """Yield definitions of names that are not Cartesian, over coordinates that remain."""
         for name, expression in self._definitions.items():
             if name not in self.cartesian and self._gone.isdisjoint(self.mentioned(expression)):
                 yield name, expression
@@ -306,7 +306,7 @@ class ConvertedElements:
     ) -> tuple[sp.Expr, Element | None]:
         """Convert an expression, by ``convert`` if none of its shape has been.
 
-        ``symbol`` gives those of names that stand for one. With any others the expression is
+        ``symbol`` maps a name to its symbol, if it has one. An expression with other names is
         converted anew, and is no element.
         """
         shape, names = shape_of(expression.node)
@@ -328,5 +328,5 @@ class ConvertedElements:
 
 
 def _is_plain(call: Call) -> bool:
-    """Say whether nothing but the arguments of a function stands in its value."""
+    """Say whether the value of a function holds its arguments alone."""
     return call.function in FUNCTIONS and call.function not in TIME_DERIVATIVES

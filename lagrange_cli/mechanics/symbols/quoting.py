@@ -35,14 +35,14 @@ def quoted(names: Sequence[object]) -> str:
 
 
 def contradict(names: Sequence[object], alone: str = "cannot hold") -> str:
-    """Say that constraints contradict each other; of one by itself, that it ``alone``."""
+    """Write that constraints contradict each other; of a single one, that it ``alone``."""
     several = len(set(names)) > 1
     what = "contradict each other" if several else alone
     return f"constraint{'s' if several else ''} {quoted(names)} {what}"
 
 
 def leave_out(names: Sequence[object]) -> str:
-    """Write the hint for an irreducible inconsistent set: each name is one to leave out."""
+    """Write the hint for an irreducible inconsistent set, any of whose names may be left out."""
     different = list(dict.fromkeys(names))
     if len(different) == 1:
         return f"leave out {quoted(different)}"

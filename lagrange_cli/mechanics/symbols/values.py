@@ -20,13 +20,13 @@ from lagrange_cli.scene.language.templates import shape_of
 from lagrange_cli.scene.language.tokens import MAX_EXPONENT, ExpressionError
 from lagrange_cli.scene.model import Particle, Scene
 
-#: Digits of numbers that are kept for arithmetic wider than that of doubles; quadruple has 34.
+#: Digits of numbers for arithmetic wider than that of doubles; quadruple has 34.
 DECIMAL_DIGITS = 40
 
 #: Digits beyond those asked for that factors of a product carry.
 _GUARD = 10
 
-#: Factors whose values are kept: elements of a family share theirs.
+#: Most factors whose values are kept: elements of a family share factors.
 _KEPT = 2**12
 
 #: Least magnitude of a scene's constants.
@@ -77,7 +77,7 @@ class ParameterValues:
             )
 
     def _resolve(self, name: str) -> sp.Expr | None:
-        """Give a parameter's value; None if it, or one it rests on, has none."""
+        """Give a parameter's value; None if it, or a parameter in its value, has none."""
         parameter = self._written.get(name)
         if name in self.exact or parameter is None or parameter.value is None:
             return self.exact.get(name)
@@ -165,8 +165,9 @@ def _factor(value: sp.Expr, digits: int) -> sp.Expr:
 
 
 def evaluated(value: sp.Expr, digits: int) -> mpf:
-    """Evaluate an exact number to ``digits``, which the working precision of mpmath has to hold; 0
-    if it is smaller than any constant may be.
+    """Evaluate an exact number to ``digits``; 0 if it is smaller than any constant may be.
+
+    The working precision of mpmath has to hold these digits.
 
     A function of constants can be 10^-(10^17), beside which no number of digits shows a sum.
     """

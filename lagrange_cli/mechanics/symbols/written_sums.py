@@ -28,14 +28,14 @@ def written_sums(
     Parameters
     ----------
     abbreviated
-        Expressions that have a name in the scene, which are looked at as if they stood in brackets.
+        Expressions that have a name in the scene, which count as if they stood in brackets.
     convert
         Gives the value of an expression over coordinates.
 
     Returns
     -------
     tuple
-        Sums that begin with a plus sign, and whose terms are none of them sums again.
+        Sums that begin with a plus sign, without sums among their terms.
     """
     sums: dict[sp.Expr, tuple[sp.Expr, ...]] = {}
     for count, (expression, node) in enumerate(_brackets(expressions, abbreviated)):
@@ -47,7 +47,7 @@ def written_sums(
         try:
             terms = tuple(sign * convert(replace(expression, node=term)) for sign, term in signed)
         except InputError:
-            continue  # It has names of its own, as a given function of one argument has.
+            continue  # It has local names, as the expression of a function of one argument does.
         if terms[0].could_extract_minus_sign():
             continue
         whole = sp.Add(*terms)

@@ -82,7 +82,7 @@ def joint_shape(shapes: Iterable[ShapeAndLeaves]) -> tuple[Hashable, tuple[int, 
 
 
 def _parts_first(expression: Expr, known: Container[Expr]) -> Iterator[Expr]:
-    """List the unknown parts of an expression, parts before wholes."""
+    """Yield the unknown parts of an expression, parts before wholes."""
     stack = [expression]
     done = set()
     while stack:
