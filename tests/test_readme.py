@@ -102,7 +102,11 @@ def run_console(words: list[str], folder: Path) -> list[str]:
 
 
 def settled(text: str) -> str:
-    """A text without what differs between machines: times, rounding errors, last digits."""
+    """A text without what differs between machines: times, rounding errors, last digits.
+
+    The first picture in a new cache also says that matplotlib collects its fonts.
+    """
+    text = re.sub(r"Matplotlib is building the font cache.*\n", "", text)
     text = re.sub(r"\(\d+\.\d+ s\)", "(SECONDS)", text)
     measured = r"(?:mismatch|Abweichung)\s\S+|\S+ estimated|drift \S+|\d+ steps|\d+ evaluations"
     text = re.sub(measured, "MEASURED", text)
