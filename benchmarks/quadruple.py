@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from lagrange_cli.cache import open_cache
-from lagrange_cli.emit.c.names import Real
+from lagrange_cli.emit.c.target import Real
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.simulate.model.build import programs_of
 from lagrange_cli.simulate.model.model import Model

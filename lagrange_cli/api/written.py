@@ -133,6 +133,6 @@ class Written(Derived):
         return self.emit("markdown").popitem()[1]
 
     def _repr_latex_(self) -> str:
-        from lagrange_cli.emit.latex.equations import equations_latex
+        from lagrange_cli.emit.latex.document import equations_latex
 
         return f"$$\n{equations_latex(self.equations)}\n$$"

@@ -4,12 +4,4 @@ Equations go in; file names with their text come out. The contract of a format i
 the list of formats in :mod:`.registry`; read these two first.
 """
 
-__all__ = [
-    "base",
-    "document_options",
-    "force_wording",
-    "json_report",
-    "registry",
-    "template_files",
-    "text",
-]
+__all__ = ["base", "document_options", "json_report", "registry", "template_files", "text"]

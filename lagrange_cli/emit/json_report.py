@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.emit.constraint_wording import undecided
-from lagrange_cli.emit.force_wording import forces_report
-from lagrange_cli.emit.speaker import Speaker, matrix
+from lagrange_cli.emit.phrases.equations import undecided
+from lagrange_cli.emit.phrases.forces import forces_report
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
     explicit_form,
@@ -21,7 +20,7 @@ from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display, display_row
 from lagrange_cli.notation.latex import LatexPrinter
 from lagrange_cli.notation.ordering import sum_of
-from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter, matrix
 from lagrange_cli.notation.tree import DisplayNode, SignedNode, as_terms
 from lagrange_cli.notation.vocabulary import vocabulary
 
@@ -70,17 +69,17 @@ def derivation_report(
         An expression has no exact form in the scene language.
     """
     words = vocabulary(equations)
-    report = _report(equations, form, Speaker(words, ScenePrinter()))
+    report = _report(equations, form, ExpressionPrinter(words, ScenePrinter()))
     if latex:
         printer = LatexPrinter()
-        typeset = _report(equations, form, Speaker(words, printer))
+        typeset = _report(equations, form, ExpressionPrinter(words, printer))
         symbols = {symbol.name: printer.inline(node) for symbol, node in words.atoms.items()}
         held = {key: typeset[key] for key in _EXPRESSIONS if key in typeset}
         report["latex"] = {"symbols": symbols, **held}
     return report
 
 
-def _report(equations: Equations, form: str, say: Speaker) -> dict[str, Any]:
+def _report(equations: Equations, form: str, say: ExpressionPrinter) -> dict[str, Any]:
     """The report, with expressions as they are said."""
     forces = equations.constraint_forces
     account, unused = equations.account, equations.facts.unused_parameters
@@ -127,7 +126,7 @@ def _report(equations: Equations, form: str, say: Speaker) -> dict[str, Any]:
     }
 
 
-def _in_form(equations: Equations, form: str, say: Speaker) -> dict[str, Any]:
+def _in_form(equations: Equations, form: str, say: ExpressionPrinter) -> dict[str, Any]:
     """The equations of motion in a form, with M and f of their rows."""
     if form == "routhian":
         from lagrange_cli.emit.forms.json_values import routhian_report
@@ -154,19 +153,19 @@ def _in_form(equations: Equations, form: str, say: Speaker) -> dict[str, Any]:
 
 def in_scene_language(equations: Equations, expression: Expr) -> str:
     """An expression over the symbols of equations as the scene language writes it."""
-    return Speaker(vocabulary(equations), ScenePrinter())(expression)
+    return ExpressionPrinter(vocabulary(equations), ScenePrinter())(expression)
 
 
 def _steps(equations: Equations) -> dict[str, Any]:
     """The steps, where they were asked for."""
     if equations.steps is None:
         return {}
-    from lagrange_cli.emit.json_steps import steps_report
+    from lagrange_cli.emit.steps.json_values import steps_report
 
     return steps_report(equations, equations.steps)
 
 
-def _contacts(equations: Equations, say: Speaker) -> list[dict[str, Any]]:
+def _contacts(equations: Equations, say: ExpressionPrinter) -> list[dict[str, Any]]:
     names = [c.name for c in equations.coordinates]
     return [
         {
@@ -183,12 +182,12 @@ def _contacts(equations: Equations, say: Speaker) -> list[dict[str, Any]]:
     ]
 
 
-def _lagrange(equations: Equations, say: Speaker) -> dict[str, Any]:
+def _lagrange(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
     rows = [display_row(shown, say.words) for shown in equations.shown]
     return {"equations": _residuals(equations, rows, say)}
 
 
-def _explicit(equations: Equations, say: Speaker) -> dict[str, Any]:
+def _explicit(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
     """The rows for coordinates, and those for the multipliers of closures."""
     explicit, right = explicit_form(equations), forcing_with_reactions(equations)
     rows = []
@@ -216,7 +215,7 @@ def _explicit(equations: Equations, say: Speaker) -> dict[str, Any]:
 
 
 def _residuals(
-    equations: Equations, rows: Sequence[DisplayNode], say: Speaker
+    equations: Equations, rows: Sequence[DisplayNode], say: ExpressionPrinter
 ) -> list[dict[str, str]]:
     return [
         {"coordinate": c.name, "residual": say.tree(row)}
@@ -224,7 +223,7 @@ def _residuals(
     ]
 
 
-def _difference(unknowns: Sequence[Expr], value: Expr, say: Speaker) -> DisplayNode:
+def _difference(unknowns: Sequence[Expr], value: Expr, say: ExpressionPrinter) -> DisplayNode:
     """``Σ unknown − value``, the unknowns first."""
     left = [display(unknown, say.words) for unknown in unknowns]
     terms = [term for node in left for term in as_terms(node)]
@@ -240,7 +239,7 @@ def _predicted(equations: Equations) -> dict[str, int] | None:
     return {"minimal": choice.minimal, "multiplier": choice.multiplier}
 
 
-def _balance(equations: Equations, say: Speaker) -> dict[str, str] | None:
+def _balance(equations: Equations, say: ExpressionPrinter) -> dict[str, str] | None:
     """The energy that is not conserved and its rate; None if it is conserved or that is long."""
     balance = equations.balance
     if balance is None:
@@ -252,7 +251,7 @@ def _balance(equations: Equations, say: Speaker) -> dict[str, str] | None:
     }
 
 
-def _input(source: Input, say: Speaker) -> dict[str, Any]:
+def _input(source: Input, say: ExpressionPrinter) -> dict[str, Any]:
     """An input: its expression, or the file and column of its values."""
     record = source.recording
     if record is None:

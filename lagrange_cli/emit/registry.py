@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def _latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.emit.latex.equations import emit_latex
+    from lagrange_cli.emit.latex.document import emit_latex
 
     return emit_latex(equations, options)
 

@@ -9,9 +9,7 @@ __all__ = [
     "families",
     "html",
     "latex",
-    "latex_escape",
     "layout",
-    "omission",
     "one_line",
     "ordering",
     "page",
@@ -20,7 +18,6 @@ __all__ = [
     "tree",
     "typeset",
     "typst",
-    "typst_symbols",
     "unicode",
     "vocabulary",
 ]

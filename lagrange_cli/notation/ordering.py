@@ -13,8 +13,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from lagrange_cli.notation.factor_order import TRIGONOMETRIC, key_beside, value_of
-from lagrange_cli.notation.term_order import term_key
+from lagrange_cli.notation.term_order import TRIGONOMETRIC, key_beside, term_key, value_of
 from lagrange_cli.notation.tree import (
     Dependence,
     DisplayCall,

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.layout import Piece, columns, joined, prefixed
 from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group, solid
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.notation.vocabulary import Vocabulary
 
 
 class ScenePrinter(OneLinePrinter):
@@ -103,3 +105,35 @@ def to_scene_language(expression: Expr, equations: Equations) -> str:
         It holds what the scene language cannot say.
     """
     return ScenePrinter().inline(display(expression, vocabulary(equations)))
+
+
+#: Matrices of more rows are given by their entries.
+LARGEST_DENSE = 64
+
+
+class ExpressionPrinter:
+    """Prints expressions and trees in one language."""
+
+    def __init__(self, words: Vocabulary, printer: OneLinePrinter) -> None:
+        self.words = words
+        self._printer = printer
+
+    def __call__(self, expression: Expr) -> str:
+        return self.tree(display(expression, self.words))
+
+    def tree(self, node: DisplayNode) -> str:
+        return self._printer.inline(node)
+
+    def knowing(self, words: Vocabulary) -> ExpressionPrinter:
+        """Speak with further symbols."""
+        return ExpressionPrinter(words, self._printer)
+
+
+def matrix(
+    rows: Sequence[Sequence[Expr]], say: ExpressionPrinter
+) -> list[list[str]] | dict[str, Any]:
+    """All entries, or (row, column, entry) of those that are not 0, counted from 0."""
+    if len(rows) <= LARGEST_DENSE:
+        return [[say(entry) for entry in row] for row in rows]
+    terms = [[i, j, say(entry)] for i, row in enumerate(rows) for j, entry in entries(row).items()]
+    return {"shape": [len(rows), len(rows)], "entries": terms}

@@ -3,11 +3,224 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
+from lagrange_cli.latex_allowlist import with_formulas
+from lagrange_cli.notation.symbols import GREEK, UNIT_PART, latex_name, split_name
 from lagrange_cli.notation.tree import DisplayCall, DisplayNumber, DisplayRange
 from lagrange_cli.notation.typeset import TypesetPrinter
-from lagrange_cli.notation.typst_symbols import EMPTY, typst_name, typst_scripted
+
+#: Greek letters as Typst calls them where it has another name for what LaTeX prints.
+_VARIANTS = {
+    "epsilon": "epsilon.alt",
+    "varepsilon": "epsilon",
+    "phi": "phi.alt",
+    "varphi": "phi",
+    "vartheta": "theta.alt",
+}
+_GREEK = {name: _VARIANTS.get(name, name) for name in GREEK}
+_GREEK_LETTERS = {letter: _GREEK[name] for name, letter in GREEK.items()}
+
+_DOTS = {1: "dot", 2: "dot.double"}
+
+#: Signs of ``latex`` keys beside Greek letters, as the characters that they print.
+_SIGN_NAMES = """
+    ell hbar imath jmath wp Re Im aleph partial nabla infty prime dagger ddagger ast star
+    circ bullet parallel perp top bot cdot times pm mp odot oplus otimes pi varpi varrho varsigma
+    varkappa
+"""
+_SIGNS = dict(zip(_SIGN_NAMES.split(), "ℓℏıȷ℘ℜℑℵ∂∇∞′†‡∗⋆∘∙∥⟂⊤⊥⋅×±∓⊙⊕⊗πϖϱςϰ", strict=True))
+_SPACES = {
+    "quad": "quad",
+    "qquad": "wide",
+    ",": "thin",
+    ":": "med",
+    ";": "thick",
+    "!": "",
+    " ": "space",
+}
+
+#: Macros of one argument in ``latex`` keys.
+_MACROS = {
+    **{name: name for name in ("hat", "tilde", "overline", "underline", "breve", "acute", "grave")},
+    "widehat": "hat",
+    "widetilde": "tilde",
+    "bar": "macron",
+    "vec": "arrow",
+    "dot": "dot",
+    "ddot": "dot.double",
+    "check": "caron",
+    "mathring": "circle",
+    "mathrm": "upright",
+    "operatorname": "upright",
+    "mathit": "italic",
+    "mathsf": "sans",
+    "mathtt": "mono",
+    "mathcal": "cal",
+    "mathscr": "cal",
+    "mathbb": "bb",
+    "mathfrak": "frak",
+    "boldsymbol": "bold",
+}
+
+#: A symbol that prints nothing: scripts need one that bears them, signs one on each side.
+EMPTY = '""'
+
+#: What needs no parentheses as an index or exponent.
+_SOLID = re.compile(r'\d+|[A-Za-z]+|"[^"\\]*"')
+
+_LATEX_PART = re.compile(r"\\([A-Za-z]+|.)|(\s+)|(.)")
+
+#: Punctuation of ASCII that stands for itself anywhere in a paragraph.
+_PLAIN = frozenset(" ,;:!?()%^&|{}>.")
+
+
+def typst_text(text: str) -> str:
+    """Escape text for Typst's markup: no character of it acts as markup or code.
+
+    Line breaks and characters that do not print become spaces, so that no line begins a list, a
+    heading or a comment.
+    """
+    plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    shown = "".join(
+        rf"\{c}" if c.isascii() and not c.isalnum() and c not in _PLAIN else c for c in plain
+    )
+    # Numbers of lists, and ellipses.
+    return re.sub(r"^(\d+)\.|(?<=\.)\.", r"\1\\.", shown)
+
+
+def typst_prose(text: str) -> str:
+    """Write a title or description, which may hold formulas of LaTeX between dollars."""
+    return with_formulas(text, typst_text, lambda formula: f"${_of_latex(formula)}$")
+
+
+def typst_string(text: str) -> str:
+    """Text as a string of Typst, which prints upright in formulas."""
+    plain = "".join(c if c.isprintable() else " " for c in text)
+    return '"' + plain.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def typst_name(name: str, order: int = 0, override: str | None = None, primes: int = 0) -> str:
+    """A name in Typst's mathematics: ``dot(theta)_1``, ``x_"bob"``, ``V'_1``.
+
+    A parenthesis that follows an index without a blank would belong to it.
+
+    Parameters
+    ----------
+    name
+        A name of the scene.
+    order
+        Number of dots over its base.
+    override
+        The scene's ``latex:`` key, which its reader has checked.
+    primes
+        Number of primes.
+    """
+    if override is not None:
+        return _of_latex(latex_name(name, order, override)) + "'" * primes
+    parts = split_name(name)
+    base = _word(parts.base)
+    base = (f"{_DOTS[order]}({base})" if order else base) + "'" * primes
+    if not parts.subscripts:
+        return base
+    return typst_scripted(base, "_", ", ".join(_subscript(part) for part in parts.subscripts))
+
+
+def typst_scripted(base: str, sign: str, script: str) -> str:
+    """A base with an index or exponent, in parentheses where it is more than a word."""
+    return f"{base}{sign}{script}" if _SOLID.fullmatch(script) else f"{base}{sign}({script})"
+
+
+def _word(word: str) -> str:
+    """A base or subscript: letter, number, Greek letter or upright word."""
+    if word in _GREEK:
+        return _GREEK[word]
+    if word in _GREEK_LETTERS:
+        return _GREEK_LETTERS[word]
+    single = word.isascii() and len(word) == 1 and word.isalpha()
+    return word if single or (word.isascii() and word.isdigit()) else typst_string(word)
+
+
+def _subscript(part: str) -> str:
+    """A subscript may have one itself: that of ``p_theta1`` is θ₁."""
+    if re.fullmatch(r"-\d+", part):
+        return part
+    moved = re.fullmatch(r"([^\W\d]\w*)([+-]\d+)", part)
+    if moved:
+        return _subscript(moved[1]) + moved[2]
+    inner = split_name(part)
+    return typst_name(part) if inner.is_letter and not part[0].isdigit() else _word(part)
+
+
+def typst_unit(unit: str) -> str:
+    """A unit in Typst's mathematics: ``kg*m^2/s`` in upright letters; other texts as they are."""
+    parts: list[str] = []
+    place = 0
+    while place < len(unit):
+        part = UNIT_PART.match(unit, place)
+        if part is None:
+            return typst_string(unit)
+        symbol, number, between, power, short_power, sign = part.groups()
+        if symbol:
+            parts.append(f"upright({typst_string(symbol)})")
+        elif between is not None:
+            parts.append(" thin ")
+        elif power or short_power:
+            exponent = (power or short_power).replace("/", r"\/")
+            parts.append(typst_scripted(parts.pop() if parts else EMPTY, "^", exponent))
+        else:
+            parts.append(number or rf"\{sign}")
+        place = part.end()
+    return "".join(parts)
+
+
+# -- ``latex`` keys -----------------------------------------------------------------------
+
+
+def _of_latex(text: str) -> str:
+    """The allowed LaTeX of a ``latex:`` key in Typst."""
+    shown = " ".join(_group(_LATEX_PART.finditer(text)))
+    # What follows must not become a part of an index or exponent.
+    return f"scripts({shown})" if set("^'_") & set(text) else shown
+
+
+def _group(parts: Iterator[re.Match[str]]) -> list[str]:
+    """Symbols up to the end of a group, with the scripts and accents on them."""
+    shown: list[str] = []
+    for part in parts:
+        text = part.group()
+        if text == "}":
+            break
+        if text in ("_", "^", "'"):
+            base = shown.pop() if shown and shown[-1] not in _SPACES.values() else EMPTY
+            shown.append(
+                base + "'" if text == "'" else typst_scripted(base, text, _argument(parts))
+            )
+        elif not part[2]:
+            shown += _symbol(part, parts)
+    return shown
+
+
+def _symbol(part: re.Match[str], parts: Iterator[re.Match[str]]) -> list[str]:
+    """A macro with its argument, a group, or a character."""
+    macro, _, character = part.groups()
+    if character == "{":
+        return _group(parts)
+    if macro is None:
+        return [rf"\{character}" if character in "(),/" else character]
+    if macro in _SPACES:
+        return [_SPACES[macro]]
+    if macro == "mathbf":
+        return [f"upright(bold({_argument(parts)}))"]
+    if macro in _MACROS:
+        return [f"{_MACROS[macro]}({_argument(parts)})"]
+    return [_GREEK.get(macro) or _SIGNS[macro]]
+
+
+def _argument(parts: Iterator[re.Match[str]]) -> str:
+    """What a macro or script is for: the next symbol or group."""
+    return " ".join(_symbol(next(p for p in parts if not p[2]), parts)) or EMPTY
+
 
 #: Function of the scene language → its name in Typst.
 TYPST_FUNCTIONS = {

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import sympy as sp
 
-from lagrange_cli.emit.c.projection import workspace_size
+from lagrange_cli.emit.c.constraints import workspace_size
 from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.equations import Contact, InitialState
 from lagrange_cli.program.emitted_functions import constraint_programs, contact_programs

@@ -12,7 +12,7 @@ import pytest
 import sympy as sp
 
 from lagrange_cli.emit.json_report import derivation_report
-from lagrange_cli.emit.latex.equations import equations_latex
+from lagrange_cli.emit.latex.document import equations_latex
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import Mark

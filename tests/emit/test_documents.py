@@ -13,10 +13,9 @@ import pytest
 
 from lagrange_cli import InputError, load, loads
 from lagrange_cli.cli.main import run
-from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, SECTIONS
-from lagrange_cli.emit.latex.macros import Macros
+from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, SECTIONS, is_width, length
+from lagrange_cli.emit.latex.letters import Macros
 from lagrange_cli.emit.text import derivation_text
-from lagrange_cli.emit.width import is_width, length
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 

@@ -17,7 +17,7 @@ from lagrange_cli import load
 from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.analysis.result import Exponents
 from lagrange_cli.api.analyzed import Analyzed
-from lagrange_cli.emit.language import LANGUAGES, language
+from lagrange_cli.emit.phrases.language import LANGUAGES, language
 from lagrange_cli.emit.registry import DERIVED, EMITTERS
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import InternalError

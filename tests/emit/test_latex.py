@@ -9,11 +9,11 @@ from dataclasses import replace
 import pytest
 import sympy
 
-from lagrange_cli.emit.latex import words as latex_words
-from lagrange_cli.emit.latex.equations import equation_latex, equations_latex
+from lagrange_cli.emit.latex import letters
+from lagrange_cli.emit.latex.document import equation_latex, equations_latex
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics.findings import ConstraintLine
-from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.notation.symbols import latex_text
 from tests.emit.emit_scenes import (
     bead_on_parabola,
     build,
@@ -331,7 +331,7 @@ def test_signs_letters_and_scripts_print_as_themselves(text, latex):
     ],
 )
 def test_constraints_as_written(text, latex):
-    assert latex_words.scene_text_latex(text) == latex
+    assert letters.scene_text_latex(text) == latex
 
 
 @pytest.mark.parametrize(
@@ -349,10 +349,10 @@ def test_constraints_as_written(text, latex):
     ],
 )
 def test_units_are_upright(text, latex):
-    assert latex_words.unit_latex(text) == latex
+    assert letters.unit_latex(text) == latex
 
 
 def test_values():
-    assert latex_words.value_latex(2.0) == "2"
-    assert latex_words.value_latex(-1e-31) == "-10^{-31}"
-    assert latex_words.value_latex(9.81, "9.810") == "9.810"
+    assert letters.value_latex(2.0) == "2"
+    assert letters.value_latex(-1e-31) == "-10^{-31}"
+    assert letters.value_latex(9.81, "9.810") == "9.810"

@@ -11,7 +11,7 @@ import sympy
 from lagrange_cli import load, loads
 from lagrange_cli.cli.main import run
 from lagrange_cli.emit.text import derivation_text
-from lagrange_cli.notation.omission import MOST_OPERATIONS, Omission, operations
+from lagrange_cli.notation.vocabulary import MOST_OPERATIONS, Omission, operations
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 
@@ -54,7 +54,7 @@ def test_long_expressions_are_left_out_and_printed_on_request(to):
 @pytest.mark.parametrize("way", ["lagrange", "dalembert"])
 def test_steps_leave_out_long_lines_too(way, monkeypatch):
     """With few operations as the most; steps of long equations are refused."""
-    monkeypatch.setattr("lagrange_cli.notation.omission.MOST_OPERATIONS", 20)
+    monkeypatch.setattr("lagrange_cli.notation.vocabulary.MOST_OPERATIONS", 20)
     derivation = load(SYSTEMS / "pendulums" / "double_pendulum.yaml").derive(steps=way)
     for to in ("text", "latex"):
         short, whole = (written(to, derivation, written_out=w) for w in (False, True))

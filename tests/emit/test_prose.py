@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli import loads
 from lagrange_cli.latex_allowlist import check_latex, with_formulas
-from lagrange_cli.notation.latex_escape import latex_prose
+from lagrange_cli.notation.symbols import latex_prose
 
 SCENE = r"""
 name: bead

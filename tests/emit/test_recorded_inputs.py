@@ -11,8 +11,8 @@ import pytest
 from lagrange_cli.cli.main import run
 from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.emit.latex.document import latex_document
-from lagrange_cli.emit.recorded_inputs import MOST_WRITTEN
 from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.emit.shared_code import MOST_WRITTEN
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive

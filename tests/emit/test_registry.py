@@ -65,7 +65,7 @@ def test_entries_are_consistent(name):
 def test_registry_loads_no_format_and_no_sympy():
     code = (
         "import sys, lagrange_cli.emit.registry\n"
-        "heavy = {'sympy', 'numpy', 'lagrange_cli.emit.latex.equations'}\n"
+        "heavy = {'sympy', 'numpy', 'lagrange_cli.emit.latex.document'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )
     out = subprocess.run(

@@ -11,8 +11,8 @@ import pytest
 import sympy
 
 from lagrange_cli.emit.json_report import derivation_report
-from lagrange_cli.emit.speaker import LARGEST_DENSE
 from lagrange_cli.errors import Mark, Problem
+from lagrange_cli.notation.scene_language import LARGEST_DENSE
 from tests.emit.emit_scenes import HALF, build, coordinates, masses_through_hole, parameters
 
 KEYS = [

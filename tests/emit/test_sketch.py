@@ -18,11 +18,10 @@ from lagrange_cli.cli.main import run
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.sketch.composition import sketch_of
 from lagrange_cli.emit.sketch.configurations import configurations
-from lagrange_cli.emit.sketch.gravity import gravity
 from lagrange_cli.emit.sketch.guides import frame_of, guides
+from lagrange_cli.emit.sketch.labels import half_size
 from lagrange_cli.emit.sketch.links import findings
-from lagrange_cli.emit.sketch.placement import half_size
-from lagrange_cli.emit.sketch.view import view_of
+from lagrange_cli.emit.sketch.view import gravity, view_of
 from lagrange_cli.errors import InputError
 from lagrange_cli.scene.reader import read_text
 from tests.systems.shipped import SCENES, derived, sliced

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 import lagrange_cli.emit
-from lagrange_cli.emit.c.names import CNames, Real, real_type
-from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.c.target import CNames, CTarget, Real, real_type
 from lagrange_cli.emit.template_files import c_template, filled, python_template
 from tests.emit.emitted_c import WARNINGS, compiler, run
 

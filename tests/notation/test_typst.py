@@ -5,8 +5,14 @@ import json
 import pytest
 
 from lagrange_cli.latex_allowlist import ACCENTS, SYMBOLS, check_latex
-from lagrange_cli.notation.typst import balanced, typst_number
-from lagrange_cli.notation.typst_symbols import typst_name, typst_string, typst_text, typst_unit
+from lagrange_cli.notation.typst import (
+    balanced,
+    typst_name,
+    typst_number,
+    typst_string,
+    typst_text,
+    typst_unit,
+)
 from tests.typst_compiler import pages, typst
 
 HOSTILE = [

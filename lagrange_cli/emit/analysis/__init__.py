@@ -1,6 +1,7 @@
-"""What was found of equations of motion, as text and as JSON.
+"""Results of an analysis as text of the terminal, as documents, and as JSON.
 
-An :class:`~lagrange_cli.analysis.values.Analysis` goes in; a page or JSON values come out.
+An :class:`~lagrange_cli.analysis.values.Analysis` goes in; a page, a file or JSON values come out.
+Read :mod:`.text` first: it has the parts in the order in which they are printed.
 """
 
 __all__ = ["documents", "report", "text"]

@@ -1,22 +1,307 @@
-"""Documents of an analysis in every format that documents of derivations have."""
+"""Documents of an analysis in LaTeX, Markdown and Typst, from the same sections."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from lagrange_cli.emit.analysis.contents import analysis_sections
+from lagrange_cli.emit.analysis.branches import BranchSections
+from lagrange_cli.emit.analysis.linear import linear_sections
+from lagrange_cli.emit.analysis.numerical import response_lines, response_table
+from lagrange_cli.emit.analysis.places import Places
+from lagrange_cli.emit.analysis.wording import (
+    Teller,
+    along_lines,
+    averaged_line,
+    count_line,
+    part_word,
+    reason_of,
+    searched,
+    span_line,
+    verdict_word,
+)
 from lagrange_cli.emit.base import OptionValue, completed, unknown_choice
+from lagrange_cli.emit.document.conservation import Further, balance, conserved
 from lagrange_cli.emit.document.contents import Content
+from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.document_options import ANALYZED, LATEX_OPTIONS
-from lagrange_cli.emit.latex.equations import emit_latex
+from lagrange_cli.emit.forms.writer import with_momenta
+from lagrange_cli.emit.latex.document import emit_latex
 from lagrange_cli.emit.latex.markdown import emit_markdown
+from lagrange_cli.emit.steps.sections import (
+    Block,
+    Bullets,
+    Section,
+    Table,
+    Title,
+    Words,
+    formulas,
+    section,
+)
 from lagrange_cli.emit.typst.document import emit_typst
 
 if TYPE_CHECKING:
+    from lagrange_cli.analysis.forms.momenta import Momentum
     from lagrange_cli.analysis.result import Analysis
+    from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetry
+    from lagrange_cli.analysis.values import Equilibria, Equilibrium
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.notation.vocabulary import Vocabulary
+
+#: Equilibria that are listed.
+_MOST_LISTED = 16
+
+
+def analysis_sections(
+    analysis: Analysis,
+    writer: DocumentWriter,
+    columns: float,
+) -> list[Section]:
+    """Write the sections of a document of an analysis.
+
+    Parameters
+    ----------
+    analysis
+        What was found.
+    writer
+        Equations, letters and language.
+    columns
+        Width of a line in columns of half an em.
+    """
+    if analysis.steady is not None:
+        fields = {field.name: getattr(writer, field.name) for field in dataclasses.fields(writer)}
+        writer = _SteadyWriter(**fields, momenta=analysis.steady.momenta)
+    contents = _Contents(analysis, writer, columns)
+    named = [
+        ("equilibria", contents.equilibria()),
+        *linear_sections(analysis, contents.places),
+        *contents.branches(),
+        ("conserved", contents.conserved()),
+        ("energy", balance(writer)),
+        ("exponents", contents.exponents()),
+        ("along", contents.along()),
+        ("response", contents.response()),
+        ("left-out", contents.left_out()),
+    ]
+    kept = [replace(section, name=name) for name, section in named if section is not None]
+    rows = writer.abbreviations()
+    if rows:
+        here = Section(writer.say("Abbreviations"), (formulas(rows),), "abbreviations")
+        return [*kept, here]
+    return kept
+
+
+@dataclass(frozen=True)
+class _SteadyWriter(DocumentWriter):
+    """A writer that knows the momenta of coordinates that turn."""
+
+    momenta: tuple[Momentum, ...] = ()
+
+    @cached_property
+    def words(self) -> Vocabulary:
+        """Display names of all symbols, momenta among them."""
+        return with_momenta(super().words, self.momenta)
+
+
+@dataclass(frozen=True)
+class _Contents:
+    analysis: Analysis
+    writer: DocumentWriter
+    columns: float
+
+    @cached_property
+    def teller(self) -> Teller:
+        letters = self.writer.letters
+        return Teller(
+            self.writer.say,
+            lambda name: letters.inline(letters.symbol(name)),
+            lambda letter: letters.inline(letters.bold(letter)),
+            letters.words,
+        )
+
+    @cached_property
+    def places(self) -> Places:
+        analysis = self.analysis
+        return Places(self.writer, self.columns, analysis.resting.coordinates, analysis.steady)
+
+    # -- equilibria -----------------------------------------------------------------
+
+    def equilibria(self) -> Section | None:
+        found = self.analysis.equilibria
+        if found is None:
+            return None
+        say, letters = self.writer.say, self.writer.letters
+        points = found.points[:_MOST_LISTED]
+        hidden = len(found.points) - len(points)
+        blocks: list[Block | None] = [Words(say("{text}.", text=_capital(count_line(found, say))))]
+        blocks += self._points(points)
+        if hidden:
+            blocks.append(Words(say("And {count} more, in JSON.", count=hidden)))
+        blocks += self._absent(found)
+        if found.held:
+            held = ", ".join(
+                letters.inline(f"{letters.symbol(n)} = {self.places.number(x)}")
+                for n, x in found.held
+            )
+            blocks.append(Words(say("Inputs are held at {values}.", values=held)))
+        steady = self.analysis.steady
+        if steady is None:
+            return section(say("Equilibria"), *blocks)
+        given = ", ".join(
+            letters.inline(
+                self.places.letter(symbol) + ("" if x is None else f" = {self.places.number(x)}")
+            )
+            for symbol, x in steady.given
+        )
+        return section(say("Steady motions"), Words(say("With {values}:", values=given)), *blocks)
+
+    def _points(self, points: Sequence[Equilibrium]) -> Iterator[Block]:
+        rows = [self.places.point(p) for p in points]
+        if all(self.places.is_short(place) for place in rows):
+            items = [
+                self._sentence(point, self.places.inline(place, point.conditions))
+                for point, place in zip(points, rows, strict=True)
+            ]
+            if items:
+                yield Bullets(tuple(items))
+            return
+        for point, place in zip(points, rows, strict=True):
+            yield Title(self._sentence(point, ""))
+            yield formulas(place)
+            where = self.places.conditions(point.conditions)
+            if where:
+                yield Words(self.writer.say("where {conditions}", conditions=where))
+
+    def _sentence(self, point: Equilibrium, place: str) -> str:
+        """``θ = 0: stable, since K is positive definite: the energy has a minimum``."""
+        say, told = self.writer.say, self.teller(reason_of(point))
+        verdict = "" if point.stability is None else verdict_word(point.stability.verdict, say)
+        if told and verdict:
+            verdict = say("{verdict} ({reason})", verdict=verdict, reason=told)
+        if not place:
+            return say("{text}:", text=_capital(verdict or told))
+        whole = verdict or told
+        return say("{name}: {value}", name=place, value=whole) if whole else place
+
+    def _absent(self, found: Equilibria) -> Iterator[Block]:
+        """Equilibria that exist for other values of the parameters."""
+        items = []
+        for absent in found.absent:
+            if absent.conditions:
+                pairs = zip(self.places.coordinates, absent.exact, strict=True)
+                free = [c.name for c, e in pairs if e == c.q]
+                items.append(
+                    self.places.inline(
+                        self.places.place(absent.exact, None, free), absent.conditions
+                    )
+                )
+        if items:
+            yield Words(self.writer.say("For other values of the parameters there are as well:"))
+            yield Bullets(tuple(items))
+
+    # -- what is conserved, and what is missing -----------------------------------------
+
+    def conserved(self) -> Section | None:
+        found = self.analysis.symmetries
+        symmetries = () if found is None else found.found
+        further = [self._symmetry(s) for s in symmetries]
+        lines = conserved(self.writer, further, searched(found, self.writer.say))
+        if lines is None or found is None or not found.unproven:
+            return lines
+        doubt = self.writer.say(
+            "{count} more that numbers suggest could not be proven", count=found.unproven
+        )
+        text = Words(self.writer.say("{text}.", text=doubt))
+        return Section(lines.heading, (*lines.blocks, text), lines.name)
+
+    def _symmetry(self, symmetry: Symmetry) -> Further:
+        names = [c.name for c in self.writer.equations.coordinates]
+        symbol = self.writer.letters.symbol(symmetry.name)
+        reason = self.teller(symmetry.described(names))
+        return Further(symbol, reason, self.writer.total(symbol, (symmetry.expression,)))
+
+    def exponents(self) -> Section | None:
+        """A table of Lyapunov exponents and their spreads."""
+        found = self.analysis.exponents
+        if found is None:
+            return None
+        say, letters = self.writer.say, self.writer.letters
+        rows = tuple(
+            (
+                letters.inline(self.places.literal(f"{x:.5g}")),
+                letters.inline(self.places.literal(f"{y:.2g}")),
+            )
+            for x, y in zip(found.values, found.spreads, strict=True)
+        )
+        return section(
+            say("Lyapunov exponents"),
+            Words(say("{text}.", text=_capital(averaged_line(found, say, letters.inline)))),
+            Table((say("exponent"), say("spread")), rows),
+        )
+
+    def along(self) -> Section | None:
+        """Where the linear system along a motion is, and how accurate; JSON holds its matrices."""
+        found, say, letters = self.analysis.along, self.writer.say, self.writer.letters
+        if found is None:
+            return None
+        named = (
+            (say("states"), found.states),
+            (say("inputs"), found.inputs),
+            (say("outputs"), found.outputs),
+        )
+        rows = [
+            say("{name}: {value}", name=name, value=", ".join(map(self._state, names)))
+            for name, names in named
+            if names
+        ]
+        lines = along_lines(found, say, letters.words)
+        span = say("{text}.", text=_capital(span_line(found, say, letters.inline)))
+        return section(say("Along the motion"), Words(span), Bullets((*rows, *lines)))
+
+    def response(self) -> Section | None:
+        """A table of largest gains."""
+        found, say, letters = self.analysis.response, self.writer.say, self.writer.letters
+        if found is None:
+            return None
+        head, *rows = response_table(found, say)
+        cells = tuple(tuple(letters.words(cell) for cell in row) for row in rows)
+        lines = tuple(
+            say("{text}.", text=_capital(letters.words(line)))
+            for line in response_lines(found, say)
+        )
+        return section(say("Frequency response"), Table(head, cells), Words(" ".join(lines)))
+
+    def _state(self, name: str) -> str:
+        letters = self.writer.letters
+        dotted = name.startswith("dot(")
+        return letters.inline(letters.symbol(name[4:-1] if dotted else name, int(dotted)))
+
+    def branches(self) -> list[tuple[str, Section | None]]:
+        """Branches of equilibria, and their marked points."""
+        found = self.analysis.branches
+        if found is None:
+            return []
+        written = BranchSections(found, self.writer, self.places, self.teller)
+        return [("branches", written.branches()), ("marked-points", written.marks())]
+
+    def left_out(self) -> Section | None:
+        reasons: dict[str, list[str]] = {}
+        say = self.writer.say
+        for left in self.analysis.left_out:
+            reasons.setdefault(self.teller(left.reason), []).append(part_word(left.part, say))
+        items = [
+            say("{name}: {value}", name=", ".join(parts), value=reason)
+            for reason, parts in reasons.items()
+        ]
+        return section(say("Left out"), Bullets(tuple(items)) if items else None)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
 
 _Emit: TypeAlias = Callable[["Equations", Mapping[str, OptionValue], Content], dict[str, str]]
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.analysis.branch_rows import BranchRows
-from lagrange_cli.emit.analysis.motion_rows import along_rows, exponent_rows
-from lagrange_cli.emit.analysis.response_rows import response_rows
+from lagrange_cli.emit.analysis.branches import BranchRows
+from lagrange_cli.emit.analysis.numerical import along_rows, exponent_rows, response_rows
 from lagrange_cli.emit.analysis.wording import (
     Teller,
     count_line,
@@ -21,7 +20,7 @@ from lagrange_cli.emit.analysis.wording import (
     verdict_word,
 )
 from lagrange_cli.emit.forms.writer import with_momenta
-from lagrange_cli.emit.language import ENGLISH, Language, language
+from lagrange_cli.emit.phrases.language import ENGLISH, Language, language
 from lagrange_cli.emit.text.conserved import conserved_row, energy
 from lagrange_cli.emit.text.writer import TextWriter
 from lagrange_cli.errors import escape_controls

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         Turning,
         Verdict,
     )
-    from lagrange_cli.emit.language import Language
+    from lagrange_cli.emit.phrases.language import Language
 
 
 @dataclass(frozen=True)

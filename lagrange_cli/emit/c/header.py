@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c.canonical import canonical_declarations
-from lagrange_cli.emit.c.contacts import _reset_arguments, mode_target
-from lagrange_cli.emit.c.derivatives import derivative_declarations
-from lagrange_cli.emit.c.linearization import linearization_declaration
+from lagrange_cli.emit.c.constraints import _reset_arguments, mode_target
+from lagrange_cli.emit.c.further import (
+    canonical_declarations,
+    derivative_declarations,
+    linearization_declaration,
+)
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.emit.initial_state import rates_note
 from lagrange_cli.emit.naming import comment_text, described, domain_note

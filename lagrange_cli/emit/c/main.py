@@ -1,19 +1,152 @@
-"""The optional ``main`` of emitted C: fixed-step integration that prints CSV."""
+"""The optional ``main`` of emitted C: fixed-step integration that prints CSV.
+
+With contacts it searches each step for events and reports them; recorded inputs are evaluated
+from the polynomials of their interpolation.
+"""
 
 from __future__ import annotations
 
+import math
 import re
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c.main_contacts import REASON, contact_replacements
-from lagrange_cli.emit.c.names import Real, c_string
-from lagrange_cli.emit.c.recorded import c_recorded
-from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.c.target import CTarget, Real, c_string
 from lagrange_cli.emit.initial_state import START_TOLERANCE, residual_labels, steps_per_row
+from lagrange_cli.emit.naming import comment_text
+from lagrange_cli.emit.shared_code import (
+    MOST_EVENTS_A_STEP,
+    MOST_REBOUNDS,
+    described_input,
+    polynomial_rows,
+    recorded_inputs,
+)
 from lagrange_cli.emit.template_files import c_template, filled
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
+
+#: Check that a run begins and ends within a recording.
+_C_BOUNDS = """\
+    if (!(start >= @FIRST@@UNTIL@)) {
+        fprintf(stderr, "%s\\n", @TEXT@);
+        return 2;
+    }
+"""
+
+
+@dataclass(frozen=True)
+class CRecorded:
+    """The parts of a ``main`` with recorded inputs; all are empty without any.
+
+    Attributes
+    ----------
+    functions
+        Functions that evaluate them.
+    setting
+        Statements that set ``u``.
+    checks
+        Checks that the run lies within the recordings.
+    """
+
+    functions: str
+    setting: str
+    checks: str
+
+
+def c_recorded(equations: Equations, target: CTarget) -> CRecorded:
+    """Write the parts of ``main`` for recorded inputs."""
+    prefix, real = target.prefix, target.real
+    functions, setting, checks = "", "", ""
+    for number, pieces in recorded_inputs(equations):
+        name = comment_text(described_input(equations, number))
+        rows = [", ".join(map(real.value, row)) for row in polynomial_rows(pieces)]
+        replacements = {
+            "@NUMBERS@": ",\n".join(f"        {{{row}}}" for row in rows),
+            "@REAL@": real.name,
+            "@NAME@": prefix,
+            "@K@": str(number),
+            "@ROWS@": str(len(rows)),
+            "@WIDTH@": str(pieces.coefficients.shape[1] + 1),
+            "@ZERO@": real.value(0.0),
+            # The last: names of files and columns may look like tokens.
+            "@TEXT@": name,
+        }
+        functions += "\n" + filled(c_template("recorded"), replacements)
+        call = f"{prefix}_recorded_{number}(t + at[stage]*h, t + at[1]*h)"
+        setting += f"        u[{number}] = {call};\n"
+        ends = "" if math.isinf(pieces.end) else f" && until <= {real.value(pieces.end)}"
+        says = "goes on" if math.isinf(pieces.end) else f"ends at t = {pieces.end!r}"
+        message = c_string(f"{name}: begins at t = {float(pieces.starts[0])!r}, {says}")
+        bounds = _C_BOUNDS.replace("@FIRST@", real.value(float(pieces.starts[0])))
+        checks += bounds.replace("@UNTIL@", ends).replace("@TEXT@", message.replace("@", r"\100"))
+    return CRecorded(functions, setting, checks)
+
+
+#: Expression of C that names the reason of a nonzero status.
+_REASON_IN_CONTACT = (
+    'status == 1 ? "singular configuration"\n'
+    '                        : status == 2 ? "result is not finite"\n'
+    '                        : status == 3 ? "too far from the closures"\n'
+    '                        : status == 4 ? "the contacts leave no motion"\n'
+    '                        : "contacts open and close without end"'
+)
+
+_STEP = "@NAME@_step(start + (@REAL@)(row*steps + step)*h, h, &p, y)"
+
+_BEGUN = """\
+    if (@NAME@_begin(start, until, y, &p, mode) != 0) {
+        return 2;
+    }
+"""
+
+
+def contact_replacements(equations: Equations, real: Real, recorded: str) -> dict[str, str]:
+    """Return token → text for the places in ``main`` that contacts fill; little without any.
+
+    Parameters
+    ----------
+    recorded
+        Statements that set ``u`` to the recorded inputs at time t.
+    """
+    if not equations.contacts:
+        none = ("@MODE@", "@MODED@", "@CLEAR@", "@ADVANCE@", "@MODES@", "@BEGUN@")
+        return {**dict.fromkeys(none, ""), "@STEP@": _STEP}
+    names = (c_string(comment_text(contact.name)) for contact in equations.contacts)
+    u = "u" if equations.inputs else "0"
+    bounce = f"events < {MOST_REBOUNDS} ? @ONE@ : @ZERO@"
+    calls = {
+        "@EVENTS@": ("    ", f"events(t, y, {u}, p, mode, work, out)"),
+        "@RESET@": ("        ", f"reset(t, y, {u}, p, mode, event, {bounce}, work)"),
+        "@BEGIN@": ("    ", f"reset(t, y, {u}, p, mode, -1, @ONE@, work)"),
+    }
+    return {
+        "@MODE@": "const int *mode, ",
+        "@MODED@": "mode, ",
+        "@CLEAR@": "0, ",
+        "@ADVANCE@": "\n" + c_template("main_contacts"),
+        "@MODES@": "    static int mode[@NAME@_CONTACTS];\n",
+        "@BEGUN@": _BEGUN,
+        "@STEP@": _STEP.replace("step(", "advance(").replace("&p, y", "&p, mode, y"),
+        **{place: _called(equations, recorded, *call) for place, call in calls.items()},
+        "@CONTACTS@": ", ".join(names),
+        "@NOISE@": real.value(1024.0 * float(real.epsilon)),
+        "@ULP@": real.value(2.0 * float(real.epsilon)),
+        "@MOST@": str(MOST_EVENTS_A_STEP),
+        "@BOUNCES@": str(MOST_REBOUNDS),
+    }
+
+
+def _called(equations: Equations, recorded: str, space: str, call: str) -> str:
+    """Write a call that sets ``status``, with the inputs at its time."""
+    if not equations.inputs:
+        return f"{space}status = @NAME@_{call};\n"
+    inputs = "u" if recorded else "0"
+    lines = [line.strip() for line in recorded.splitlines()]
+    lines += [f"status = @NAME@_inputs(t, y, {inputs}, p, work, u);", "if (status == 0) {"]
+    lines += [f"    status = @NAME@_{call};", "}"]
+    return "".join(f"{space}{line}\n" for line in lines)
+
 
 #: Rows of output, and steps from one row to the next.
 _ROWS = 500
@@ -108,7 +241,11 @@ def _projection(equations: Equations) -> dict[str, str]:
         "@START_PROJECTED@": _START_PROJECTED if closed else "",
         "@RESIDUALS@": ", ".join(map(c_string, residual_labels(equations))),
         "@STEPPED@": "@NAME@_project(t + h, y, 0, p, @MODED@work)" if stepped else "0",
-        "@REASON@": REASON if equations.contacts else _REASON_CLOSED if closed else _REASON,
+        "@REASON@": _REASON_IN_CONTACT
+        if equations.contacts
+        else _REASON_CLOSED
+        if closed
+        else _REASON,
         "@COUNT@": "@NAME@_COORDINATES" if closed else "@NAME@_DOF",
     }
 

@@ -11,19 +11,27 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import digest
 from lagrange_cli.emit.c.body import body_text, result_name
-from lagrange_cli.emit.c.canonical import canonical_text, canonical_workspace_size
-from lagrange_cli.emit.c.contacts import contact_target, interface_text, mode_workspace_size
-from lagrange_cli.emit.c.derivatives import derivatives_of, pattern_texts
+from lagrange_cli.emit.c.constraints import (
+    contact_target,
+    interface_text,
+    mode_workspace_size,
+    project_text,
+    residual_text,
+)
+from lagrange_cli.emit.c.further import (
+    canonical_text,
+    canonical_workspace_size,
+    derivatives_of,
+    linearization_text,
+    pattern_texts,
+)
 from lagrange_cli.emit.c.header import header_text
-from lagrange_cli.emit.c.linearization import linearization_text
 from lagrange_cli.emit.c.loops import loop_helpers
 from lagrange_cli.emit.c.main import main_text
-from lagrange_cli.emit.c.names import real_type
-from lagrange_cli.emit.c.projection import project_text, residual_text
 from lagrange_cli.emit.c.solvers import columns_solver_text, helper_text, solver_text
-from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.emit.canonical import programs_of_momenta
+from lagrange_cli.emit.c.target import CTarget, real_type
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
+from lagrange_cli.emit.shared_code import programs_of_momenta
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.program.emitted_functions import (
     CANONICAL_PARTS,

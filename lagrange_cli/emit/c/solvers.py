@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 
-from lagrange_cli.emit.c.names import Real
-from lagrange_cli.emit.c.target import CTarget
-from lagrange_cli.emit.constants import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_PIVOT
+from lagrange_cli.emit.c.target import CTarget, Real
+from lagrange_cli.emit.shared_code import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_PIVOT
 from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import MatrixBlock

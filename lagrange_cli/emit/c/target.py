@@ -1,18 +1,139 @@
-"""A system's C: its names, number type and printing in one value, and templates filled in."""
+"""The target of emitted C: identifiers, number type, argument lists, and templates filled in."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
+from math import isfinite
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c.names import CNames, Real
+from lagrange_cli.emit.naming import C_RESERVED, unique_identifiers
 from lagrange_cli.emit.template_files import filled
-from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
-from lagrange_cli.program.printing import Dialect
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Coefficient, magnitude
+from lagrange_cli.program.printing import Dialect, decimal_literal, double_literal, out_of_range
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
+
+
+@dataclass(frozen=True)
+class Real:
+    """A floating-point type of C.
+
+    Attributes
+    ----------
+    name
+        Name of the type in C.
+    suffix
+        Suffix of functions of ``<math.h>``.
+    constant_suffix
+        Suffix of constants.
+    epsilon
+        Half the distance from 1 to the next number.
+    largest_exponent
+        Largest power of ten of constants.
+    parse
+        Function that reads a text.
+    print_format
+        Format of ``printf`` that reads back the same.
+    """
+
+    name: str
+    suffix: str
+    constant_suffix: str
+    epsilon: Fraction
+    largest_exponent: int
+    parse: str
+    print_format: str
+
+    def literal(self, value: Coefficient) -> str:
+        """Return a constant that reads as the number nearest to ``value``."""
+        if not value:
+            return f"0.0{self.constant_suffix}"
+        if self.name == "double":
+            return double_literal(value)
+        limit = Fraction(10) ** self.largest_exponent
+        if not 1 / limit <= magnitude(value) <= limit:
+            raise out_of_range(value)
+        return decimal_literal(value) + self.constant_suffix
+
+    def value(self, number: float) -> str:
+        """Return a constant for a double."""
+        if not isfinite(number):
+            return "NAN"
+        return self.literal(Fraction(repr(number)))
+
+
+_REALS = {
+    "float": Real("float", "f", "f", Fraction(1, 2**24), 37, "(float)strtod", "%.9g"),
+    "double": Real("double", "", "", Fraction(1, 2**53), 307, "strtod", "%.17g"),
+    "long-double": Real("long double", "l", "L", Fraction(1, 2**64), 4931, "strtold", "%.21Lg"),
+}
+
+
+def real_type(option: str) -> Real:
+    """Return the type that the option ``real`` names."""
+    return _REALS[option]
+
+
+@dataclass(frozen=True)
+class CNames:
+    """Identifiers of one system in C.
+
+    Attributes
+    ----------
+    prefix
+        Beginning of all its symbols.
+    fields
+        Those of its struct of parameters.
+    inputs
+        Dummy name → text for every input of a program.
+    empty_field
+        The field of a struct without parameters.
+    parameter_array
+        Array that holds the parameters; None if fields do.
+    further
+        Arguments that functions take behind the parameters.
+    contact_from
+        Index from which on parameters come in an array ``contact`` of their own; None if all
+        come together.
+    """
+
+    prefix: str
+    fields: tuple[str, ...]
+    inputs: Mapping[str, str]
+    empty_field: str = "none"
+    parameter_array: str | None = None
+    further: str = ""
+    contact_from: int | None = None
+
+    @classmethod
+    def of(cls, equations: Equations) -> CNames:
+        (prefix,) = unique_identifiers([equations.name], frozenset())
+        fields = unique_identifiers((p.name for p in equations.parameters), C_RESERVED)
+        coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
+        inputs = {f"p{i}": f"p->{field}" for i, field in enumerate(fields)}
+        inputs |= {f"u{i}": f"u[{i}]" for i in range(len(equations.inputs))}
+        for kind in "qv":
+            inputs |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
+        return cls(prefix, tuple(fields), inputs)
+
+    @property
+    def passed(self) -> str:
+        """Return the arguments that functions pass on to others, before ``work``."""
+        return "t, y, u, p" if self.contact_from is None else "t, y, u, p, contact"
+
+
+def c_string(text: str) -> str:
+    """Return a string literal of C; all but plain ASCII becomes octal escapes."""
+    return '"' + "".join(_character(byte) for byte in text.encode("utf-8")) + '"'
+
+
+def _character(byte: int) -> str:
+    plain = 32 <= byte < 127 and chr(byte) not in '"\\?%@'
+    return chr(byte) if plain else f"\\{byte:03o}"
+
 
 #: Functions that ``<math.h>`` lacks; the source file has its own.
 _OWN = ("max", "min", "sign")

@@ -5,4 +5,4 @@ display trees come out, in one order, in one of several languages. LaTeX, Typst 
 them and decide nothing about content. Read :mod:`.contents` first.
 """
 
-__all__ = ["conservation", "contents", "letters", "motion", "rows", "scene_text", "writer"]
+__all__ = ["conservation", "contents", "letters", "motion", "rows", "writer"]

@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.analysis.symmetries.conserved_quantities import energy_loss, energy_sum
-from lagrange_cli.emit.constraint_wording import (
+from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.phrases.equations import (
     conserved_reason,
     energy_is_sum,
     energy_letter,
+    loss_line,
     only_between_impacts,
+    sum_line,
     undecided,
 )
-from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.energy_wording import loss_line, sum_line
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas, section
 from lagrange_cli.mechanics.families.forms import FamilyRow
 

@@ -2,29 +2,130 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from lagrange_cli.emit.document.certificate import certificate
 from lagrange_cli.emit.document.conservation import balance, conserved
 from lagrange_cli.emit.document.energies import energies, generalized_forces
 from lagrange_cli.emit.document.freedom import freedom
 from lagrange_cli.emit.document.motion import closures, contacts, motion, result
-from lagrange_cli.emit.document.reactions import constraint_forces
-from lagrange_cli.emit.document.start import start
 from lagrange_cli.emit.document.system import inputs, outputs, system
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.document_options import sections_of
 from lagrange_cli.emit.forms.contents import FORMS, form_sections
+from lagrange_cli.emit.initial_state import multiple_of_pi
+from lagrange_cli.emit.phrases.equations import multiplier_label
+from lagrange_cli.emit.phrases.forces import force_notes, force_rows, forces_line, reaction_rows
 from lagrange_cli.emit.steps.board import conclusions, working
-from lagrange_cli.emit.steps.sections import Block, Picture, Section, Words, formulas, section
+from lagrange_cli.emit.steps.sections import (
+    Block,
+    Formula,
+    Picture,
+    Section,
+    Words,
+    formulas,
+    section,
+)
 from lagrange_cli.emit.steps.writer import StepsWriter
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.reaction_values import ConstraintForces
+
+
+def start(writer: DocumentWriter) -> Section | None:
+    """Positions and velocities at the start."""
+    equations, say, letters = writer.equations, writer.say, writer.letters
+    if not equations.coordinates:
+        return None
+    heading = say("Initial values")
+    if equations.initial is None:
+        return section(heading, Words(say("The scene gives none.")))
+    positions, velocities = equations.initial.positions, equations.initial.velocities
+    time = letters.inline(f"t = {letters.value(equations.simulate.start)}")
+    return section(
+        heading,
+        Words(say("At {time}", time=time)),
+        formulas(_start_rows(writer, 0, positions)),
+        formulas(_start_rows(writer, 1, velocities)) if any(velocities) else Words(say("at rest.")),
+    )
+
+
+def _start_rows(writer: DocumentWriter, order: int, values: Sequence[float]) -> Iterator[Formula]:
+    for c, value in zip(writer.equations.coordinates, values, strict=True):
+        label = writer.coordinate(c, order)
+        multiple = multiple_of_pi(value) if order == 0 else None
+        if multiple is not None:
+            yield writer.row(label, multiple)
+        else:
+            yield Formula(label, (), middle=writer.letters.value(value))
+
+
+def constraint_forces(writer: DocumentWriter) -> Section | None:
+    """The forces on the particles; None where they were not asked for."""
+    forces, say = writer.equations.constraint_forces, writer.say
+    if forces is None:
+        return None
+    rows = list(_force_rows(writer, forces))
+    notes = [writer.letters.words(note) for note in force_notes(forces, say)]
+    return section(
+        say("Constraint forces"),
+        Words(say("{text}.", text=writer.letters.words(forces_line(say)))),
+        formulas(rows, result=True) if rows else Words(say("There are none.")),
+        *(Words(say("{text}.", text=f"{note[0].upper()}{note[1:]}")) for note in notes),
+    )
+
+
+def _force_rows(writer: DocumentWriter, forces: ConstraintForces) -> Iterator[Formula]:
+    letters, say = writer.letters, writer.say
+    for body, components in force_rows(forces):
+        for label, expression in components:
+            symbol = letters.size(letters.symbol("f")) if label == "|f|" else letters.symbol(label)
+            yield replace(writer.row(symbol, expression), name=letters.named(body))
+    for name, multiplier, sizes in reaction_rows(writer.equations, forces):
+        shown = letters.named(name)
+        if multiplier is not None:
+            symbol = letters.symbol(multiplier_label(writer.equations, name))
+            yield replace(writer.row(symbol, multiplier), name=shown)
+        for bodies, size in sizes:
+            on = letters.named(say("on {place}", place=bodies))
+            yield replace(writer.row(on, size), name=shown)
+
+
+def certificate(writer: DocumentWriter) -> Section | None:
+    """How many states were compared, to how many digits, and how well they agreed."""
+    say, letters, seal = writer.say, writer.letters, writer.equations.certificate
+    told = say.counted(
+        seal.points,
+        "At {count} random state these equations were compared, in arithmetic of {digits} digits,"
+        " with Lagrange's equations evaluated from {lagrangian} itself; the largest relative"
+        " mismatch was {mismatch}.",
+        "At {count} random states these equations were compared, in arithmetic of {digits} digits,"
+        " with Lagrange's equations evaluated from {lagrangian} itself; the largest relative"
+        " mismatch was {mismatch}.",
+        digits=seal.digits,
+        lagrangian=letters.inline(writer.labels["L"]),
+        mismatch=letters.inline(letters.number(seal.mismatch)),
+    )
+    return section(say("Certificate"), Words(told), _steps(writer))
+
+
+def _steps(writer: DocumentWriter) -> Words | None:
+    steps = writer.equations.steps
+    if steps is None:
+        return None
+    return Words(
+        writer.say(
+            "Every line of the steps was compared at {count} of these states with automatic"
+            " differentiation: the largest mismatch was {mismatch}.",
+            count=steps.states,
+            mismatch=writer.letters.inline(writer.letters.number(steps.mismatch)),
+        )
+    )
+
 
 _STEPS = "steps to the equations of motion"
 

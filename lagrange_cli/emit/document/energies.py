@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from lagrange_cli.emit.constraint_wording import is_generalized_potential, without_line
 from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.phrases.equations import is_generalized_potential, without_line
 from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas, section
 
 

@@ -6,13 +6,13 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraint_wording import (
+from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.phrases.equations import (
     counting,
     implied_line,
     telling_definitions,
 )
-from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.family_wording import account_lines, coordinates_by_ranges
+from lagrange_cli.emit.phrases.families import account_lines, coordinates_by_ranges
 from lagrange_cli.emit.steps.sections import (
     Block,
     Bullets,

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraint_wording import (
+from lagrange_cli.emit.document.writer import DocumentWriter
+from lagrange_cli.emit.phrases.equations import (
     divisor_and_factor,
     explicit_line,
     multipliers_line,
 )
-from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.steps.by_lagrange import lagrange_law
 from lagrange_cli.emit.steps.sections import Block, Formula, Law, Section, Words, formulas, section
 from lagrange_cli.mechanics.dynamics.accelerations import (

@@ -7,10 +7,10 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraint_wording import recorded_line
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.family_wording import sizes_line
 from lagrange_cli.emit.initial_state import exact_value
+from lagrange_cli.emit.phrases.equations import recorded_line
+from lagrange_cli.emit.phrases.families import sizes_line
 from lagrange_cli.emit.steps.sections import Block, Section, Table, Words, formulas, section
 from lagrange_cli.notation.vocabulary import latex_overrides
 

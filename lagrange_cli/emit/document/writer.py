@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.emit.document.letters import DocumentLetters
-from lagrange_cli.emit.family_wording import with_families
-from lagrange_cli.emit.omission_wording import omission_told, operations_told
+from lagrange_cli.emit.phrases.equations import omission_told, operations_told
+from lagrange_cli.emit.phrases.families import with_families
 from lagrange_cli.emit.steps.sections import Formula, Words
 from lagrange_cli.emit.steps.writer import Writer
 from lagrange_cli.mechanics.families.families import Families, families_in
 from lagrange_cli.mechanics.families.forms import FamilyRow, Form
 from lagrange_cli.notation.build import display, display_sum
 from lagrange_cli.notation.families import FamilyNotation
-from lagrange_cli.notation.omission import Omission
 from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
-from lagrange_cli.notation.vocabulary import Vocabulary, unabbreviated, vocabulary
+from lagrange_cli.notation.vocabulary import Omission, Vocabulary, unabbreviated, vocabulary
 
 if TYPE_CHECKING:
     from sympy import Expr

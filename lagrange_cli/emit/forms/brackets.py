@@ -1,12 +1,10 @@
-"""Poisson brackets as a section, and as JSON values."""
+"""The section on Poisson brackets."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.steps.sections import Block, Section, Words, formulas
-from lagrange_cli.notation.vocabulary import with_symbols
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -14,7 +12,6 @@ if TYPE_CHECKING:
     from sympy import Symbol
 
     from lagrange_cli.emit.forms.writer import FormWriter
-    from lagrange_cli.emit.speaker import Speaker
     from lagrange_cli.mechanics.findings import PoissonBracket, PoissonBrackets
 
 
@@ -30,7 +27,7 @@ def bracket_sections(writer: FormWriter) -> list[Section]:
     found = writer.equations.brackets
     if found is None:
         return []
-    writer = writer.naming(_names(found))
+    writer = writer.naming(quantity_names(found))
     rows = [writer.row(_label(writer, b), b.value) for b in found.brackets]
     blocks: list[Block] = [formulas(rows, result=True), *_rates(writer, found)]
     if found.quantities:
@@ -76,32 +73,10 @@ def _rates(writer: FormWriter, found: PoissonBrackets) -> Iterator[Block]:
         yield words
 
 
-def _names(found: PoissonBrackets) -> dict[Symbol, str]:
+def quantity_names(found: PoissonBrackets) -> dict[Symbol, str]:
     """Symbols that stand for quantities, with their names."""
     symbols = {q.symbol: q.name for q in found.quantities}
     for b in found.brackets:
         held = b.first.free_symbols | b.second.free_symbols | b.value.free_symbols
         symbols |= {s: s.name.strip() for s in held if s.name.endswith(" ")}
     return symbols
-
-
-def bracket_report(found: PoissonBrackets | None, say: Speaker) -> dict[str, Any]:
-    """The brackets in the scene language; empty if none were asked for."""
-    if found is None:
-        return {}
-    names = [(symbol, name, None) for symbol, name in _names(found).items()]
-    say = say.knowing(with_symbols(say.words, names))
-    return {
-        "brackets": [
-            {
-                "first": say(b.first),
-                "second": say(b.second),
-                "value": say(b.value),
-                "rate": None if b.rate is None else say(b.rate),
-                "conserved": b.conserved,
-            }
-            for b in found.brackets
-        ],
-        "quantities": {q.name: say(q.expression) for q in found.quantities},
-        "bracket_certificate": asdict(found.certificate),
-    }

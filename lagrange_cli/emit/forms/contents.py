@@ -3,19 +3,80 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.forms.first_order import first_order_sections
 from lagrange_cli.emit.forms.hamiltonian import hamiltonian_sections
 from lagrange_cli.emit.forms.routhian import routhian_sections
 from lagrange_cli.emit.forms.small_oscillations import small_oscillation_sections
 from lagrange_cli.emit.forms.writer import FormWriter
-from lagrange_cli.notation.tree import DisplayNode
+from lagrange_cli.emit.phrases.equations import explicit_line, free_letter
+from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas
+from lagrange_cli.mechanics.dynamics.accelerations import differentiated, explicit_form
+from lagrange_cli.notation.build import display_row
+from lagrange_cli.notation.ordering import symbol_of
+from lagrange_cli.notation.tree import Dependence, DisplayNode
 
 if TYPE_CHECKING:
-    from lagrange_cli.emit.steps.sections import Section
     from lagrange_cli.emit.steps.writer import Writer
+    from lagrange_cli.mechanics.equations import Coordinate, Equations
     from lagrange_cli.notation.vocabulary import Vocabulary
+
+
+def first_order_sections(writer: FormWriter) -> list[Section]:
+    """The section in place of Lagrange's equations."""
+    equations, say = writer.equations, writer.say
+    heading = say("Equations of first order")
+    if not equations.coordinates:
+        return [Section(heading, (Words(say("There are none.")),))]
+    letter = velocity_letter(equations)
+    writer = replace(writer, vocabulary=with_velocities(writer.words, equations, letter))
+    solved = explicit_form(equations)
+    pairs = list(zip(equations.coordinates, solved.accelerations, strict=True))
+    rates = [writer.row(writer.coordinate(c, 1), c.v) for c in equations.coordinates]
+    rates += [
+        writer.row(writer.letters.formula(writer.tree(c.a)), value)
+        for c, value in pairs
+        if value is not None
+    ]
+    rates += [
+        writer.row(writer.letters.formula(writer.tree(closure.multiplier)), value)
+        for closure, value in zip(equations.closures, solved.multipliers, strict=True)
+        if value is not None
+    ]
+    open_rows = [
+        Formula("", (writer.noted(display_row(shown, writer.words)),), name=writer.coordinate(c))
+        for (c, value), shown in zip(pairs, equations.shown, strict=True)
+        if value is None
+    ]
+    open_rows += [
+        Formula("", (writer.noted(display_row(differentiated(equations, closure), writer.words)),))
+        for closure, value in zip(equations.closures, solved.multipliers, strict=True)
+        if value is None
+    ]
+    told = say("{text}.", text=explicit_line(equations, solved, say))
+    rows = [formulas(part, result=True) for part in (rates, open_rows) if part]
+    return [Section(heading, (*rows, Words(told)))]
+
+
+def velocity_letter(equations: Equations) -> str:
+    """The first letter that makes names of velocities which the scene does not have."""
+    return free_letter(equations, ("v", "w", "V", "u", "vv"))
+
+
+def with_velocities(words: Vocabulary, equations: Equations, letter: str) -> Vocabulary:
+    """Velocities print as ``v_theta``, accelerations as its rate."""
+    atoms = dict(words.atoms)
+    for rank, c in enumerate(equations.coordinates):
+        name, latex = f"{letter}_{c.name}", _latex(letter, c)
+        atoms[c.v] = symbol_of(name, Dependence.VELOCITY, rank, latex=latex)
+        atoms[c.a] = symbol_of(name, Dependence.ACCELERATION, rank, order=1, latex=latex)
+    return replace(words, atoms=atoms)
+
+
+def _latex(letter: str, coordinate: Coordinate) -> str | None:
+    return None if coordinate.latex is None else f"{letter}_{{{coordinate.latex}}}"
+
 
 #: Name of a form → its sections.
 FORMS: Mapping[str, Callable[[FormWriter], list[Section]]] = {

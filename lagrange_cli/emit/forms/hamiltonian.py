@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.analysis.forms.hamiltonian import Hamiltonian, hamiltonian_form
-from lagrange_cli.emit.constraint_wording import is_generalized_potential
 from lagrange_cli.emit.forms.brackets import bracket_sections
-from lagrange_cli.emit.forms.certified import certified
-from lagrange_cli.emit.forms.writer import FormWriter
+from lagrange_cli.emit.forms.writer import FormWriter, certified
+from lagrange_cli.emit.phrases.equations import is_generalized_potential
 from lagrange_cli.emit.steps.sections import Law, Section, Words, formulas
 from lagrange_cli.emit.steps.writer import sum_of
 

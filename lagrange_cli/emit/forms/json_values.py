@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.analysis.forms.hamiltonian import Hamiltonian, hamiltonian_form
 from lagrange_cli.analysis.forms.routhian import routhian_form
 from lagrange_cli.analysis.small_oscillations import small_oscillations
-from lagrange_cli.emit.forms.brackets import bracket_report
-from lagrange_cli.emit.forms.first_order import velocity_letter, with_velocities
+from lagrange_cli.emit.forms.brackets import quantity_names
+from lagrange_cli.emit.forms.contents import velocity_letter, with_velocities
 from lagrange_cli.emit.forms.small_oscillations import ModeLetters, with_displacements
 from lagrange_cli.emit.forms.writer import with_momenta
-from lagrange_cli.emit.speaker import Speaker, matrix
 from lagrange_cli.mechanics.dynamics.accelerations import differentiated, explicit_form
 from lagrange_cli.notation.build import display_row, display_sum
-from lagrange_cli.notation.scene_language import ScenePrinter
-from lagrange_cli.notation.vocabulary import vocabulary
+from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter, matrix
+from lagrange_cli.notation.vocabulary import vocabulary, with_symbols
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,13 +24,14 @@ if TYPE_CHECKING:
 
     from lagrange_cli.analysis.forms.momenta import Momentum
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.findings import PoissonBrackets
 
 
 #: Digits of numbers that have no closed form: those of doubles.
 _DIGITS = 17
 
 
-def hamiltonian_report(equations: Equations, say: Speaker) -> dict[str, Any]:
+def hamiltonian_report(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
     """H, the names of the momenta, and the canonical equations of each coordinate.
 
     ``velocity`` is None where the momenta determine velocities as a linear system; these stay in
@@ -64,11 +64,33 @@ def hamiltonian_report(equations: Equations, say: Speaker) -> dict[str, Any]:
 
 def hamiltonian_in_scene_language(equations: Equations, form: Hamiltonian) -> str:
     """H as the scene language writes it."""
-    say = Speaker(vocabulary(equations), ScenePrinter())
+    say = ExpressionPrinter(vocabulary(equations), ScenePrinter())
     return _total(_knowing(say, [pair.momentum for pair in form.pairs]), form.parts)
 
 
-def routhian_report(equations: Equations, say: Speaker) -> dict[str, Any]:
+def bracket_report(found: PoissonBrackets | None, say: ExpressionPrinter) -> dict[str, Any]:
+    """The brackets in the scene language; empty if none were asked for."""
+    if found is None:
+        return {}
+    names = [(symbol, name, None) for symbol, name in quantity_names(found).items()]
+    say = say.knowing(with_symbols(say.words, names))
+    return {
+        "brackets": [
+            {
+                "first": say(b.first),
+                "second": say(b.second),
+                "value": say(b.value),
+                "rate": None if b.rate is None else say(b.rate),
+                "conserved": b.conserved,
+            }
+            for b in found.brackets
+        ],
+        "quantities": {q.name: say(q.expression) for q in found.quantities},
+        "bracket_certificate": asdict(found.certificate),
+    }
+
+
+def routhian_report(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
     """R, V_eff and the equations of the coordinates that are not ignored."""
     form = routhian_form(equations)
     say = _knowing(say, form.momenta)
@@ -99,7 +121,7 @@ def routhian_report(equations: Equations, say: Speaker) -> dict[str, Any]:
     }
 
 
-def first_order_report(equations: Equations, say: Speaker) -> dict[str, Any]:
+def first_order_report(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
     """Names of the velocities, and the rate of each state.
 
     Those that are not solved for have null, and their equations stand in ``coupled``.
@@ -140,7 +162,7 @@ def first_order_report(equations: Equations, say: Speaker) -> dict[str, Any]:
     }
 
 
-def small_oscillations_report(equations: Equations, say: Speaker) -> dict[str, Any]:
+def small_oscillations_report(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
     """Quadratic energies, linear equations and normal modes at an equilibrium."""
     form = small_oscillations(equations, _DIGITS)
     letters = ModeLetters.of(equations, form)
@@ -174,10 +196,10 @@ def small_oscillations_report(equations: Equations, say: Speaker) -> dict[str, A
     }
 
 
-def _knowing(say: Speaker, momenta: Sequence[Momentum]) -> Speaker:
+def _knowing(say: ExpressionPrinter, momenta: Sequence[Momentum]) -> ExpressionPrinter:
     return say.knowing(with_momenta(say.words, momenta))
 
 
-def _total(say: Speaker, parts: Sequence[Expr]) -> str:
+def _total(say: ExpressionPrinter, parts: Sequence[Expr]) -> str:
     """The sum of terms in their order; 0 without any."""
     return say.tree(display_sum(parts, say.words)) if parts else "0"

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.analysis.forms.routhian import Routhian, routhian_form
-from lagrange_cli.emit.constraint_wording import quantity_labels
-from lagrange_cli.emit.forms.certified import certified
-from lagrange_cli.emit.forms.writer import FormWriter
+from lagrange_cli.emit.forms.writer import FormWriter, certified
+from lagrange_cli.emit.phrases.equations import quantity_labels
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas
 from lagrange_cli.notation.build import display_row
 from lagrange_cli.notation.ordering import number_of

@@ -7,6 +7,7 @@ from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.phrases.language import Language
 from lagrange_cli.emit.steps.sections import Formula
 from lagrange_cli.emit.steps.writer import Writer
 from lagrange_cli.notation.build import display, display_sum
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
     from lagrange_cli.analysis.forms.momenta import Momentum
+    from lagrange_cli.mechanics.findings import Certificate
 
 
 @dataclass(frozen=True)
@@ -82,3 +84,13 @@ def _zero() -> Expr:
 
     zero: Expr = sympy.S.Zero
     return zero
+
+
+def certified(certificate: Certificate, say: Language) -> str:
+    """``Compared at 8 states with Lagrange's equations, to 30 digits.``"""
+    return say.counted(
+        certificate.points,
+        "Compared at {count} state with Lagrange's equations, to {digits} digits.",
+        "Compared at {count} states with Lagrange's equations, to {digits} digits.",
+        digits=certificate.digits,
+    )

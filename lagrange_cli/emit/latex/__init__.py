@@ -1,7 +1,7 @@
-"""Equations as LaTeX: a document, a snippet, single equations, formulas of Markdown.
+"""Equations as LaTeX: a document, frames, a snippet, single equations, formulas of Markdown.
 
-Sections of :mod:`.emit.document` go in; LaTeX that needs amsmath, and for documents booktabs,
-comes out. Read :mod:`.equations` first.
+Sections of :mod:`lagrange_cli.emit.document` go in; LaTeX that needs amsmath, and for documents
+booktabs, comes out. Read :mod:`.document` first.
 """
 
-__all__ = ["equations", "markdown"]
+__all__ = ["document", "markdown"]

@@ -8,7 +8,7 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.steps.sections import Block, Section, Title
-from lagrange_cli.notation.latex_escape import latex_prose, latex_text
+from lagrange_cli.notation.symbols import latex_prose, latex_text
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.latex.options import LatexOptions

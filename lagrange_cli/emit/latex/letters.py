@@ -1,23 +1,158 @@
-"""Letters of mathematics in LaTeX, and texts of a scene within sentences."""
+"""Letters of mathematics in LaTeX: symbols, their macros, texts of a scene within sentences."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.document.letters import DocumentLetters
-from lagrange_cli.emit.family_wording import latex_ranges
-from lagrange_cli.emit.latex import words as latex_words
-from lagrange_cli.emit.latex.macros import MacroPrinter, Macros
+from lagrange_cli.emit.document.letters import DocumentLetters, SceneTextSpelling
+from lagrange_cli.emit.phrases.families import latex_ranges
 from lagrange_cli.latex_allowlist import with_formulas
 from lagrange_cli.notation.latex import LatexPrinter, latex_number
-from lagrange_cli.notation.latex_escape import latex_text
 from lagrange_cli.notation.layout import width
+from lagrange_cli.notation.symbols import latex_name, latex_text, multiplier_symbol, split_name
 from lagrange_cli.notation.tree import DisplayNode
+from lagrange_cli.notation.typeset import WIDEST_PART
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.families.forms import Range
+
+_MACRO = re.compile(r"\\[A-Za-z]+")
+
+_DIGITS = ["Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine"]
+_DOTS = ("", r"[\dot]", r"[\ddot]")
+
+
+@dataclass(frozen=True)
+class Macros:
+    """The macros of a document.
+
+    Attributes
+    ----------
+    written
+        Name → what the scene says that it prints as.
+    defined
+        What a macro stands for, with ``#1`` for its dots → the macro.
+    """
+
+    written: Mapping[str, str]
+    defined: dict[str, str] = field(default_factory=dict)
+
+    def name(self, name: str, order: int = 0, latex: str | None = None) -> str:
+        """A name with dots over it: ``\\symtheta[\\dot]``."""
+        override = latex or self.written.get(multiplier_symbol(name))
+        meaning = latex_name(name, 1, override).replace(r"\dot{", "#1{", 1)
+        if meaning not in self.defined:
+            self.defined[meaning] = self._free(name, is_letter=bool(override))
+        return self.defined[meaning] + _DOTS[order]
+
+    def _free(self, name: str, *, is_letter: bool) -> str:
+        """A macro that no other symbol has; words begin as words do, to stand apart."""
+        letters = "".join(map(_spelled, multiplier_symbol(name)))
+        opening = "sym" if is_letter or split_name(name).is_letter else "word"
+        macro = rf"\{opening}{letters}"
+        while macro in self.defined.values():
+            macro += "X"
+        return macro
+
+    def definitions(self, stem: str, body: Iterable[str]) -> list[str]:
+        """Definitions of what stands in a body, which leave alone what is defined already."""
+        used = set(_MACRO.findall("\n".join(body)))
+        return [
+            f"% Letters of the symbols. Those that {stem}-symbols.tex defines, or your preamble"
+            " before, stay.",
+            rf"\InputIfFileExists{{{stem}-symbols}}{{}}{{}}",
+            *(
+                rf"\providecommand{{{m}}}[1][]{{{meaning}}}"
+                for meaning, m in self.defined.items()
+                if m in used
+            ),
+        ]
+
+
+def _spelled(character: str) -> str:
+    """A character of a name in letters, which are all that a macro may have."""
+    if character.isascii() and character.isdigit():
+        return _DIGITS[int(character)]
+    if character.isascii():
+        return character if character.isalpha() else ""
+    return "U" + "".join(_DIGITS[int(d)] for d in str(ord(character)))
+
+
+class MacroPrinter(LatexPrinter):
+    """LaTeX with a macro for each symbol."""
+
+    word_openings: tuple[str, ...] = (*LatexPrinter.word_openings, r"\word")
+
+    def __init__(self, macros: Macros, widest: float = WIDEST_PART) -> None:
+        super().__init__(widest)
+        self._macros = macros
+
+    def name(self, name: str, order: int = 0, latex: str | None = None) -> str:
+        return self._macros.name(name, order, latex)
+
+
+def scene_text_latex(
+    text: str,
+    names: Mapping[str, str] = MappingProxyType({}),
+    printer: LatexPrinter | None = None,
+) -> str:
+    """Write an equation or expression of the scene language in math mode, other text as it is.
+
+    ``names``: LaTeX of names that do not print as their letters.
+    """
+    spelling = SceneTextSpelling(
+        printer or LatexPrinter(),
+        over="/",
+        at_least=r"\ge",
+        at_most=r"\le",
+        operator=r"\operatorname{{{}}}",
+    )
+    written = spelling.formula(text, names)
+    return rf"\texttt{{{latex_text(text)}}}" if written is None else f"${written}$"
+
+
+_UNIT = re.compile(
+    r"(?P<space>[\s*·.]+)|(?P<power>\^(?:\((?P<grouped>[+-]?\d+)\)|(?P<exponent>[+-]?\d+)))"
+    r"|(?P<over>/)|(?P<word>[A-Za-zµμΩ°%]+)|(?P<one>1)|(?P<paren>[()])"
+)
+
+
+def unit_latex(text: str) -> str:
+    """Write a unit in upright letters: ``kg*m^2/s`` as kg m²/s; other text as it is."""
+    shown, position = [], 0
+    text = text.strip().replace("**", "^")
+    while position < len(text):
+        match = _UNIT.match(text, position)
+        if match is None:
+            return latex_text(text)
+        position = match.end()
+        shown.append(_unit_part(match))
+    return f"${''.join(shown)}$" if shown else ""
+
+
+def _unit_part(match: re.Match[str]) -> str:
+    kind = match.lastgroup
+    if match["power"]:
+        return f"^{{{match['grouped'] or match['exponent']}}}"
+    if kind == "space":
+        return r"\,"
+    if kind == "word":
+        return rf"\text{{{latex_text(match['word'])}}}"
+    return match[0]
+
+
+def value_latex(number: float, literal: str | None = None) -> str:
+    """Write a value for math mode, as the scene wrote it if that is known."""
+    text = literal if literal is not None else repr(number)
+    text = text.removesuffix(".0")
+    sign, digits = ("-", text[1:]) if text.startswith("-") else ("", text)
+    return f"{sign}{latex_number(digits)}"
+
 
 #: Columns of a matrix of amsmath, unless a document asks for more.
 _MOST_COLUMNS = 10
@@ -124,10 +259,10 @@ class LatexLetters(DocumentLetters):
         return with_formulas(text, self.words, self.inline)
 
     def statement(self, text: str) -> str:
-        return latex_words.scene_text_latex(text, self._names, self._printer)
+        return scene_text_latex(text, self._names, self._printer)
 
     def unit(self, text: str) -> str:
-        return latex_words.unit_latex(text)
+        return unit_latex(text)
 
     def value(self, number: float, literal: str | None = None) -> str:
-        return latex_words.value_latex(number, literal)
+        return value_latex(number, literal)

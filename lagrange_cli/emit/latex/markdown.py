@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.contents import Content, asked_content
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.language import language
 from lagrange_cli.emit.latex.letters import LatexLetters
 from lagrange_cli.emit.latex.typesetter import Typesetter
+from lagrange_cli.emit.phrases.language import language
 from lagrange_cli.emit.steps.sections import (
     Block,
     Bullets,

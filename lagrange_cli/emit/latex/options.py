@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.contents import Content, derivation_content
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, sections_of
-from lagrange_cli.emit.language import ENGLISH, Language, language
-from lagrange_cli.emit.latex.letters import LatexLetters
-from lagrange_cli.emit.latex.macros import Macros
+from lagrange_cli.emit.document_options import DEFAULT_SECTIONS, length, sections_of
+from lagrange_cli.emit.latex.letters import LatexLetters, Macros
 from lagrange_cli.emit.latex.typesetter import COLUMN_POINTS, Typesetter
+from lagrange_cli.emit.phrases.language import ENGLISH, Language, language
 from lagrange_cli.emit.sketch.tikz import tikz_picture
-from lagrange_cli.emit.width import length
 from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from lagrange_cli.emit.document.rows import FILLED, FormulaRow, RowSetter
-from lagrange_cli.emit.latex.macros import MacroPrinter, Macros
+from lagrange_cli.emit.latex.letters import MacroPrinter, Macros
 from lagrange_cli.emit.steps.sections import (
     Block,
     Bullets,

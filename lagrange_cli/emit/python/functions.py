@@ -5,7 +5,7 @@ NumPy on single numbers; only results are arrays. Functions never raise for
 numeric trouble (a singular mass matrix, a domain error, overflow): they
 return NaN. What differs for arrays of states stands in names (``array``,
 ``_holds``, ``_numbers``, …), so that one text serves both
-(:mod:`lagrange_cli.emit.python.arrays`).
+(:mod:`lagrange_cli.emit.python.module`).
 """
 
 from __future__ import annotations
@@ -16,15 +16,19 @@ from itertools import islice
 from textwrap import dedent, fill, indent
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.python.impact import impact_source
-from lagrange_cli.emit.python.jacobian import (
+from lagrange_cli.emit.python.constraints import (
+    HELPERS,
+    helper_source,
+    impact_source,
+    project_source,
+)
+from lagrange_cli.emit.python.derivatives import (
     given_lines,
     jacobian_lines,
     jacobian_shape,
     with_given,
 )
 from lagrange_cli.emit.python.loops import index_tables_source, loops_source
-from lagrange_cli.emit.python.projection import HELPERS, helper_source, project_source
 from lagrange_cli.emit.python.statements import (
     LINE_WIDTH,
     assigned,
@@ -36,15 +40,15 @@ from lagrange_cli.emit.python.statements import (
     vector_text,
 )
 from lagrange_cli.emit.python.styles import NUMBERS, Style, many_lines
-from lagrange_cli.program.emitted_functions import CANONICAL_PARTS, INTERNAL_FUNCTIONS, SLOPES
+from lagrange_cli.program.emitted_functions import (
+    CANONICAL_PARTS,
+    INTERNAL_FUNCTIONS,
+    SLOPES,
+    multipliers_beside,
+)
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Variable
 from lagrange_cli.program.printing import Dialect, double_literal, expression_text
-from lagrange_cli.program.program import (
-    Program,
-    ProgramKind,
-    build_program,
-    dependents,
-)
+from lagrange_cli.program.program import Program, ProgramKind, build_program, dependents
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -375,3 +379,54 @@ _RESULTS: dict[ProgramKind, Callable[[Program, Dialect], tuple[list[str], str]]]
     ProgramKind.MULTIPLIERS: _unknowns,
     ProgramKind.CHANGE: _unknowns,
 }
+
+
+_DOC = '"""Accelerations, then multipliers; raises where they do not exist."""'
+
+
+def sharing(programs: Mapping[str, Program]) -> list[str]:
+    """What names of right-hand sides begin with (``""``, ``contact_``) that find the multipliers
+    with all accelerations, so that two functions can share the solution."""
+    sides = {of: programs.get(f"{of}rhs") for of in ("", "contact_")}
+    return [
+        of
+        for of, side in sides.items()
+        if side is not None
+        and f"{of}multipliers" in programs
+        and multipliers_beside(side) == programs[f"{of}multipliers"]
+    ]
+
+
+def shared_sources(
+    of: str,
+    side: Program,
+    names: Mapping[str, str],
+    parameter: str,
+    sequences: Sequence[tuple[str, int]],
+    style: Style,
+) -> list[str]:
+    """Write the functions ``_solution``, ``rhs`` and ``multipliers``, whose names begin with
+    ``of``; the other arguments are those of :func:`.functions.function_source`."""
+    dialect = Dialect(double_literal, style.functions, names)
+    passed = ", ".join(argument.split("=")[0] for argument in parameter.split(", "))
+    solved, *_ = solution(side, dialect)
+    body = load_inputs(side, dialect, sequences or (("p", side.parameters),), style)
+    body += [*assigned(side.assignments, dialect), *solved, "return a0"]
+    text = indent("\n".join(body), _TAB)
+    call = f"_{of}solution(t, y, {passed})"
+    head = f"def _{of}solution(t, y, {passed}):\n    {_DOC}\n"
+    n = side.coordinates
+    rates = f"*_numbers(y)[{n}:], *{call}[:{n}]"
+    multipliers = multipliers_beside(side)
+    assert multipliers is not None
+    return [
+        f"{head}{text}\n",
+        defined(f"{of}rhs", parameter, [f"return array([{rates}], float)"], side, style),
+        defined(
+            f"{of}multipliers",
+            parameter,
+            [f"return array({call}[{n}:], float)"],
+            multipliers,
+            style,
+        ),
+    ]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.canonical import momentum_names
 from lagrange_cli.emit.initial_state import rates_note, residual_labels, steps_per_row
 from lagrange_cli.emit.naming import comment_text, described, domain_note, unique_identifiers
-from lagrange_cli.emit.python.contacts import contact_constants
-from lagrange_cli.emit.python.jacobian import pattern_constants
+from lagrange_cli.emit.python.constraints import contact_constants
+from lagrange_cli.emit.python.derivatives import pattern_constants
+from lagrange_cli.emit.shared_code import momentum_names
 from lagrange_cli.program.program import Program
 from lagrange_cli.version import __version__
 

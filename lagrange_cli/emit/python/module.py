@@ -6,31 +6,34 @@ string literals that ``ascii`` wrote.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.canonical import programs_of_momenta
-from lagrange_cli.emit.initial_state import (
-    START_TOLERANCE,
-)
+from lagrange_cli.emit.initial_state import START_TOLERANCE
 from lagrange_cli.emit.naming import (
     PYTHON_MODULES,
     PYTHON_RESERVED,
+    comment_text,
     file_stem,
     unique_identifiers,
 )
-from lagrange_cli.emit.python.arrays import ARRAY_NOTES, arrays_source
-from lagrange_cli.emit.python.contacts import (
+from lagrange_cli.emit.python.constraints import (
     CONTACT_NOTES,
     contact_script,
+    helper_source,
     interface_source,
+    project_source,
 )
+from lagrange_cli.emit.python.derivatives import linearization_source
 from lagrange_cli.emit.python.functions import (
     FUNCTIONS_OF_STATE,
     function_source,
     prelude,
     program_of,
+    shared_sources,
+    sharing,
     words_in,
 )
 from lagrange_cli.emit.python.heading import (
@@ -40,14 +43,17 @@ from lagrange_cli.emit.python.heading import (
     parameters_source,
     run_constants,
 )
-from lagrange_cli.emit.python.linearization import linearization_source
 from lagrange_cli.emit.python.loops import index_tables_source
-from lagrange_cli.emit.python.projection import project_source
-from lagrange_cli.emit.python.recorded import python_recorded
-from lagrange_cli.emit.python.shared_solution import shared_sources, sharing
 from lagrange_cli.emit.python.statements import DOUBLE_ROUNDING
-from lagrange_cli.emit.python.styles import ARRAYS
+from lagrange_cli.emit.python.styles import ARRAYS, array_functions
 from lagrange_cli.emit.python.traced import traced_module
+from lagrange_cli.emit.shared_code import (
+    RECORDED_ROUNDING,
+    described_input,
+    polynomial_rows,
+    programs_of_momenta,
+    recorded_inputs,
+)
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.emitted_functions import (
     INTERNAL_FUNCTIONS,
@@ -60,6 +66,81 @@ from lagrange_cli.program.systems.contact_systems import with_contact_flags
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
+
+#: What the docstring of a module says.
+ARRAY_NOTES = [
+    "",
+    "y may hold many states, as the columns of an array of shape (2n, m); t and each parameter",
+    "are then numbers or arrays of shape (m,). Results have the shape that they have for one",
+    "state, with m behind it, and NaN for states without a result. With SciPy, vectorized=True.",
+]
+
+#: Name in functions of numbers → what stands there for arrays.
+_OF_ARRAYS = {
+    **{
+        f"_{name}" if name in ("sign", "min", "max") else name: text
+        for name, text in array_functions("np").items()
+        if name != "abs"
+    },
+    "array": "_stacked",
+    "_AXES": "2",
+    "_undefined": "_irregular",
+    "_holds": "np.all",
+    "_number": "np.asarray",
+    "_numbers": "np.asarray",
+    "_shaped": "lambda a, *shape: a.reshape(*shape, -1)",
+    "_dot": 'partial(np.einsum, "i...,i...->...")',
+    "_product": 'partial(np.einsum, "kai,ibk->abk")',
+    "_solve_saddle": "_solve_saddles",
+}
+
+#: States that are faster one by one than by functions of NumPy: a number for a state costs some 30
+#: ns, an operation of NumPy some µs.
+_FEW = 16
+
+
+def arrays_source(words: set[str], programs: Mapping[str, Program]) -> list[str]:
+    """Definitions of what evaluates a function for many states.
+
+    Parameters
+    ----------
+    words
+        The names in the rest of the module.
+    programs
+        The programs of its functions. Where one has loops, its functions of one state are
+        NumPy's too, and a few states are faster together as well.
+    """
+    few = 1 if any(program.parts for program in programs.values()) else _FEW
+    rows = [f'    "{name}": {text},' for name, text in _OF_ARRAYS.items() if name in words]
+    table = "\n".join(["_OF_ARRAYS = {", *rows, "}", ""])
+    return [
+        "#: Axes of y for one state; more are states beside each other.\n_AXES = 1\n",
+        *([helper_source("solve_saddles")] if "_solve_saddle" in words else []),
+        python_template("arrays").replace("@FEW@", str(few)),
+        f"#: Names of functions of numbers, and what they are for arrays.\n{table}",
+    ]
+
+
+def python_recorded(equations: Equations) -> list[str]:
+    """The recordings of the inputs, and the function ``recorded``; nothing where there are none."""
+    recordings = recorded_inputs(equations)
+    if not recordings:
+        return []
+    lines = ["#: Number of the input, end, and rows: a start, coefficients from the lowest."]
+    lines.append("RECORDED = [")
+    for number, pieces in recordings:
+        end = "inf" if math.isinf(pieces.end) else repr(pieces.end)
+        lines += [
+            f"    # {comment_text(described_input(equations, number))}",
+            f"    ({number}, {end}, [",
+        ]
+        lines += [f"        {row}," for row in polynomial_rows(pieces)]
+        lines.append("    ]),")
+    return [
+        "\n".join([*lines, "]", ""]),
+        python_template("recorded").replace("@ROUNDING@", repr(RECORDED_ROUNDING)),
+    ]
+
 
 #: Lines of the script: where a step begins, after which a state is led back to the closures,
 #: and where the run begins.

@@ -1,7 +1,7 @@
 """Equations → a picture of the system at its start: TikZ, SVG.
 
 :mod:`.configurations` evaluates positions at the start and around it; :mod:`.angles`,
-:mod:`.links`, :mod:`.gravity` and :mod:`.guides` find what can be drawn and verify it there;
+:mod:`.links`, :mod:`.wheels` and :mod:`.guides` find what can be drawn and verify it there;
 :mod:`.composition` lays it out as a :class:`~.sketch.Sketch`, which :mod:`.tikz` and :mod:`.svg`
 print; :mod:`.displaced` draws shapes of modes. Read :mod:`.sketch` first.
 """

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.emit.sketch import captions, shapes
+from lagrange_cli.emit.sketch import labels, shapes
 from lagrange_cli.emit.sketch.configurations import Configurations, configurations
 from lagrange_cli.emit.sketch.findings import Angle, Findings, Link
-from lagrange_cli.emit.sketch.gravity import gravity
 from lagrange_cli.emit.sketch.guides import Frame, Guide, frame_of, guides
+from lagrange_cli.emit.sketch.labels import Placer, half_size
 from lagrange_cli.emit.sketch.links import findings
-from lagrange_cli.emit.sketch.placement import Placer, half_size
 from lagrange_cli.emit.sketch.sketch import (
     Caption,
     Dot,
@@ -25,7 +24,7 @@ from lagrange_cli.emit.sketch.sketch import (
     Stroke,
     StrokeKind,
 )
-from lagrange_cli.emit.sketch.view import View, view_of
+from lagrange_cli.emit.sketch.view import View, gravity, view_of
 from lagrange_cli.emit.sketch.wheels import Wheel, find_wheels
 
 if TYPE_CHECKING:
@@ -193,7 +192,7 @@ class _Drawing:
                 self._draw_ground(wheel)
             spoke = self.at(np.stack([centre, *wheel.rim(centre, np.array([wheel.angle]))]))
             self.stroke("wheel", spoke, wheel.name)
-            size = captions.symbol_caption(self.known.configurations.equations, wheel.size)
+            size = labels.symbol_caption(self.known.configurations.equations, wheel.size)
             self.label(size, spoke.mean(axis=0), 0.0)
             turn = float(np.fmod(wheel.angle, 2 * np.pi))
             if abs(turn) >= _LEAST_ANGLE and wheel.radius * self.scale >= _LEAST_WHEEL:
@@ -203,7 +202,7 @@ class _Drawing:
                 arc = spoke[0] + 0.45 * (self.at(wheel.rim(centre, turns)) - spoke[0])
                 self.stroke("angle", arc, wheel.name)
                 middle = arc[len(arc) // 2]
-                self.label(captions.named(wheel.name), middle, 0.0, _unit(middle - spoke[0]))
+                self.label(labels.named(wheel.name), middle, 0.0, _unit(middle - spoke[0]))
 
     def _draw_ground(self, wheel: Wheel) -> None:
         assert wheel.ground is not None
@@ -232,7 +231,7 @@ class _Drawing:
             for line in self._link_lines(link, start + shift, end + shift):
                 self.stroke(link.kind, line, name)
             if link.size is not None and (sizes.count(link.size) == 1 or number == 0):
-                caption = captions.symbol_caption(self.known.configurations.equations, link.size)
+                caption = labels.symbol_caption(self.known.configurations.equations, link.size)
                 clearance = 0.0 if link.kind == "rod" else 0.1
                 self.label(caption, (start + end) / 2 + shift, clearance)
 
@@ -271,7 +270,7 @@ class _Drawing:
             self.stroke("reference", np.array([self.at(foot), self.at(tip)]))
         self.stroke("angle", arc, coordinate.name)
         middle = arc[len(arc) // 2]
-        caption = captions.named(coordinate.name, coordinate.latex)
+        caption = labels.named(coordinate.name, coordinate.latex)
         self.label(caption, middle, 0.0, _unit(middle - start))
         return True
 
@@ -292,9 +291,9 @@ class _Drawing:
             elif number in ends or number < known.declared:
                 self._dot("origin", at, 0.04, known.names[number])
                 if known.names[number]:
-                    caption = captions.point_caption(known.configurations, known.names[number])
+                    caption = labels.point_caption(known.configurations, known.names[number])
                     self.label(caption, at, 0.04)
-        names = captions.particle_captions(known.configurations.equations)
+        names = labels.particle_captions(known.configurations.equations)
         for number in range(particles):
             at = self.body(number)
             self._dot("mass", at, radius, known.names[number])
@@ -335,7 +334,7 @@ class _Drawing:
             start = np.array([high[0] + 0.55, high[1]])
             arrow = np.array([start, start + _ARROW * _unit(fall)])
             self.stroke("gravity", arrow, "gravity")
-            weight = captions.gravity_caption(self.known.configurations, self.down)
+            weight = labels.gravity_caption(self.known.configurations, self.down)
             if weight is not None:
                 self.label(weight, arrow.mean(axis=0), 0.05, np.array([1.0, 0.0]))
 

@@ -15,11 +15,10 @@ import numpy as np
 from lagrange_cli.emit.sketch import shapes
 from lagrange_cli.emit.sketch.configurations import configurations, feasible_near, size_of
 from lagrange_cli.emit.sketch.findings import Findings, Link
-from lagrange_cli.emit.sketch.gravity import gravity
 from lagrange_cli.emit.sketch.guides import Guide, frame_of, guides
 from lagrange_cli.emit.sketch.links import findings
 from lagrange_cli.emit.sketch.sketch import StrokeKind
-from lagrange_cli.emit.sketch.view import View, view_of
+from lagrange_cli.emit.sketch.view import View, gravity, view_of
 from lagrange_cli.emit.sketch.wheels import Wheel, find_wheels
 
 if TYPE_CHECKING:

@@ -1,18 +1,141 @@
-"""The plane of the picture: that of the motion, or an oblique view of space."""
+"""Gravity in a sketch, and the plane of the picture: that of the motion, or an oblique view."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.emit.sketch.configurations import Function
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+    from sympy import Expr, Symbol
 
     from lagrange_cli.emit.sketch.configurations import Configurations
 
     Array: TypeAlias = NDArray[np.float64]
+
+_SAME = 1e-9
+
+
+def gravity(configurations: Configurations) -> Array | None:
+    """Return the acceleration with which all heavy particles fall; None if there is none.
+
+    A potential is a weight if it is −m a·r of one or more particles of mass m, with the same a for
+    all of them, and the parameters in a are not those in masses.
+    """
+    potentials = [potential for _, potential in configurations.depiction.potentials]
+    fields = [field for v in potentials for field in _of_names(configurations, v)]
+    if not fields and potentials:
+        moments = _moments(configurations)
+        fields = [field for v in potentials for field in _of_motion(configurations, v, moments)]
+    if not fields:
+        return None
+    size = np.linalg.norm(fields[0])
+    alike = all(np.abs(field - fields[0]).max() <= _SAME * size for field in fields)
+    return fields[0] if alike and size > 0 else None
+
+
+def _of_names(configurations: Configurations, potential: Expr) -> list[Array]:
+    """Accelerations of terms that are linear in the Cartesian names of particles."""
+    import sympy
+
+    particles = configurations.equations.particles
+    owners = {s: p for p in particles for s in p.components}
+    weights: dict[str, dict[int, Expr]] = {}
+    for term in sympy.Add.make_args(sympy.expand_mul(potential)):
+        names = [s for s in term.free_symbols if s.name in owners]
+        slope = sympy.diff(term, names[0]) if len(names) == 1 else sympy.Integer(0)
+        if not _is_constant(configurations, slope):
+            continue
+        particle = owners[names[0].name]
+        axis = particle.components.index(names[0].name)
+        fields = weights.setdefault(particle.name, {})
+        fields[axis] = fields.get(axis, 0) - slope / particle.mass
+    masses = {s for p in particles for s in p.mass.free_symbols}
+    if any(not e.free_symbols.isdisjoint(masses) for f in weights.values() for e in f.values()):
+        return []
+    return [_vector(configurations, field) for field in weights.values()]
+
+
+def _is_constant(configurations: Configurations, slope: Expr) -> bool:
+    return bool(slope != 0 and slope.free_symbols <= configurations.values.keys())
+
+
+def _vector(configurations: Configurations, field: dict[int, Expr]) -> Array:
+    values = configurations.values
+    vector = np.zeros(3)
+    vector[list(field)] = Function(list(field.values()), list(values))(list(values.values()))
+    return vector
+
+
+@dataclass(frozen=True)
+class _Moments:
+    """Σ m r of the particles in all configurations, shape (K, 3), for some parameters."""
+
+    values: Mapping[Symbol, float]
+    rows: Array
+
+
+def _moments(configurations: Configurations) -> list[_Moments]:
+    """Moments with the parameters of the picture, and with other masses."""
+    particles = configurations.equations.particles
+    masses = {s for p in particles for s in p.mass.free_symbols}
+    values = dict(configurations.values)
+    heavier = {s: v * (1.3 + 0.2 * k) for k, (s, v) in enumerate(values.items()) if s in masses}
+    sizes = Function([p.mass for p in particles], list(values))
+    states = list(zip(configurations.q, configurations.times, strict=True))
+    moments = []
+    for chosen in (values, values | heavier):
+        places = [configurations.moved(q, float(t), chosen)[: len(particles)] for q, t in states]
+        moments.append(
+            _Moments(chosen, np.array([sizes(list(chosen.values())) @ r for r in places]))
+        )
+    return moments
+
+
+def _of_motion(
+    configurations: Configurations, potential: Expr, moments: Sequence[_Moments]
+) -> list[Array]:
+    """The acceleration of a potential that is a weight at all configurations, whatever the masses.
+
+    Coordinates may stand for positions here: −m g l cos θ. Directions in which nothing moves are
+    left out; the others must all be told apart by the configurations.
+    """
+    try:
+        fits = [_fitted(configurations, potential, moment) for moment in moments]
+    except DomainError:
+        return []
+    if len(fits) < 2 or fits[0] is None or fits[1] is None:
+        return []
+    size = float(np.linalg.norm(fits[0]))
+    return [fits[0]] if size > 0 and np.abs(fits[0] - fits[1]).max() <= 1e-8 * size else []
+
+
+def _fitted(configurations: Configurations, potential: Expr, moments: _Moments) -> Array | None:
+    """Fit a in V = −Σ m a·r + constant over the axes along which particles move."""
+    symbols = sorted(potential.free_symbols, key=lambda s: s.name)
+    changed = {s.name: v for s, v in moments.values.items()}
+    known = [configurations.symbol_values(k) | changed for k in range(len(moments.rows))]
+    if not all(s.name in known[0] for s in symbols):
+        return None
+    function = Function([potential], symbols)
+    energies = np.array([function([k[s.name] for s in symbols])[0] for k in known])
+    spread = np.ptp(moments.rows, axis=0)
+    moving = np.flatnonzero(spread > 1e-6 * max(spread.max(), 1e-300))
+    columns = np.column_stack([-moments.rows[:, moving], np.ones(len(energies))])
+    fit, _, rank, _ = np.linalg.lstsq(columns, energies, rcond=1e-10)
+    off = np.abs(columns @ fit - energies).max()
+    if rank < columns.shape[1] or len(energies) <= rank + 1 or off > 1e-9 * np.ptp(energies):
+        return None
+    acceleration = np.zeros(3)
+    acceleration[moving] = fit[:-1]
+    return acceleration
+
 
 #: Where an axis that comes towards the viewer goes in the picture (cabinet projection).
 _TOWARDS_VIEWER = np.array([-0.38, -0.30])

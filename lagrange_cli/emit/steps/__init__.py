@@ -4,4 +4,4 @@ Steps go in; headings, sentences and labelled display trees come out, in the ord
 Text, LaTeX and Markdown print them and decide nothing about content. Read :mod:`.board` first.
 """
 
-__all__ = ["board", "by_lagrange", "letters", "sections", "writer"]
+__all__ = ["board", "by_lagrange", "json_values", "letters", "sections", "writer"]

@@ -3,17 +3,102 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from lagrange_cli.emit.language import ENGLISH, Language
+import sympy
+
+from lagrange_cli.emit.phrases.equations import energy_is_sum, only_between_impacts
+from lagrange_cli.emit.phrases.language import ENGLISH, Language
 from lagrange_cli.emit.steps import by_dalembert, by_lagrange, energies, particles
-from lagrange_cli.emit.steps.conservation import conservation
-from lagrange_cli.emit.steps.sections import Section
+from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.step_values import DerivationSteps
+
+
+def conservation(writer: StepsWriter) -> Section | None:
+    """What ∂L/∂q = 0 and ∂L/∂t = 0 say."""
+    if not writer.equations.coordinates:
+        return None
+    heading = writer.say("Cyclic coordinates, momenta and energy")
+    return section(heading, *_momenta(writer), *_energy(writer))
+
+
+def _momenta(writer: StepsWriter) -> Iterator[Block]:
+    equations, letters, say = writer.equations, writer.letters, writer.say
+    whole = letters.inline(writer.labels["L"])
+    conserved = {c.coordinate: c for c in equations.conserved if c.kind == "momentum"}
+    absent = [
+        c
+        for c, steps in zip(equations.coordinates, writer.steps.coordinates, strict=True)
+        if steps.slope == 0 or c.name in equations.cyclic
+    ]
+    driven = [writer.coordinate(c) for c in absent if c.name not in conserved]
+    if not absent and not equations.open_questions:
+        yield Words(say("{lagrangian} depends on every coordinate.", lagrangian=whole))
+    if driven:
+        yield Words(
+            say.counted(
+                len(driven),
+                "{listed} does not stand in {lagrangian}, but forces or constraints change its"
+                " momentum.",
+                "{listed} do not stand in {lagrangian}, but forces or constraints change their"
+                " momenta.",
+                listed=writer.listed(driven),
+                lagrangian=whole,
+            )
+        )
+    for c in absent:
+        if c.name not in conserved:
+            continue
+        slope = letters.inline(f"{letters.partial(writer.labels['L'], writer.coordinate(c))} = 0")
+        name = letters.inline(writer.coordinate(c))
+        yield Words(
+            say("{name} is cyclic, {slope}, and its momentum is conserved,", name=name, slope=slope)
+        )
+        momentum = letters.partial(writer.labels["L"], writer.coordinate(c, 1))
+        label = letters.below("p", writer.coordinate(c))
+        row = writer.row(label, conserved[c.name].expression)
+        yield formulas([replace(row, middle=momentum)], result=True)
+
+
+def _energy(writer: StepsWriter) -> Iterator[Block]:
+    equations, letters, labels = writer.equations, writer.letters, writer.labels
+    say, both = writer.say, letters.inline(f"{labels['T']} + {labels['V']}")
+    held = next((c for c in equations.conserved if c.kind != "momentum"), None)
+    momentum = letters.partial(labels["L"], letters.symbol("q_j", 1))
+    function = letters.total("j", letters.times(letters.symbol("q_j", 1), momentum))
+    row = writer.row(f"{function} - {labels['L']}", equations.energy)
+    reported = held or equations.balance
+    if reported is not None:
+        label = labels["E" if reported.kind == "energy" else "h"]
+        row = Formula(label, row.chain, middle=row.label)
+    yield Words(say("The energy function is"))
+    yield formulas([row], result=True)
+    if held is None:
+        if equations.balance is not None:
+            yield Words(say("It changes at the rate"))
+            yield formulas([writer.row(letters.rate(label), equations.balance.rate)])
+        return
+    slope = letters.inline(f"{letters.partial(labels['L'], letters.symbol('t'))} = 0")
+    told = say("It is conserved, since {slope}", slope=slope)
+    if equations.forces or equations.dissipation != 0:
+        told += say(" and the forces do no work")
+    elif only_between_impacts(equations):
+        told += say(", between impacts")
+    if energy_is_sum(equations, held):
+        told += say("; it is {energy}", energy=both)
+    elif held.kind == "jacobi" and not equations.potential.free_symbols & _velocities(writer):
+        told += say("; it is not {energy}", energy=both)
+    yield Words(say("{text}.", text=told))
+
+
+def _velocities(writer: StepsWriter) -> set[sympy.Symbol]:
+    return {c.v for c in writer.equations.coordinates}
+
 
 #: The part of a document that a section belongs to, and what writes it.
 _TO_LAGRANGE = (

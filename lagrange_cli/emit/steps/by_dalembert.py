@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraint_wording import is_generalized_potential
+from lagrange_cli.emit.phrases.equations import is_generalized_potential
 from lagrange_cli.emit.steps.by_lagrange import equation, lagrange_law, multiplier_terms
 from lagrange_cli.emit.steps.sections import (
     Block,

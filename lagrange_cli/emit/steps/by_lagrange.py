@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraint_wording import divisor_and_factor, multipliers_line
+from lagrange_cli.emit.phrases.equations import divisor_and_factor, multipliers_line
 from lagrange_cli.emit.steps.sections import (
     Block,
     Formula,

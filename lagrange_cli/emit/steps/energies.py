@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.constraint_wording import is_generalized_potential, without_line
+from lagrange_cli.emit.phrases.equations import is_generalized_potential, without_line
 from lagrange_cli.emit.steps.sections import (
     Block,
     Formula,

@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.constraint_wording import free_letter, quantity_labels
-from lagrange_cli.emit.language import ENGLISH, Language
+from lagrange_cli.emit.phrases.equations import free_letter, quantity_labels
+from lagrange_cli.emit.phrases.language import ENGLISH, Language
 from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.emit.steps.sections import Formula, Title, Words
 from lagrange_cli.mechanics.step_values import rate_symbol
 from lagrange_cli.notation.build import display
-from lagrange_cli.notation.omission import Omission
 from lagrange_cli.notation.ordering import spelled_symbol, symbol_of
 from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
-from lagrange_cli.notation.vocabulary import Vocabulary, vocabulary
+from lagrange_cli.notation.vocabulary import Omission, Vocabulary, vocabulary
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol

@@ -6,15 +6,16 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from lagrange_cli.analysis.symmetries.conserved_quantities import energy_loss, energy_sum
-from lagrange_cli.emit.constraint_wording import (
+from lagrange_cli.emit.phrases.equations import (
     conserved_reason,
     energy_is_sum,
     energy_letter,
+    loss_line,
     only_between_impacts,
     quantity_labels,
+    sum_line,
     undecided,
 )
-from lagrange_cli.emit.energy_wording import loss_line, sum_line
 from lagrange_cli.emit.text.writer import TextWriter
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.forms import FamilyRow

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraint_wording import (
+from lagrange_cli.emit.phrases.equations import (
     contacts_lines,
     multiplier_label,
     multipliers_line,
 )
-from lagrange_cli.emit.force_wording import force_notes, force_rows, forces_line, reaction_rows
+from lagrange_cli.emit.phrases.forces import force_notes, force_rows, forces_line, reaction_rows
 from lagrange_cli.emit.text.writer import TextWriter, heading_row, leads_after
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.forms import FamilyRow

@@ -8,11 +8,10 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit.base import OptionValue, completed
-from lagrange_cli.emit.constraint_wording import certificate_line
 from lagrange_cli.emit.document_options import TEXT_OPTIONS, sections_of
 from lagrange_cli.emit.initial_state import multiple_of_pi
-from lagrange_cli.emit.language import language
-from lagrange_cli.emit.omission_wording import omission_told, operations_told
+from lagrange_cli.emit.phrases.equations import certificate_line, omission_told, operations_told
+from lagrange_cli.emit.phrases.language import language
 from lagrange_cli.emit.text.conserved import conserved, energy
 from lagrange_cli.emit.text.constraints import closures, constraint_forces, contacts
 from lagrange_cli.emit.text.energies import energies, forces, inputs, outputs
@@ -22,11 +21,10 @@ from lagrange_cli.emit.text.writer import DEFAULT_PARTS, TextWriter, heading_row
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.families import families_in
 from lagrange_cli.notation.families import FamilyNotation
-from lagrange_cli.notation.omission import Omission
 from lagrange_cli.notation.page import USUAL_WIDTH, Block, Page, Row, page, words
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.unicode import UnicodePrinter
-from lagrange_cli.notation.vocabulary import unabbreviated, vocabulary
+from lagrange_cli.notation.vocabulary import Omission, unabbreviated, vocabulary
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -124,7 +122,7 @@ def with_steps(
     """The derivation line by line."""
     from lagrange_cli.emit.steps.board import conclusions, working
     from lagrange_cli.emit.steps.writer import StepsWriter
-    from lagrange_cli.emit.steps_text import section_writers, text_letters
+    from lagrange_cli.emit.text.steps import section_writers, text_letters
 
     letters = text_letters(ascii=isinstance(writer.printer, ScenePrinter))
     omission = writer.words.omission
@@ -210,7 +208,7 @@ def equations_in(writer: TextWriter, form: str) -> _Parts:
         from lagrange_cli.emit.forms.contents import form_sections
         from lagrange_cli.emit.steps.sections import Law
         from lagrange_cli.emit.steps.writer import Writer
-        from lagrange_cli.emit.steps_text import section_rows, text_letters
+        from lagrange_cli.emit.text.steps import section_rows, text_letters
 
         is_lowered = isinstance(writer.printer, UnicodePrinter) and writer.printer.lowered
         is_ascii = isinstance(writer.printer, ScenePrinter)

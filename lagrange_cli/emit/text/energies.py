@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraint_wording import (
+from lagrange_cli.emit.phrases.equations import (
     is_generalized_potential,
     quantity_labels,
     recorded_line,

@@ -7,19 +7,19 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.constraint_wording import (
+from lagrange_cli.emit.initial_state import exact_value
+from lagrange_cli.emit.phrases.equations import (
     choice_line,
     counting,
     implied_line,
     telling_definitions,
 )
-from lagrange_cli.emit.family_wording import (
+from lagrange_cli.emit.phrases.families import (
     account_lines,
     coordinates_by_ranges,
     sizes_line,
     text_ranges,
 )
-from lagrange_cli.emit.initial_state import exact_value
 from lagrange_cli.emit.text.writer import (
     TextWriter,
     equation_pieces,

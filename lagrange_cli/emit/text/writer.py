@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.emit.document_options import DEFAULT_SECTIONS
-from lagrange_cli.emit.family_wording import (
+from lagrange_cli.emit.phrases.families import (
     text_ranges,
     with_families,
 )
-from lagrange_cli.emit.language import ENGLISH, Language
+from lagrange_cli.emit.phrases.language import ENGLISH, Language
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.families import Families
 from lagrange_cli.mechanics.families.forms import FamilyRow, Range

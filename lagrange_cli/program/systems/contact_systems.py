@@ -5,7 +5,7 @@ open. One system serves all cases: its row is s·gradient·a + s·bias + (1 − 
 + Σ s·λ·gradient, so that λ = 0 where it is open. The flags of all contacts stand behind the
 parameters of the scene; behind them stand the targets, changes of rates that an impulse has to
 cause. ``gaps``, their rates and accelerations tell which flags are to change
-(:mod:`lagrange_cli.emit.c.impact`).
+(:mod:`lagrange_cli.emit.c.constraints`).
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from sympy import Integer
 
-from lagrange_cli.emit.c.projection import workspace_size
+from lagrange_cli.emit.c.constraints import workspace_size
 from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.errors import InputError, Mark, placed
 from lagrange_cli.mechanics.equations import Parameter
@@ -269,7 +269,7 @@ def _force_columns(equations: Equations) -> list[tuple[str, Expr]]:
     """Return the columns of constraint forces, if they were asked for."""
     if equations.constraint_forces is None:
         return []
-    from lagrange_cli.emit.force_wording import force_columns  # imports the words of documents
+    from lagrange_cli.emit.phrases.forces import force_columns  # imports the words of documents
 
     return force_columns(equations)
 

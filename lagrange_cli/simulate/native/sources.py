@@ -16,13 +16,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple
 
-from lagrange_cli.emit.c.impact import impact_text
+from lagrange_cli.emit.c.constraints import impact_text, project_text, residual_text
 from lagrange_cli.emit.c.loops import loop_helpers
 from lagrange_cli.emit.c.module import blocks_of, function_text, functions_used
-from lagrange_cli.emit.c.names import CNames, Real, real_type
-from lagrange_cli.emit.c.projection import project_text, residual_text
 from lagrange_cli.emit.c.solvers import helper_text, solver_text
-from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.c.target import CNames, CTarget, Real, real_type
 from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.emitted_functions import multipliers_beside
 from lagrange_cli.program.graph.operands import Coefficient
@@ -112,8 +110,8 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
     With those of :func:`lagrange_cli.program.emitted_functions.constraint_programs` there
     is ``system_project`` too, with those of ``contact_programs`` beside it
     ``system_contact_project``, ``system_events`` and ``system_reset``;
-    :func:`lagrange_cli.emit.c.projection.workspace_size` is the size of ``work`` that serves all of
-    them. The programs read parameters from an array at ``p``, of numbers of the type ``real``.
+    :func:`lagrange_cli.emit.c.constraints.workspace_size` is the size of ``work`` that serves all
+    of them. The programs read parameters from an array at ``p``, of numbers of the type ``real``.
     """
     target = _target(programs, real)
     used = set().union(*(functions_used(program) for program in programs.values()))

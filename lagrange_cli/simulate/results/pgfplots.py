@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.notation.symbols import latex_text
 from lagrange_cli.simulate.results.decimation import simplified
 from lagrange_cli.simulate.results.picture import Line, MarkedPlace, Panel, Picture
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.notation.latex_escape import latex_text
+from lagrange_cli.notation.symbols import latex_text
 from lagrange_cli.simulate.results.pgfplots import pgfplots_text
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from mpmath import mpf
 from scipy.integrate import solve_ivp
 
 from lagrange_cli import loads
-from lagrange_cli.emit.python.projection import helper_source
+from lagrange_cli.emit.python.constraints import helper_source
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.system.functions import interpreted

@@ -1,0 +1,256 @@
+"""Functions of emitted C that ``--with`` asks for: Jacobians, linearizations, canonical equations.
+
+Each has its declaration for the header and its definition. A linearization is put together of
+Jacobians; the canonical equations are functions of [q, p] around those of [q, v].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.c.constraints import mode_target, workspace_size
+from lagrange_cli.emit.c.loops import wrapped
+from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.initial_state import residual_labels
+from lagrange_cli.emit.naming import comment_text
+from lagrange_cli.emit.shared_code import momentum_names
+from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.program.emitted_functions import DERIVATIVES
+from lagrange_cli.program.program import Program
+from lagrange_cli.program.solvers.jacobians import Jacobian
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+#: Function → what it differentiates by, and how many there are.
+_BY = {
+    "jacobian": ("y[k]", "2n"),
+    "jacobian_u": ("input u[k]", "@NAME@_INPUTS"),
+    "jacobian_p": ("parameter k of the structure", "@NAME@_PARAMETERS"),
+}
+
+_WHOLE = """
+/* out[i*@COLUMNS@ + k]: the derivative of acceleration i, dydt[n + i],
+ * by @BY@@WHILE@. */
+int @NAME@_@FUNCTION@(@OUT@);
+"""
+
+_PATTERN = """
+/* out[m], m < @MACRO@: the derivative of acceleration i,
+ * dydt[n + i], by @BY@@WHILE@, for i = @NAME@_@FUNCTION@_rows[m]
+ * and k = @NAME@_@FUNCTION@_columns[m]; all others are zero. */
+#define @MACRO@ @SIZE@
+extern const int @NAME@_@FUNCTION@_rows[@SIZE@];
+extern const int @NAME@_@FUNCTION@_columns[@SIZE@];
+int @NAME@_@FUNCTION@(@OUT@);
+"""
+
+
+def derivatives_of(programs: Mapping[str, Program]) -> dict[str, Jacobian]:
+    """Function of the interface → where its results are."""
+    return {
+        function: program.jacobian
+        for function in DERIVATIVES
+        for name, program in programs.items()
+        if name.removeprefix("contact_") == function and program.jacobian is not None
+    }
+
+
+def derivative_declarations(
+    derivatives: Mapping[str, Jacobian], target: CTarget, *, contacts: bool
+) -> str:
+    """Declare the functions, with their comments."""
+    outer = mode_target(target) if contacts else target
+    texts = []
+    for function, jacobian in derivatives.items():
+        by, columns = _BY[function]
+        replacements = {
+            "@WHILE@": " while mode stays" if contacts else "",
+            "@BY@": by,
+            "@COLUMNS@": columns,
+            "@MACRO@": f"@NAME@_{function.upper()}_NONZERO",
+            "@SIZE@": str(jacobian.size),
+            "@FUNCTION@": function,
+            "@OUT@": outer.arguments("out"),
+        }
+        text = _WHOLE if jacobian.pattern is None else _PATTERN
+        for token, replacement in replacements.items():
+            text = text.replace(token, replacement)
+        texts.append(text)
+    return "".join(texts)
+
+
+def pattern_texts(programs: Mapping[str, Program], target: CTarget) -> Iterator[str]:
+    """Define the arrays that tell where sparse results stand."""
+    for function, jacobian in derivatives_of(programs).items():
+        if jacobian.pattern is None:
+            continue
+        rows, columns = zip(*jacobian.pattern, strict=True)
+        for name, numbers in (("rows", rows), ("columns", columns)):
+            head = f"const int {target.prefix}_{function}_{name}[{jacobian.size}] = {{"
+            yield "\n".join([head, *wrapped(", ".join(map(str, numbers)), 1, 1), "};", ""])
+
+
+def linearization_declaration(equations: Equations, target: CTarget) -> str:
+    """Declare the function, with its comment."""
+    n = len(equations.coordinates)
+    held = [" While mode stays."] if equations.contacts else []
+    outputs = "outputs z in the order above" if equations.outputs else "coordinates z = q"
+    driven = f"{2 * n} by {len(equations.inputs)}" if equations.inputs else "not there, no inputs"
+    rows = len(equations.outputs) or n
+    lines = [
+        "The linearization at a state, of first order, by rows:",
+        "  d/dt dy = A dy + B du,  dz = C dy + D du",
+        f"of small changes dy of y and du of u, and of the {outputs}.",
+        f"A {2 * n} by {2 * n}; B {driven}; C {rows} by {2 * n};"
+        f" D {f'{rows} by {len(equations.inputs)}' if equations.inputs else 'likewise'}.",
+        *([_CLOSED.format(len(residual_labels(equations)), 2 * n)] if equations.pushing else []),
+        "A null pointer stands for what is not wanted." + "".join(held),
+    ]
+    text = "\n".join(f" * {line}" for part in lines for line in part.splitlines())
+    return f"\n/*\n{text}\n */\nint @NAME@_linearization({_arguments(equations, target)});\n"
+
+
+_CLOSED = """\
+E {} by {}, the derivative of the numbers of @NAME@_constraints by y: changes
+that the constraints allow have E dy = 0. A is that of @NAME@_rhs, which has
+accelerations off the constraints too."""
+
+
+def linearization_text(
+    equations: Equations, programs: Mapping[str, Program], target: CTarget
+) -> str:
+    """Define the function."""
+    n, m = len(equations.coordinates), len(equations.inputs)
+    found = derivatives_of(programs)
+    calls = [*_lower("A", found["jacobian"], n, 2 * n, "jacobian", unit=True)]
+    if m:
+        calls += _lower("B", found["jacobian_u"], n, m, "jacobian_u", unit=False)
+    calls += _outputs(equations, n, m)
+    calls += _constraints(equations)
+    unused = [] if m else ["    (void)B;", "    (void)D;"]
+    body = "\n".join([*unused, *calls])
+    text = c_template("linearization").replace("@BODY@", body)
+    replacements = {
+        "@ARGUMENTS@": _arguments(equations, target),
+        "@PASSED@": f"t, y, u, p, {'mode, ' if equations.contacts else ''}work",
+        "@START@": str(workspace_size(programs)),
+    }
+    return target.fill(text, replacements)
+
+
+def _arguments(equations: Equations, target: CTarget) -> str:
+    outer = mode_target(target) if equations.contacts else target
+    matrices = ", ".join(
+        f"{target.real.name} *{name}" for name in ("ABCDE" if equations.pushing else "ABCD")
+    )
+    return outer.arguments("A").removesuffix(f"{target.real.name} *A") + matrices
+
+
+def _lower(
+    array: str, jacobian: Jacobian, n: int, columns: int, function: str, *, unit: bool
+) -> list[str]:
+    """Fill a matrix of 2n rows, of which those of the accelerations are a Jacobian.
+
+    Sparse results wait in the upper half, which is larger than they are.
+    """
+    half = n * columns
+    ones = [f"for (i = 0; i < {n}; ++i) {{", f"    {array}[i*{columns} + {n} + i] = @ONE@;", "}"]
+    zeros = [f"for (i = 0; i < {half}; ++i) {{", f"    {array}[i] = @ZERO@;", "}"]
+    if jacobian.pattern is None:
+        lines = [
+            *zeros,
+            *(ones if unit else []),
+            f"status = @NAME@_{function}(@PASSED@, {array} + {half});",
+        ]
+    else:
+        name = f"@NAME@_{function}"
+        lines = [
+            f"status = {name}(@PASSED@, {array});",
+            f"for (i = {half}; i < {2 * half}; ++i) {{",
+            f"    {array}[i] = @ZERO@;",
+            "}",
+            f"for (i = 0; i < {jacobian.size}; ++i) {{",
+            f"    {array}[({n} + {name}_rows[i])*{columns} + {name}_columns[i]] = {array}[i];",
+            "}",
+            *zeros,
+            *(ones if unit else []),
+        ]
+    return _wanted(array, lines)
+
+
+def _outputs(equations: Equations, n: int, m: int) -> list[str]:
+    """Fill C and D; without outputs of the scene they are the coordinates."""
+    if equations.outputs:
+        lines = _wanted("C", ["status = @NAME@_output_jacobian(@PLAIN@, C);"])
+        if m:
+            lines += _wanted("D", ["status = @NAME@_output_jacobian_u(@PLAIN@, D);"])
+        return [line.replace("@PLAIN@", "t, y, u, p, work") for line in lines]
+    zeros = [f"for (i = 0; i < {2 * n * n}; ++i) {{", "    C[i] = @ZERO@;", "}"]
+    ones = [f"for (i = 0; i < {n}; ++i) {{", f"    C[i*{2 * n} + i] = @ONE@;", "}"]
+    lines = _wanted("C", [*zeros, *ones])
+    if m:
+        lines += _wanted("D", [f"for (i = 0; i < {n * m}; ++i) {{", "    D[i] = @ZERO@;", "}"])
+    return lines
+
+
+def _constraints(equations: Equations) -> list[str]:
+    if equations.contacts:
+        lines = [
+            "@REAL@ *const contact = work + @START@;",
+            "(void)@NAME@_flags(mode, contact);",
+            "status = @NAME@_contact_constraint_jacobian(t, y, u, p, contact, work, E);",
+        ]
+        return _wanted("E", lines)
+    if equations.closures:
+        return _wanted("E", ["status = @NAME@_constraint_jacobian(@PASSED@, E);"])
+    return []
+
+
+def _wanted(array: str, lines: list[str]) -> list[str]:
+    inner = (f"        {line}" for line in lines)
+    return [f"    if (status == 0 && {array} != 0) {{", *inner, "    }"]
+
+
+#: Numbers of the function ``energy``, of which the last is H.
+_ENERGIES = 3
+
+
+def canonical_workspace_size(programs: Mapping[str, Program], coordinates: int) -> int:
+    """Numbers of workspace with a state [q, v] and energies."""
+    return workspace_size(programs) + 2 * coordinates + _ENERGIES
+
+
+def canonical_declarations(equations: Equations, target: CTarget) -> str:
+    """Declare the functions, with their comments."""
+    n = len(equations.coordinates)
+    momenta = "\n".join(
+        f" *   z[{n + k}]  {comment_text(name)}" for k, name in enumerate(momentum_names(equations))
+    )
+    text = c_template("interface_canonical").replace("@MOMENTA@", momenta)
+    return "\n" + _filled(text, target)
+
+
+def canonical_text(equations: Equations, target: CTarget) -> str:
+    """Define the functions."""
+    n = len(equations.coordinates)
+    text = c_template("canonical")
+    replacements = {"@N@": str(n), "@BEHIND@": str(2 * n), "@ENERGIES@": str(_ENERGIES)}
+    for token, value in replacements.items():
+        text = text.replace(token, value)
+    return target.fill(_filled(text, target))
+
+
+def _filled(text: str, target: CTarget) -> str:
+    """Put in lists of arguments, of which the state is z or y and the result named."""
+    for token, state, result in (
+        ("@TO@", "y", "z"),
+        ("@FROM@", "z", "y"),
+        ("@RATES@", "z", "dzdt"),
+        ("@H@", "z", "out"),
+    ):
+        text = text.replace(
+            token, target.arguments(result).replace("*y, const", f"*{state}, const")
+        )
+    return text

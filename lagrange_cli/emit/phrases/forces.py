@@ -1,0 +1,159 @@
+"""Constraint forces and multipliers in the order and wording that all reports share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from lagrange_cli.emit.phrases.equations import multiplier_label
+from lagrange_cli.emit.phrases.language import ENGLISH, Language
+from lagrange_cli.notation.symbols import multiplier_symbol
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.reaction_values import ConstraintForces, Reaction
+
+_AXES = ("x", "y", "z")
+
+
+def forces_line(say: Language = ENGLISH) -> str:
+    """Say how the formulas of forces are meant."""
+    return say("beside applied forces; by constraints the multiplier times the gradient")
+
+
+def force_rows(forces: ConstraintForces) -> Iterator[tuple[str, list[tuple[str, Expr]]]]:
+    """Yield each body that a force acts on, with ``f_x`` and so on, unless they are zero.
+
+    ``|f|`` follows if several components have a short magnitude.
+    """
+    for body in forces.bodies:
+        rows = [
+            (f"f_{axis}", component)
+            for axis, component in zip(_AXES, body.components, strict=True)
+            if component != 0
+        ]
+        if len(rows) > 1 and body.size is not None:
+            rows.append(("|f|", _magnitude(body.size)))
+        if rows:
+            yield body.name, rows
+
+
+def _magnitude(size: Expr) -> Expr:
+    """Write |f| with factors that are known to be positive outside."""
+    factors = sympy.Mul.make_args(size)
+    outside = [f for f in factors if f.is_nonnegative or f.is_Rational or _is_root(f)]
+    inside = sympy.Mul(*(f for f in factors if f not in outside))
+    sizes = [f if _is_root(f) else abs(f) for f in outside]
+    return sympy.Mul(*sizes, sympy.Abs(inside, evaluate=False) if inside != 1 else 1)
+
+
+def _is_root(factor: Expr) -> bool:
+    """Say whether a factor is a square root."""
+    return bool(factor.is_Pow and factor.exp == sympy.Rational(1, 2))
+
+
+def reaction_rows(
+    equations: Equations, forces: ConstraintForces
+) -> Iterator[tuple[str, Expr | None, list[tuple[str, Expr]]]]:
+    """Yield each constraint's name, its multiplier, and bodies with the λ |∇φ| that acts on them.
+
+    The multiplier is None if it is an unknown of the equations of motion; λ |∇φ| is left out
+    if it is the multiplier again.
+    """
+    unknowns = {closure.multiplier for closure in equations.pushing}
+    for reaction in forces.reactions:
+        known = None if reaction.multiplier in unknowns else reaction.multiplier
+        sizes = [(names, e) for names, e in _by_size(reaction) if e != reaction.multiplier]
+        if known is not None or sizes:
+            yield reaction.name, known, sizes
+
+
+def _by_size(reaction: Reaction) -> list[tuple[str, Expr]]:
+    """Return bodies, together if the constraint acts on them equally, with its force."""
+    bodies: dict[Expr, list[str]] = {}
+    for name, size in reaction.sizes:
+        bodies.setdefault(size, []).append(name)
+    return [(", ".join(names), size) for size, names in bodies.items()]
+
+
+def force_notes(forces: ConstraintForces, say: Language = ENGLISH) -> list[str]:
+    """Return notes on the formulas of forces."""
+    notes = []
+    if forces.form == "accelerations":
+        notes.append(say("the accelerations are those of the equations of motion"))
+    if forces.form == "multipliers":
+        notes.append(say("multipliers and accelerations are those of the equations of motion"))
+    if forces.included:
+        notes.append(
+            say.counted(
+                len(forces.included),
+                "they pass on {listed}, which is written in coordinates and acts on no particle",
+                "they pass on {listed}, which are written in coordinates and act on no particle",
+                listed=", ".join(forces.included),
+            )
+        )
+    if forces.open:
+        listed = ", ".join(forces.open)
+        notes.append(
+            say(
+                "multipliers that are not determined, or have no short form: {listed}",
+                listed=listed,
+            )
+        )
+    return notes
+
+
+def force_columns(equations: Equations) -> list[tuple[str, Expr]]:
+    """Return the columns of a table of forces: components, and multipliers that are no unknowns."""
+    forces = equations.constraint_forces
+    if forces is None:
+        return []
+    columns = [
+        (f"force_{axis}({body.name})", component)
+        for body in forces.bodies
+        for axis, component in zip(_AXES, body.components, strict=True)
+    ]
+    unknowns = {closure.multiplier for closure in equations.pushing}
+    known = [r for r in forces.reactions if r.multiplier not in unknowns]
+    return columns + [(_multiplier(equations, r.name), r.multiplier) for r in known]
+
+
+def _multiplier(equations: Equations, constraint: str) -> str:
+    """Name the multiplier of a constraint in data, as in equations: ``lambda_rod``."""
+    return multiplier_symbol(multiplier_label(equations, constraint))
+
+
+def forces_report(
+    equations: Equations, forces: ConstraintForces, say: Callable[[Expr], str]
+) -> dict[str, Any]:
+    """Return the forces as a JSON value; ``say`` prints an expression."""
+    return {
+        "constraint_forces": [
+            {
+                "particle": body.name,
+                "components": [say(component) for component in body.components],
+                "magnitude": None if body.size is None else say(_magnitude(body.size)),
+            }
+            for body in forces.bodies
+        ],
+        "constraint_multipliers": [
+            {
+                "name": _multiplier(equations, reaction.name),
+                "constraint": reaction.text,
+                "multiplier": say(reaction.multiplier),
+                "forces": [
+                    {"particle": name, "along_gradient": say(size)} for name, size in reaction.sizes
+                ],
+            }
+            for reaction in forces.reactions
+        ],
+        "undetermined_multipliers": [_multiplier(equations, name) for name in forces.open],
+        "forces_in_terms_of": forces.form,
+        "forces_pass_on": list(forces.included),
+    }

@@ -1,0 +1,142 @@
+"""Parts of emitted code that C and Python share: limits, recorded inputs, canonical programs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.files.interpolation import Polynomials, polynomials
+from lagrange_cli.program.emitted_functions import canonical_programs
+from lagrange_cli.program.program import Program
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import Equations
+
+#: Residuals of closures of as many units in the last place are left alone.
+RESIDUAL_AT_REST = 1.0
+
+#: Larger ones are not taken for rounding, however slowly they shrink.
+RESIDUAL_ROUNDING = 1024.0
+
+#: Steps of Newton's method onto the closures before giving up.
+NEWTON_STEPS = 50
+
+#: Elimination that leaves less than this part of an inertia calls for refinement.
+UNEVEN_PIVOT = 2.0**-8
+
+#: An inertia below this part of the largest, with products of inertia, does so too.
+LEAST_INERTIA = 2.0**-100
+
+#: The largest exponent of inertia over gradient squared (a gradient may be as small as rounding
+#: leaves it).
+LARGEST_EXPONENT = 100
+
+#: Steps of the search for pushes, times one more than there are contacts.
+COMPLEMENTARITY_STEPS = 64
+
+#: Rates below this part of the magnitudes they are the sum of are zero (more in a short type).
+RATE_TOLERANCE = 1e-12
+
+#: A rate after an impact may differ by as many tolerances from what it should be.
+IMPACT_TOLERANCES = 1000.0
+
+#: Events in one step after which bounces are ended.
+MOST_REBOUNDS = 50
+
+#: Events in one step after which the run is ended.
+MOST_EVENTS_A_STEP = 1000
+
+
+#: Numbers of a recording that are written into code.
+MOST_WRITTEN = 100_000
+
+#: How far beyond a recording, as a part of it, rounding of times may lead.
+RECORDED_ROUNDING = 1e-9
+
+
+def recorded_inputs(equations: Equations) -> list[tuple[int, Polynomials]]:
+    """The recorded inputs by number.
+
+    Raises
+    ------
+    InputError
+        Located: one of them is too long to be written into code, or cannot be read.
+    """
+    recordings = [
+        (number, polynomials(source.recording))
+        for number, source in enumerate(equations.inputs)
+        if source.recording is not None
+    ]
+    for _, pieces in recordings:
+        if pieces.coefficients.size > MOST_WRITTEN:
+            raise InputError(
+                Problem(
+                    f"'{pieces.recording.file}' is too long to be written into code:"
+                    f" {pieces.coefficients.size:,} numbers, the most are {MOST_WRITTEN:,}",
+                    pieces.recording.mark,
+                    hint="lagrange simulate reads it whole; the functions of emitted C"
+                    " take inputs from their caller",
+                    rule="limit",
+                )
+            )
+    return recordings
+
+
+def polynomial_rows(pieces: Polynomials) -> list[tuple[float, ...]]:
+    """List the start and the coefficients of each piece, lowest first."""
+    rows = zip(pieces.starts, pieces.coefficients, strict=True)
+    return [(float(start), *map(float, coefficients)) for start, coefficients in rows]
+
+
+def described_input(equations: Equations, number: int) -> str:
+    source: Any = equations.inputs[number]
+    return f"{source.name}: {source.recording.described}"
+
+
+def programs_of_momenta(equations: Equations) -> dict[str, Program]:
+    """Programs of :mod:`lagrange_cli.program.emitted_functions`.
+
+    Velocities are solved for with the mass matrix, or have a closed form where L is not quadratic
+    in them.
+
+    Raises
+    ------
+    InputError
+        There are multipliers, or momenta do not determine the velocities.
+    """
+    # Here and not above: simulation prints C too, and never this.
+    from lagrange_cli.analysis.forms.hamiltonian import hamiltonian_form
+    from lagrange_cli.analysis.forms.legendre import is_quadratic
+
+    if equations.pushing:
+        name = equations.pushing[0].name
+        message = (
+            "canonical equations are emitted where no constraint is kept with a multiplier, as"
+            f" '{name}' is here"
+        )
+        hint = "--formulation minimal finds coordinates that obey constraints, where there are some"
+        raise _refused(equations, message, hint)
+    if is_quadratic(equations, range(len(equations.coordinates))):
+        return canonical_programs(equations)
+    form = hamiltonian_form(equations)
+    places = {p.momentum.symbol: p.momentum.coordinate.v for p in form.pairs}
+    velocities: list[Expr] = [
+        p.velocity.xreplace(places) for p in form.pairs if p.velocity is not None
+    ]
+    if len(velocities) < len(form.pairs):
+        raise _refused(equations, "velocities have no closed form over the momenta", "")
+    return canonical_programs(equations, velocities)
+
+
+def _refused(equations: Equations, message: str, hint: str) -> InputError:
+    return InputError(Problem(message, Mark(equations.file, 1, 1), hint, "canonical"))
+
+
+def momentum_names(equations: Equations) -> list[str]:
+    """Names of the momenta, in the order of the coordinates."""
+    from lagrange_cli.analysis.forms.momenta import momentum_letter
+
+    letter = momentum_letter(equations)
+    return [f"{letter}_{c.name}" for c in equations.coordinates]

@@ -1,0 +1,106 @@
+"""The steps of a derivation as JSON values."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.emit.steps.letters import AsciiLetters
+from lagrange_cli.emit.steps.writer import StepsWriter
+from lagrange_cli.notation.build import display
+from lagrange_cli.notation.scene_language import ScenePrinter
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from sympy import Expr, Symbol
+
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.step_values import BodySteps, DerivationSteps, ForceSteps, TermSteps
+
+
+def steps_report(equations: Equations, steps: DerivationSteps) -> dict[str, Any]:
+    """Return the steps as a JSON value; expressions are in the scene language."""
+    return {"steps": _Reporter(StepsWriter(equations, AsciiLetters(), steps=steps)).report()}
+
+
+class _Reporter:
+    def __init__(self, writer: StepsWriter) -> None:
+        self._writer = writer
+        self._printer = ScenePrinter()
+
+    def _say(self, expression: Expr) -> str:
+        return self._printer.inline(display(expression, self._writer.words))
+
+    def report(self) -> dict[str, Any]:
+        steps, equations = self._writer.steps, self._writer.equations
+        names = [c.name for c in equations.coordinates]
+        return {
+            "by": steps.way,
+            "bodies": [self._body(body) for body in steps.bodies],
+            "kinetic": [self._term(term) for term in steps.kinetic],
+            "potentials": [self._term(term) for term in steps.potentials],
+            "forces": [self._force(force) for force in steps.forces],
+            "coordinates": [
+                {
+                    "coordinate": shown.coordinate,
+                    "momentum": self._say(parts.momentum),
+                    "momentum_rate": self._say(parts.momentum_rate),
+                    "lagrangian_slope": self._say(parts.slope),
+                    "dissipation_slope": self._say(parts.drag),
+                    "residual": self._say(parts.residual),
+                    "divided_by": self._say(shown.divided_by),
+                }
+                for parts, shown in zip(steps.coordinates, equations.shown, strict=True)
+            ],
+            "virtual_work": [
+                {
+                    "coordinate": name,
+                    "inertia": self._say(parts.inertia),
+                    "work": self._say(parts.work),
+                    "in_coordinates": self._say(parts.coordinates),
+                }
+                for name, parts in zip(names, steps.balances, strict=False)
+            ],
+            "certificate": {
+                "points": steps.states,
+                "digits": equations.certificate.digits,
+                "mismatch": steps.mismatch,
+                "difference": steps.difference,
+            },
+        }
+
+    def _body(self, body: BodySteps) -> dict[str, Any]:
+        return {
+            "name": body.name,
+            "mass": None if body.mass is None else self._say(body.mass),
+            "speed_squared": None if body.square is None else self._say(body.square),
+            "components": [
+                {
+                    "name": part.name,
+                    "position": self._say(part.position),
+                    "partials": self._by_symbol(part.partials),
+                    "velocity": self._say(part.velocity),
+                    "acceleration": self._say(part.acceleration),
+                    "force": self._say(part.force),
+                }
+                for part in body.components
+            ],
+        }
+
+    def _term(self, term: TermSteps) -> dict[str, str]:
+        return {
+            "name": term.name,
+            "written": self._say(term.written),
+            "expression": self._say(term.resolved),
+        }
+
+    def _force(self, force: ForceSteps) -> dict[str, Any]:
+        return {
+            "name": force.name,
+            "on": force.on,
+            "components": {name: self._say(e) for name, e in force.components},
+            "generalized": self._by_symbol(force.generalized),
+        }
+
+    def _by_symbol(self, values: Iterable[tuple[Symbol, Expr]]) -> dict[str, str]:
+        return {symbol.name: self._say(value) for symbol, value in values}
