@@ -144,9 +144,9 @@ def test_many_states_of_every_scene(name):
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: large.chain(40),
-        lambda: large.CASES["large_net"](),
-        lambda: chain_over_floors(12),
+        lambda: large.chain(20),
+        lambda: large.CASES["net"](),
+        lambda: chain_over_floors(8),
         lambda: systems.pendulum_chain(7),
         systems.indefinite,
     ],

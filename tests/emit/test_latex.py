@@ -200,9 +200,8 @@ def strange():
 
 @pytest.mark.slow
 @pytest.mark.latex
-@pytest.mark.parametrize(
-    "equations",
-    [
+def test_documents_compile_and_stay_on_the_page(tmp_path):
+    systems = [
         bead_on_parabola(),
         masses_through_hole(),
         chain_pendulum(2),
@@ -210,13 +209,15 @@ def strange():
         damped_driven(),
         strange(),
         build("fixed", (), (), sympy.Integer(0), sympy.Integer(0)),
-    ],
-    ids=lambda e: e.name,
-)
-@pytest.mark.parametrize("form", ["lagrange", "explicit"])
-def test_documents_compile_and_stay_on_the_page(equations, form, tmp_path):
-    log = compiled(tmp_path, emit(equations, form=form))
-    assert [points for points in overfull(log) if points > 10] == []
+    ]
+    documents = {
+        f"{number} {form}": emit(equations, form=form)
+        for number, equations in enumerate(systems)
+        for form in ("lagrange", "explicit")
+    }
+    logs = logs_by_document(compiled(tmp_path, one_document(documents)))
+    wide = {name: [p for p in overfull(log) if p > 10] for name, log in logs.items()}
+    assert wide == {name: [] for name in documents}
 
 
 @pytest.mark.slow
@@ -274,9 +275,11 @@ def hostile_scene(text):
 
 @pytest.mark.slow
 @pytest.mark.latex
-@pytest.mark.parametrize("text", HOSTILE)
-def test_no_text_of_a_scene_acts_as_tex(text, tmp_path):
-    compiled(tmp_path, emit(hostile_scene(text)))
+def test_no_text_of_a_scene_acts_as_tex(tmp_path):
+    documents = {str(k): emit(hostile_scene(text)) for k, text in enumerate(HOSTILE)}
+    logs = logs_by_document(compiled(tmp_path, one_document(documents)))
+    # A text that ended its document would end all that follow.
+    assert [*logs] == [*documents]
     assert sorted(p.suffix for p in tmp_path.iterdir()) == [".aux", ".log", ".pdf", ".tex"]
 
 

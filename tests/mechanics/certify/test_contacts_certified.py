@@ -18,7 +18,7 @@ from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.scene import read_text
-from tests.mechanics.mechanics_support import derived, generated
+from tests.mechanics.mechanics_support import derived, few
 
 #: Particles of which definitions, a point that moves, t and a closure take part in gaps.
 SCENE = """
@@ -126,7 +126,7 @@ _SIDES = st.sampled_from(["x", "z - t", "2*sin(x)", "x*z + 1", "exp(z)", "x^2/(1
 
 
 @pytest.mark.slow
-@generated
+@few
 @given(left=_SIDES, right=_SIDES)
 def test_both_ways_of_writing_say_the_same(left: str, right: str) -> None:
     text = "particles: {p: {mass: 1, position: [x, 0, z]}}\nconstraints: {c: 'THIS'}\n"
