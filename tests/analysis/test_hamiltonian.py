@@ -34,6 +34,7 @@ def _momenta_at(momenta, values):
     return {name: float(e.subs(known)) for name, e in momenta.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "until"),
     [
@@ -59,6 +60,7 @@ def test_canonical_equations_move_as_lagranges_do(scene, until):
         assert end[c.name] == pytest.approx(expected[c.name], rel=1e-7, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene", ["pendulums/double_pendulum.yaml", "fields/penning_trap.yaml", "rigid/heavy_top.yaml"]
 )
@@ -106,6 +108,7 @@ def test_nonholonomic_constraints_push_along_their_gradient():
     assert rates["y"] == read_back("-lambda_edge*cos(phi)")
 
 
+@pytest.mark.slow
 def test_large_blocks_keep_their_velocities():
     """H of the triple pendulum, with the velocities that the momenta determine, is T + V."""
     derivation = api.load(SYSTEMS / "pendulums" / "triple_pendulum.yaml").derive()
@@ -170,6 +173,7 @@ initial: {x: 0, dot(x): 1}
     assert caught.value.problems[0].mark is not None
 
 
+@pytest.mark.slow
 def test_singular_mass_matrices_are_refused_at_the_coordinate():
     equations = api.load(SYSTEMS / "constraints" / "four_bar_linkage.yaml").derive().equations
     with pytest.raises(InputError, match="the momenta of 'beta' do not determine") as caught:

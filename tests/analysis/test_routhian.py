@@ -48,6 +48,7 @@ def _reduced(derivation):
     return report, rates
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "until"),
     [

@@ -61,6 +61,7 @@ def test_branches_that_are_refused(options, message):
     assert "internal" not in run.stderr
 
 
+@pytest.mark.slow
 def test_text_shows_each_part():
     shown = succeed("analyze", HOOP)
     assert "Equilibria   these are all\n" in shown

@@ -36,6 +36,7 @@ simulate: {until: 1e8, accuracy: 1e-4}
 
 
 class TestDerive:
+    @pytest.mark.slow
     def test_text_names_everything_a_person_asks_for(self):
         text = succeed("derive", HOLE)
         assert "3N = 6, K = 4, DOF = 2" in text
@@ -66,6 +67,7 @@ class TestDerive:
         assert found["certificate"]["mismatch"] < 1e-25
         assert found == json.loads(succeed("derive", HOLE, "--json"))
 
+    @pytest.mark.slow
     def test_latex_is_a_document(self):
         assert r"\begin{document}" in succeed("derive", HOLE, "--format", "latex")
 

@@ -21,6 +21,7 @@ SCHEMA = scene_schema()
 VALIDATOR = jsonschema.Draft7Validator(SCHEMA)
 
 
+@pytest.mark.slow
 def test_a_new_scene_is_derived_simulated_and_checked(tmp_path):
     said = succeed("new", "swing", cwd=tmp_path)
     assert said == "swing.yaml: lagrange derive swing.yaml\n"

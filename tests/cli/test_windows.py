@@ -90,6 +90,7 @@ def derived_before():
 
 
 class TestWidth:
+    @pytest.mark.slow
     @pytest.mark.parametrize("columns", [60, 80, 97, 130])
     def test_windows_are_filled(self, derivation, columns):
         # The longest equation, whole, has more columns than any of these windows.
@@ -134,6 +135,7 @@ class TestWidth:
         wide = one_line[one_line.index("Equations of motion") + 1 :][:3]
         assert " ".join(" ".join(rows).split()) == " ".join(" ".join(wide).split())
 
+    @pytest.mark.slow
     def test_reports_are_broken_in_windows_alone(self):
         shown, whole = plain(on_terminal(50, *SIMULATED)), piped(*SIMULATED).decode()
         assert widest(shown) <= 50 < widest(whole)
@@ -143,6 +145,7 @@ class TestWidth:
 
 
 class TestColours:
+    @pytest.mark.slow
     def test_headings_and_names_on_a_terminal(self):
         shown = on_terminal(80, "derive", SCENE)
         assert "\x1b[1mEquations of motion\x1b[0m\n" in shown
@@ -151,15 +154,18 @@ class TestColours:
         report = on_terminal(80, *SIMULATED)
         assert "\x1b[1mAccuracy\x1b[0m  " in report
 
+    @pytest.mark.slow
     def test_outcomes_of_checks(self):
         path = str(SYSTEMS / "refused" / "misspelt_name.yaml")
         assert on_terminal(80, "check", path).startswith("\x1b[32mpass\x1b[0m     ")
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("settings", [{"NO_COLOR": "1"}, {"TERM": "dumb"}])
     def test_terminals_without(self, settings):
         assert "\x1b" not in on_terminal(80, "derive", SCENE, **settings)
         assert "\x1b" not in on_terminal(80, *SIMULATED, **settings)
 
+    @pytest.mark.slow
     def test_pipes_have_none(self):
         assert b"\x1b" not in piped("derive", SCENE) + piped(*SIMULATED)
         assert b"\x1b" not in piped("derive", SCENE, NO_COLOR="1", FORCE_COLOR="1")
@@ -171,12 +177,14 @@ class TestColours:
         assert "\x1b[1m" in forced
         assert plain(forced) == derivation.text()
 
+    @pytest.mark.slow
     def test_json_and_files_have_none(self, tmp_path):
         written = tmp_path / "a.txt"
         assert b"\x1b" not in piped("derive", SCENE, "--json", FORCE_COLOR="1")
         piped("derive", SCENE, "-o", str(written), FORCE_COLOR="1")
         assert "\x1b" not in written.read_text()
 
+    @pytest.mark.slow
     def test_errors(self, tmp_path):
         scene = tmp_path / "a.yaml"
         scene.write_text("particles: 3\n")
@@ -190,6 +198,7 @@ class TestColours:
 
 
 class TestCharacters:
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "settings",
         [
@@ -216,6 +225,7 @@ class TestCharacters:
     def test_what_has_them(self, derivation, settings):
         assert piped("derive", SCENE, **settings).decode() == derivation.text()
 
+    @pytest.mark.slow
     def test_documents_are_in_utf_8_whatever_the_locale(self, tmp_path):
         scene = tmp_path / "a.yaml"
         scene.write_text(Path(SCENE).read_text().replace("title: Triple", "title: Träge"))
@@ -224,6 +234,7 @@ class TestCharacters:
         assert "Träge" in shown
         assert shown == piped(*words).decode()
 
+    @pytest.mark.slow
     def test_names_of_scenes_are_escaped_where_they_must(self, tmp_path):
         scene = tmp_path / "a.yaml"
         scene.write_text(Path(SCENE).read_text().replace("title: Triple", "title: Träge"))

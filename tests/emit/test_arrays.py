@@ -130,6 +130,7 @@ def of_scene(name):
     assert {*FUNCTIONS[:6], "jacobian"} <= set(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FEW)
 def test_many_states_at_once(name):
     of_scene(name)
@@ -141,6 +142,7 @@ def test_many_states_of_every_scene(name):
     of_scene(name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "make",
     [
@@ -156,6 +158,7 @@ def test_loops_and_dense_blocks(make):
     assert "rhs" in compared(module(make()), FUNCTIONS)
 
 
+@pytest.mark.slow
 def test_a_band_without_loops(monkeypatch):
     monkeypatch.setattr(bands.programs_of, "is_large_system", lambda _: False)
     assert "multipliers" in compared(module(bands.chain(20)), FUNCTIONS[:-1])
@@ -172,6 +175,7 @@ def test_events_of_many_states():
         functions["reset"](0.0, y, p)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["masses_through_hole", "four_bar_linkage", "hanging_net"])
 def test_a_state_without_result_leaves_the_others_alone(name):
     """States are not finite, or singular: all of a system in one place."""
@@ -260,6 +264,7 @@ def test_inputs_of_the_caller():
     assert len(singly) > STATES
 
 
+@pytest.mark.slow
 def test_with_vectorized_scipy():
     functions = module(derived("double_pendulum"))
     rhs, start, p = functions["rhs"], np.array(functions["INITIAL"]), functions["DEFAULTS"]

@@ -108,11 +108,13 @@ def check(scene, folder=None, **parameters):
                 assert_allclose(result, matrix, atol=1e-9 * scale, err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", FEW)
 def test_python(scene):
     check(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize(
     ("scene", "parameters"),
@@ -182,6 +184,7 @@ def test_at_rest_it_is_the_state_space_of_the_analysis():
         assert_allclose(getattr(found, name), getattr(space, name.lower()), atol=1e-13)
 
 
+@pytest.mark.slow
 def test_constraints_leave_the_poles_of_the_minimal_form():
     """With a basis of what E allows, A of a pendulum in Cartesian coordinates is a pendulum's."""
     loaded = load(SYSTEMS / "pendulums" / "double_pendulum.yaml")
@@ -202,6 +205,7 @@ def test_constraints_leave_the_poles_of_the_minimal_form():
     assert_allclose(poles.real, 0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_regulator_from_emitted_matrices_holds_the_pendulum_up():
     """Gains of SciPy's Riccati equation for emitted A and B, put into the scene as a force."""
     module = module_of(loads(CART).derive())
@@ -237,6 +241,7 @@ def poles_beside(scene):
     return np.sort_complex(np.linalg.eigvals(found.state_space.a)), np.sort_complex(poles)
 
 
+@pytest.mark.slow
 def test_poles_of_a_rolling_board():
     expected, poles = poles_beside("rolling/snakeboard")
     assert_allclose(np.sort(poles.imag), np.sort(expected.imag), atol=1e-5)

@@ -139,11 +139,13 @@ class Library(Compiled):
         return matrix
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", FEW)
 def test_python(scene):
     check(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 def test_sparse_results(tmp_path):
     """25 beads that springs couple to their neighbours."""
@@ -154,6 +156,7 @@ def test_sparse_results(tmp_path):
     check("chains/net_of_springs", tmp_path, n=5)
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize("scene", ["constraints/four_bar_linkage", "chains/pendulum_chain"])
 @pytest.mark.parametrize("real", ["float", "long-double"])

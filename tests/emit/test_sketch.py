@@ -96,6 +96,7 @@ def test_a_pendulum_hangs_from_its_pivot_by_its_angle():
     assert sorted(captions(sketch)) == ["g", "l", "m", "x", "z", "θ"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "axes"),
     [
@@ -132,6 +133,7 @@ def test_gravity_is_down_also_where_an_axis_points_down():
     assert rod.points[1][1] < rod.points[0][1]  # it hangs
 
 
+@pytest.mark.slow
 def test_a_parabola_satisfies_its_equation():
     equations = derived("bead_on_parabola")
     (guide,) = curves(equations)
@@ -145,6 +147,7 @@ def test_a_parabola_satisfies_its_equation():
     assert np.hypot(*(np.array(stroke.points) - place_of(sketch, "bead")).T).min() < 0.3
 
 
+@pytest.mark.slow
 def test_a_cone_is_shown_by_sections_that_lie_on_it():
     equations = derived("particle_on_cone")
     shown = curves(equations)
@@ -155,6 +158,7 @@ def test_a_cone_is_shown_by_sections_that_lie_on_it():
     assert [guide.curve.closed for guide in shown] == [True, False]
 
 
+@pytest.mark.slow
 def test_a_helix_is_the_line_of_two_equations():
     (guide,) = curves(derived("bead_on_helix"))
     x, y, z = guide.curve.points.T
@@ -163,6 +167,7 @@ def test_a_helix_is_the_line_of_two_equations():
     assert np.ptp(z) > 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "outwards"), [("particle_leaving_sphere", -1), ("slack_rope", 1)])
 def test_boundaries_are_hatched_where_the_particle_cannot_be(name, outwards):
     sketch = sketch_of(derived(name))
@@ -337,6 +342,7 @@ def test_a_circle_of_a_rod_is_not_drawn_again():
     assert not strokes(sketch_of(derived("chain_of_rods")), "curve")
 
 
+@pytest.mark.slow
 def test_many_bodies_are_dots_and_lines():
     sketch = sketch_of(
         loads(SCENES["net_of_springs"].read_text(), parameters={"n": "9"}).derive().equations
@@ -346,6 +352,7 @@ def test_many_bodies_are_dots_and_lines():
     assert not any(caption.startswith("p[") for caption in captions(sketch))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["pendulum", "double_pendulum", "coupled_oscillators", "spherical_pendulum",
              "rigid_tetrahedron", "four_bar_linkage", "penning_trap", "triple_pendulum"]
@@ -398,6 +405,7 @@ initial: {x: 1}
 """
 
 
+@pytest.mark.slow
 def test_an_unknown_potential_is_no_obstacle_and_an_unknown_curve_is():
     scene = loads(UNKNOWN.replace("CURVE", "x^2"), file="it.yaml")
     drawn = sketch_of(scene.derive().equations)
@@ -407,12 +415,14 @@ def test_an_unknown_potential_is_no_obstacle_and_an_unknown_curve_is():
         sketch_of(loads(UNKNOWN.replace("CURVE", "f(x)"), file="it.yaml").derive().equations)
 
 
+@pytest.mark.slow
 def test_too_many_bodies_are_refused():
     derivation = loads(SCENES["chain_of_rods"].read_text(), parameters={"n": "400"}).derive()
     with pytest.raises(InputError, match="more than 400 particles and points"):
         derivation.emit("tikz")
 
 
+@pytest.mark.slow
 def test_without_a_start_the_picture_says_what_it_shows():
     text = """
     name: rod
@@ -487,6 +497,7 @@ def compiled(tmp_path, pictures):
     assert (tmp_path / "a.pdf").stat().st_size > 1000
 
 
+@pytest.mark.slow
 @pytest.mark.latex
 def test_pictures_are_input_into_a_document(tmp_path):
     names = ["pendulum", "masses_through_hole", "coupled_pendulums", "particle_leaving_sphere"]
@@ -604,6 +615,7 @@ def test_a_wheel_has_its_radius_and_its_angle(position, name, sign):
     assert {"R", "ψ"} <= set(captions(sketch))
 
 
+@pytest.mark.slow
 def test_a_load_on_the_rope_of_a_drum_is_no_wheel():
     assert not strokes(rolling(ALONG_SLOPE, "rope"), "wheel")
     assert not strokes(rolling("[0, 0, -s]", "rolling"), "wheel")

@@ -65,6 +65,7 @@ def is_certified(equations: Equations) -> bool:
     return steps is not None and steps.states == 8 and max(steps.mismatch, steps.difference) < 1e-25
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["lagrange", "dalembert"])
 @pytest.mark.parametrize("name", SLICE)
 def test_steps_of_scenes_are_certified_and_printed(name: str, way: Way) -> None:
@@ -101,6 +102,7 @@ def test_documents_stay_on_the_page(name: str, way: Way, tmp_path: Path) -> None
     assert [points for points in overfull(log) if points > 5] == []
 
 
+@pytest.mark.slow
 @pytest.mark.latex
 def test_a_snippet_compiles_with_amsmath(tmp_path: Path) -> None:
     equations = derive(read_text(FULL), steps="dalembert", forces=True)
@@ -265,6 +267,7 @@ def test_a_way_implies_the_steps(capsys: pytest.CaptureFixture[str]) -> None:
     assert len(set(outputs)) == 3
 
 
+@pytest.mark.slow
 def test_a_large_scene_is_refused_at_its_place(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["derive", str(SCENES["fput"]), "--steps"]) == 2
     message = capsys.readouterr().err

@@ -110,6 +110,7 @@ def compare(equations, style):
     assert np.abs(got - expected).max() <= 1e-8 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES)
 @pytest.mark.parametrize("name", FEW)
 def test_values_and_derivatives(name, style):
@@ -129,6 +130,7 @@ def test_every_scene(name, style):
         compare(equations, style)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES)
 @pytest.mark.parametrize(
     "make", [lambda: systems.pendulum_chain(6), systems.indefinite], ids=["definite", "indefinite"]
@@ -137,12 +139,14 @@ def test_systems_that_are_solved_by_elimination(make, style):
     compare(make(), style)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES)
 def test_bands(style, monkeypatch):
     monkeypatch.setattr(bands.programs_of, "is_large_system", lambda _: False)
     compare(bands.chain(10), style)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES)
 @pytest.mark.parametrize(
     ("make", "massless"),
@@ -159,6 +163,7 @@ def test_a_singular_mass_matrix_gives_nan(make, massless, style):
     assert np.isnan(np.asarray(run.results(["rhs"], 0.0, y, light)["rhs"])).any()
 
 
+@pytest.mark.slow
 def test_jax_maps_states_and_differentiates_energies():
     jax: Any = pytest.importorskip("jax")
     jax.config.update("jax_enable_x64", True)
@@ -194,6 +199,7 @@ def test_what_a_style_cannot_say_is_refused(name, reason, style):
         module(derived("double_pendulum"), style, jacobian=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES)
 def test_the_examples_of_the_documentation(style, monkeypatch):
     require(style)

@@ -17,8 +17,8 @@ from lagrange_cli.scene import parse_expression, read_text
 from lagrange_cli.scene.language.expression import Expression
 
 #: The same examples in every run, however slow the machine.
-generated = settings(deadline=None, derandomize=True, max_examples=60)
-few = settings(deadline=None, derandomize=True, max_examples=12)
+generated = settings(deadline=None, derandomize=True, max_examples=30)
+few = settings(deadline=None, derandomize=True, max_examples=8)
 
 DOUBLE_PENDULUM = """
 parameters: {m1: 1, m2: 2, l1: {value: 1, positive: true}, l2: {value: 3, positive: true}, g: 9.81}

@@ -178,7 +178,7 @@ def trees():
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(trees(), st.integers(0, 10**6))
 def test_any_expression_reads_back(expression, seed):
     expression = sympy.sympify(expression)

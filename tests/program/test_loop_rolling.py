@@ -213,7 +213,7 @@ operands = st.one_of(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.lists(st.builds(Statement, cells, operands), max_size=40), st.integers(1, 5))
 def test_loops_repeat_the_statements(statements, times_over):
     statements = statements * times_over

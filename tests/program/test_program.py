@@ -129,7 +129,7 @@ def larger(children):
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.lists(st.recursive(atoms, larger, max_leaves=12), min_size=1, max_size=5))
 def test_sharing_and_factoring_change_no_value(expressions):
     base = systems.charged_particle()

@@ -64,14 +64,14 @@ def read(data: bytes | str) -> Scene | None:
 
 
 @given(st.binary(max_size=300))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_bytes(data: bytes) -> None:
     read(data)
 
 
 @pytest.mark.slow
 @given(st.dictionaries(SECTION_NAMES, VALUES, max_size=5))
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=150, deadline=None)
 def test_random_sections(tree: dict[str, Any]) -> None:
     read(yaml.safe_dump(tree, allow_unicode=True))
 
@@ -91,7 +91,7 @@ def test_random_sections(tree: dict[str, Any]) -> None:
         },
     )
 )
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=150, deadline=None)
 def test_nearly_right_scenes(tree: dict[str, Any]) -> None:
     read(yaml.safe_dump(tree))
 
@@ -107,7 +107,7 @@ def mutations(text: str, draw: Callable[[st.SearchStrategy[Any]], Any]) -> str:
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=150, deadline=None)
 def test_mutated_scenes(data: st.DataObject) -> None:
     path = data.draw(st.sampled_from(SCENES))
     read(mutations(path.read_text(encoding="utf-8"), data.draw))
@@ -192,7 +192,7 @@ FORMULAS = st.builds(
         },
     )
 )
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 def test_random_families(tree: dict[str, Any]) -> None:
     scene = read(yaml.safe_dump(tree, allow_unicode=True))
     if scene is not None:

@@ -56,7 +56,7 @@ def python_value(text: str) -> Fraction:
 
 @pytest.mark.slow
 @given(TEXTS)
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=150, deadline=None)
 def test_same_meaning_as_in_python(text: str) -> None:
     try:
         node = parse(text)
@@ -75,7 +75,7 @@ def test_same_meaning_as_in_python(text: str) -> None:
 
 
 @given(TEXTS)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_spans_are_texts_of_the_parts(text: str) -> None:
     try:
         node = parse(text)
@@ -242,7 +242,7 @@ def test_refused_equations(text: str, rule: str) -> None:
 
 @pytest.mark.slow
 @given(st.text(alphabet="xy12.e+-*/^(),= []<>sincotabdqrmpθ·\n\t\"'_", max_size=60))
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_any_text_parses_or_is_refused_at_a_place(text: str) -> None:
     for parser in (parse_expression, parse_equation):
         problems = ()

@@ -107,12 +107,12 @@ def test_depth_of_64_is_allowed() -> None:
 
 
 @given(st.binary(max_size=200))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_bytes_compose_or_are_refused(data: bytes) -> None:
     assert all(problem.mark is not None for problem in problems_of(data))
 
 
 @given(st.text(alphabet="ab: -[]{},&*!|>'\"%@`#?\n\t\\<~.", max_size=60))
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=200, deadline=None)
 def test_yaml_like_texts_compose_or_are_refused(text: str) -> None:
     assert all(problem.mark is not None for problem in problems_of(text))

@@ -131,6 +131,7 @@ def test_shipped_scenes_fit(path):
 WRONG = {"kg": "m", "m": "s", "m/s^2": "m/s", "N/m": "N", "kg*m^2": "kg*m", "kg m^2": "kg m"}
 
 
+@pytest.mark.slow
 def test_wrong_units_of_shipped_scenes_are_noticed():
     """One declared unit of each scene is replaced by another one."""
     changed = noticed = 0

@@ -171,6 +171,7 @@ SUMS = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(SUMS)
 @generated
 def test_expanded_terms_add_up_and_hold_no_sums(expr: sp.Expr) -> None:

@@ -21,6 +21,7 @@ def _sum(chance):
     return sp.Add(*terms)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_what_is_left_alone_has_no_factors(seed, monkeypatch):
     """Of random sums and products of two, whatever is not handed to SymPy."""

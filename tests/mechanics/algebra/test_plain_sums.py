@@ -42,6 +42,7 @@ def same(ours: sp.Expr, sympys: sp.Expr) -> bool:
     return sp.srepr(ours) == sp.srepr(sympys) and hash(ours) == hash(sympys)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_sums_are_those_of_sympy(seed: int) -> None:
     draw = random.Random(seed)
@@ -50,6 +51,7 @@ def test_sums_are_those_of_sympy(seed: int) -> None:
         assert same(plain_sum(added), sp.Add(*added)), added
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_negatives_and_substitutions_are_those_of_sympy(seed: int) -> None:
     draw = random.Random(seed)

@@ -33,6 +33,7 @@ def pool() -> list[sp.Expr]:
     return found
 
 
+@pytest.mark.slow
 def test_keys_order_as_sympy_compares(pool):
     for a in pool:
         for b in pool:
@@ -40,6 +41,7 @@ def test_keys_order_as_sympy_compares(pool):
             assert (first > second) - (first < second) == a.compare(b), (a, b)
 
 
+@pytest.mark.slow
 def test_powers_and_products_are_those_of_sympy(pool):
     choose = random.Random(7)
     for _ in range(1500):

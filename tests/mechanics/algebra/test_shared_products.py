@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from itertools import product
 
+import pytest
 import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
@@ -22,6 +23,7 @@ moving = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(moving, max_size=5))
 def test_every_product_is_there_as_often_as_when_written_out(components):
     """Σ_k of all pairs of parts of component k, as the definition of JᵀJ and Jᵀγ has it."""

@@ -59,7 +59,7 @@ polynomials = st.lists(
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(polynomials)
 def test_values_do_not_change_and_no_argument_is_new(terms):
     written = sp.Add(*terms)

@@ -213,6 +213,7 @@ def test_small_terms_beside_large_ones_are_looked_at() -> None:
         require_caught(replace(right, forcing=tuple(map(tuple, rows))), digits=60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("coordinates", "points"), [(24, 8), (25, 2), (64, 2), (65, 1)])
 def test_fewer_points_for_many_coordinates(coordinates: int, points: int) -> None:
     names = ", ".join(f"q{k}" for k in range(coordinates))

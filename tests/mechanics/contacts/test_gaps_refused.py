@@ -72,6 +72,7 @@ def test_what_is_the_same_everywhere_is_seen(gap: str) -> None:
     assert "closed at every configuration" in refusal(FREE.replace("THIS", gap)).message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", STEEP)
 def test_what_changes_little_changes(gap: str) -> None:
     assert derived(FREE.replace("THIS", gap)).account.unilateral == 1

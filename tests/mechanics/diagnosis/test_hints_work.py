@@ -14,7 +14,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 
-generated = settings(deadline=None, derandomize=True, max_examples=50)
+generated = settings(deadline=None, derandomize=True, max_examples=20)
 
 P = "particles: {p: {mass: 1, position: [x, y, z]}}\n"
 WHEEL = (

@@ -125,6 +125,7 @@ def reduced_four_bar(at: Mapping[str, mpf]) -> mpf:
     return -(slope * rate**2 / 2 + force) / inertia(alpha)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [FOUR_BAR, FOUR_BAR_OF_RODS])
 @pytest.mark.parametrize("seed", range(3))
 def test_four_bar_linkage(text: str, seed: int) -> None:
@@ -154,6 +155,7 @@ def test_accounts_of_the_four_bar() -> None:
     assert all(c.is_angle for c in angles.coordinates)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_slider_crank(seed: int) -> None:
     """Against the minimal form in the crank's angle, whose piston stands on a root."""

@@ -118,13 +118,13 @@ DISTURBANCES: list[Callable[[Any, Any], Any]] = [
 ]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.sampled_from(FUNCTIONS), ANGLES, ANGLES)
 def test_random_identities_are_proven(identity: Callable[..., Any], a: Any, b: Any) -> None:
     assert vanish(identity(a, b))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.sampled_from(FUNCTIONS), st.sampled_from(DISTURBANCES), ANGLES, ANGLES, SYMBOLS, WIDTHS)
 def test_disturbed_identities_are_not_proven(
     identity: Callable[..., Any], disturbance: Callable[..., Any], a: Any, b: Any, u: Any, w: Any
