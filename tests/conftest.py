@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 import itertools
 import os
+import shlex
+import shutil
 import signal
 import sys
 from collections.abc import Iterator
@@ -92,6 +94,24 @@ def caches(tmp_path_factory) -> Iterator[Iterator[Path]]:
         # Making matplotlib's list of fonts takes seconds: once is enough.
         patch.setenv("MPLCONFIGDIR", os.environ.get("MPLCONFIGDIR") or str(shared / "matplotlib"))
         yield names
+
+
+@pytest.fixture(scope="session")
+def unoptimizing_compiler(tmp_path_factory) -> str:
+    """The compiler of this machine without optimization, as a value of ``CC``."""
+    real = shutil.which("cc") or shutil.which("gcc")
+    if real is None:
+        return ""
+    path = tmp_path_factory.mktemp("compiler") / "cc"
+    path.write_text(f'#!/bin/sh\nexec {shlex.quote(real)} "$@" -O0\n')
+    path.chmod(0o700)
+    return shlex.quote(str(path))
+
+
+@pytest.fixture
+def quick_compiler(unoptimizing_compiler, monkeypatch) -> None:
+    """Code is compiled in half the time, where it is the subject what becomes of it."""
+    monkeypatch.setenv("CC", unoptimizing_compiler)
 
 
 @pytest.fixture

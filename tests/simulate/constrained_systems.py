@@ -13,7 +13,7 @@ from lagrange_cli.simulate.integrators.base import ConstrainedRhs
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, function_type, projection_type
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.toolchain.shared_library import CSource
-from tests.simulate.native_systems import compiled
+from tests.simulate.native_systems import compiled, stepping_source
 
 #: A pendulum of parameters l, g in x, z; y = [x, z, vx, vz].
 _PENDULUM = """
@@ -151,7 +151,7 @@ def constrained(name, *parameters, fixed_dimension=True, real=DOUBLE):
     n = DIMENSIONS[name] if fixed_dimension else kernels.UNROLLED_DIMENSION + 1
     system, stepping = {"system.c": TEXTS[name]}, kernels.kernel_files()
     system, stepping = (kernels.in_arithmetic(files, real) for files in (system, stepping))
-    library, stepper = compiled(CSource(system), CSource(stepping, kernels.kernel_options(n)))
+    library, stepper = compiled(CSource(system), stepping_source(n, stepping))
     return NativeRhs(
         function_type(real)((name, library)),
         np.array(parameters or (0.0,)),

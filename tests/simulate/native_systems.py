@@ -78,6 +78,12 @@ def text_of_systems():
     return "\n".join(parts)
 
 
+def stepping_source(n, files=None):
+    """All kernels for states of so many numbers, compiled in half the time: speed is no subject."""
+    options = ("-O1" if option == "-O3" else option for option in kernels.kernel_options(n))
+    return CSource(kernels.kernel_files() if files is None else files, tuple(options))
+
+
 def compiled(*sources, cache=None):
     """Libraries of these sources; without a compiler the test is skipped, but never in CI."""
     try:
@@ -90,11 +96,17 @@ def compiled(*sources, cache=None):
 def native(name, *parameters, lanes=True, fixed_dimension=True):
     """A system of :data:`SYSTEMS` with the integrators for it."""
     n = DIMENSIONS.get(name, 2) if fixed_dimension else kernels.UNROLLED_DIMENSION + 1
-    stepping = CSource(kernels.kernel_files(), kernels.kernel_options(n))
-    library, stepper = compiled(CSource({"systems.c": text_of_systems()}), stepping)
+    library, stepper = compiled(CSource({"systems.c": text_of_systems()}), stepping_source(n))
     function = LANES((f"{name}_lanes", library)) if lanes else None
     given = np.array(parameters or (0.0,))
     return NativeRhs(RHS((name, library)), given, np.zeros(1), lambda _: stepper, function)
+
+
+def native_body(body, n):
+    """The system of so many numbers with this body, and the integrators for it."""
+    text = "#include <math.h>\n" + _FUNCTION.format(name="system", body=body)
+    library, stepper = compiled(CSource({"system.c": text}), stepping_source(n))
+    return NativeRhs(RHS(("system", library)), np.zeros(1), np.zeros(1), lambda _: stepper)
 
 
 def interpreted(rhs):

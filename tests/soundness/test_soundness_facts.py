@@ -21,15 +21,15 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 
 
 def test_a_slice_of_the_campaign(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Scenes 0 to 59 of seed 7; the campaign has 20,000."""
+    """Scenes 0 to 23 of seed 7; the campaign has 20,000."""
     monkeypatch.syspath_prepend(BENCHMARKS)
     campaign = importlib.import_module("soundness_facts").campaign
-    counts, lines = campaign(60, 7)
-    assert counts["scenes"] > 50
-    assert counts["facts stated"] > 60
-    assert counts["false expectations"] > 300
+    counts, lines = campaign(24, 7)
+    assert counts["scenes"] > 20
+    assert counts["facts stated"] > 20
+    assert counts["false expectations"] > 100
     assert counts["facts stated and false"] == counts["false expectations passed"] == 0, lines
-    assert counts["facts true and not stated"] + counts["true expectations failed"] <= 3, lines
+    assert counts["facts true and not stated"] + counts["true expectations failed"] <= 2, lines
 
 
 def test_numbers_convict_facts_that_are_planted(monkeypatch: pytest.MonkeyPatch) -> None:

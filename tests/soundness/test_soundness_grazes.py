@@ -38,9 +38,9 @@ def test_grazes_are_right_or_end_the_promise(monkeypatch: pytest.MonkeyPatch, ki
     """None is wrong, and many that can be told from what they are next to are held."""
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     grazes = importlib.import_module("soundness_grazes")
-    found = grazes.results(kind, 14, seed=7)
+    found = grazes.results(kind, 8, seed=7)
     assert not [r for r in found if r.wrong]
-    assert sum(r.status == "ok" for r in found) >= 2
+    assert any(r.status == "ok" for r in found)
     # Behind a graze that ends the promise nothing is kept.
     assert all(r.kept < 1 for r in found if r.status != "ok")
 
@@ -63,18 +63,18 @@ def height(speed: float, t: float) -> float:
 
 def test_the_promise_ends_where_a_ball_just_reaches_the_ceiling() -> None:
     units = (0, 1, -1, 64, -64, 8192, -8192)
-    for speed in (UP + k * float(np.spacing(UP)) for k in units):
-        for by_python in (False, True):
-            run = thrown(speed, by_python=by_python)
-            last = float(run.t[-1])
-            # What is kept is right, also where it ends behind the contact.
-            assert abs(height(speed, last) - run.columns["z"][-1]) <= 1e-9
-            if run.status != "ok":
-                assert run.status == "accuracy_not_reached"
-                graze = ("'f' is met so slightly", "what happens at 'f' at t = 0.4472")
-                said = graze if last < UP / 10 else ("z is off by",)
-                assert any(words in run.reason for words in said)
-                assert last >= 0.43
+    for number, by_python in [*((k, False) for k in units), (0, True), (64, True)]:
+        speed = UP + number * float(np.spacing(UP))
+        run = thrown(speed, by_python=by_python)
+        last = float(run.t[-1])
+        # What is kept is right, also where it ends behind the contact.
+        assert abs(height(speed, last) - run.columns["z"][-1]) <= 1e-9
+        if run.status != "ok":
+            assert run.status == "accuracy_not_reached"
+            graze = ("'f' is met so slightly", "what happens at 'f' at t = 0.4472")
+            said = graze if last < UP / 10 else ("z is off by",)
+            assert any(words in run.reason for words in said)
+            assert last >= 0.43
 
 
 def test_where_it_does_not_matter_the_run_goes_on() -> None:

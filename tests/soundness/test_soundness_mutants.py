@@ -31,13 +31,13 @@ def test_mutants_end_in_an_answer_or_a_located_refusal(
     trees = [yaml.safe_load(text) for text in mutants.SEEDS]
     outcomes = [
         campaign.run_mutant(campaign.mutant(number, 3, trees, quick), tmp_path)
-        for number in range(250)
+        for number in range(120)
     ]
     assert [outcome for outcome in outcomes if outcome.problem] == []
     codes = Counter(outcome.code for outcome in outcomes)
     # Most are refused, and enough are derived.
-    assert codes[0] >= 15
-    assert codes[2] >= 100
+    assert codes[0] >= 7
+    assert codes[2] >= 48
 
 
 def test_a_mutant_is_the_same_in_every_run(campaign: ModuleType) -> None:

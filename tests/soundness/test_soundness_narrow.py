@@ -12,6 +12,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from sympy import Symbol, lambdify, sympify
 
+from tests.campaign import pairs_of
+
 pytestmark = pytest.mark.slow
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
@@ -50,17 +52,23 @@ def test_exact_motions_are_those_of_fine_steps(narrow, along, kind, changed) -> 
     assert np.abs(found - fine.y).max() < 2e-3 * (1 + abs(strike.numbers["A"]))
 
 
-@pytest.mark.parametrize("along", ["time", "position"])
-@pytest.mark.parametrize("kind", ["Gauss", "Lorentz", "sech²", "tanh difference", "power"])
-@pytest.mark.parametrize("strength", [3.0, -4.0, -20.0])
+@pytest.mark.parametrize(
+    ("along", "kind", "strength"),
+    pairs_of(
+        ("time", "position"),
+        ("Gauss", "Lorentz", "sech²", "tanh difference", "power"),
+        (3.0, -4.0, -20.0),
+    ),
+)
 def test_exact_motions_past_pulses_are_those_of_fine_steps(narrow, along, kind, strength) -> None:
-    """Pushed on, slowed down, thrown back: SciPy with mpmath's values of the pulse."""
+    """Pushed on, slowed down, thrown back: SciPy with doubles of the pulse."""
     strike = narrow.Strike(kind, along, numbers(A=strength), 1e-6)
-    times = np.linspace(0, 1, 6)
+    times = np.array([0, 0.5, 1.0])
     past = narrow.past_a_place if along == "position" else narrow.past_a_moment
     with narrow.mp.workdps(40):
         exact = past(kind, strike.numbers, times)
-    pulse = lambdify(["A", "S"], sympify(narrow.PULSES[kind], locals={"S": Symbol("S")}))
+    text = sympify(narrow.PULSES[kind], locals={"S": Symbol("S")})
+    pulse = lambdify(["A", "S"], text, "math")
 
     def slopes(t: float, y: np.ndarray) -> list[float]:
         place = y[0] if along == "position" else t

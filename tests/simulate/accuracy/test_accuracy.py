@@ -15,18 +15,23 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.runs.problem import running_scales
+from tests.campaign import slice_of, values_of
 from tests.simulate.accuracy.accuracy_systems import (
+    DOUBLE_PENDULUM,
     SYSTEMS,
     double_pendulum,
     pendulum,
     problem,
     true_errors,
 )
+from tests.simulate.native_systems import native_body
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("eps", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12])
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize(
+    ("name", "eps"),
+    slice_of([(name, eps) for name in SYSTEMS for eps in (1e-3, 1e-6, 1e-9, 1e-11, 1e-12)], 26),
+)
 def test_never_wrong_with_a_green_light(name, eps):
     *given, exact = SYSTEMS[name]
     of = problem(*given)
@@ -53,8 +58,10 @@ def test_the_estimate_is_typically_within_a_factor_of_100():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["pendulum", "oscillator", "kepler", "charge", "damped"])
-@pytest.mark.parametrize("eps", [1e-6, 1e-9, 1e-11])
+@pytest.mark.parametrize(
+    ("name", "eps"),
+    values_of(["pendulum", "oscillator", "kepler", "charge", "damped"], [1e-6, 1e-9, 1e-11]),
+)
 def test_estimating_costs_at_most_four_times_the_run(name, eps):
     *given, _ = SYSTEMS[name]
     measured = integrate_to_accuracy(problem(*given), eps, Watch())
@@ -62,10 +69,11 @@ def test_estimating_costs_at_most_four_times_the_run(name, eps):
 
 
 @pytest.mark.slow
-def test_seeded_pendulums():
+@pytest.mark.parametrize("number", [6, pytest.param(60, marks=pytest.mark.campaign)])
+def test_seeded_pendulums(number):
     """A slice of many: random amplitudes, gravities by scaling of time, and accuracies."""
     chance = np.random.default_rng(1788)
-    for _ in range(12):
+    for _ in range(number):
         amplitude, until = chance.uniform(0.01, 3.1), chance.uniform(1.0, 15.0)
         eps = 10 ** chance.uniform(-11, -3)
         *given, exact = pendulum(float(amplitude), float(until))
@@ -97,7 +105,8 @@ def test_double_pendulum(eps):
 @pytest.mark.slow
 def test_chaos_has_a_horizon():
     """What is kept of a long chaotic run agrees with a run of twice the care."""
-    of = problem(double_pendulum, [1.5, 2.0, 0.0, 0.0], 40.0, ("angle", "angle"), samples=401)
+    rhs, start = native_body(DOUBLE_PENDULUM, 4), [1.5, 2.0, 0.0, 0.0]
+    of = problem(rhs, start, 40.0, ("angle", "angle"), samples=401)
     coarse = integrate_to_accuracy(of, 1e-3, Watch())
     fine = integrate_to_accuracy(of, 1e-6, Watch())
     assert 10.0 < of.times[len(fine.states) - 1] < of.times[len(coarse.states) - 1] < 40.0

@@ -7,6 +7,7 @@ import pytest
 
 from lagrange_cli import loads
 from lagrange_cli.simulate.verification import disproof, drifts
+from tests.campaign import values_of
 
 HARMONIC = """
 name: harmonic
@@ -36,8 +37,7 @@ def scene(potential, m=1.0, k=1.0, e=1e6, a=1.0, v=0.5, accuracy=1e-6):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-9])
-@pytest.mark.parametrize("potential", POTENTIALS)
+@pytest.mark.parametrize(("potential", "accuracy"), values_of(POTENTIALS, [1e-3, 1e-9]))
 def test_an_oscillator_with_terms_that_cancel(potential, accuracy):
     run = scene(potential, accuracy=accuracy).derive().simulate()
     assert "energy" not in run.reason

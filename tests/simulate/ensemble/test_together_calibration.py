@@ -25,7 +25,7 @@ ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 
 #: Those that are looked at until enough of them have been judged.
 ORDER = random.Random(1789).sample(MINIMAL, len(MINIMAL))
-ENOUGH = 6
+ENOUGH = 4
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.system.functions import RightHandSide, interpreted
+from tests.campaign import pairs_of, slice_of
 from tests.simulate.compiling import compiled_or_skip
 
 BODY = """
@@ -24,17 +26,29 @@ coordinates: [x]
 
 Functions = Callable[[Model], RightHandSide]
 
+PATHS = ["compiled", "interpreted"]
 
-@pytest.fixture(params=["compiled", "interpreted"])
+#: For motions of many steps, which take seconds where Python interprets them.
+mostly_compiled = pytest.mark.parametrize(
+    "functions", slice_of(PATHS, 0, lambda path: path == "compiled"), indirect=True
+)
+
+
+@pytest.fixture(params=PATHS)
 def functions(request: pytest.FixtureRequest) -> Functions:
     if request.param == "compiled":
         return compiled_or_skip
     return lambda model: interpreted(model, "as the test asks")
 
 
+@cache
+def model_without_energy(text: str) -> Model:
+    return replace(model_of(loads(text).derive().equations), conserved=())
+
+
 def moved(functions: Functions, text: str, **options: float) -> Trajectory:
     """The simulated motion of a scene, without the help of a conserved energy."""
-    model = replace(model_of(loads(text).derive().equations), conserved=())
+    model = model_without_energy(text)
     return simulate(model, functions=functions(model), **options)
 
 
@@ -44,17 +58,22 @@ def body(section: str, start: str, until: float, parameters: str = "k: 1") -> st
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("width", [1e-2, 1e-5, 1e-9])
 @pytest.mark.parametrize(
-    ("force", "work"),
-    [
-        ("(sign(x - c + w) - sign(x - c - w))/2", 2.0),
-        ("max(0, 1 - abs((x - c)/w))", 1.0),
-        ("max(0, 1 - ((x - c)/w)^2)", 4 / 3),
-        ("min(max(x - c + w, 0), max(c + w - x, 0))/w", 1.0),
-    ],
+    ("functions", "width", "force_and_work"),
+    pairs_of(
+        PATHS,
+        (1e-2, 1e-5, 1e-9),
+        (
+            ("(sign(x - c + w) - sign(x - c - w))/2", 2.0),
+            ("max(0, 1 - abs((x - c)/w))", 1.0),
+            ("max(0, 1 - ((x - c)/w)^2)", 4 / 3),
+            ("min(max(x - c + w, 0), max(c + w - x, 0))/w", 1.0),
+        ),
+    ),
+    indirect=["functions"],
 )
-def test_a_narrow_force_of_position_is_not_missed(functions, width, force, work):
+def test_a_narrow_force_of_position_is_not_missed(functions, width, force_and_work):
+    force, work = force_and_work
     scene = body(
         f'forces: {{f: {{on: x, force: "A/w*{force}"}}}}',
         "x: 0, dot(x): 1",
@@ -145,6 +164,7 @@ def test_a_block_on_a_belt_sticks_and_slips(functions):
 
 
 @pytest.mark.slow
+@mostly_compiled
 def test_friction_under_a_contact_and_on_a_rod(functions):
     """The block stops after v²/(2 μ g); the pendulum of two coordinates comes to rest."""
     block = """
@@ -224,6 +244,7 @@ def test_a_jump_of_energy_or_momentum_is_refused(functions, section):
 
 
 @pytest.mark.slow
+@mostly_compiled
 def test_crossings_without_end_are_told(functions):
     """x'' = −sign x − μ sign x' comes to rest after infinitely many passages."""
     scene = body(

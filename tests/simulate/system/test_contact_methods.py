@@ -15,6 +15,7 @@ from lagrange_cli.simulate.integrators import Integrator
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.results.trajectory import Trajectory
+from tests.campaign import pairs_of, values_of
 from tests.simulate.available import INSTALLED
 
 G = 9.81
@@ -57,7 +58,11 @@ FOLLOWING = [m for m in INSTALLED.values() if m.interpolates and m.projects]
 REFUSED = [m for m in INSTALLED.values() if m not in FOLLOWING]
 
 following = pytest.mark.parametrize("method", FOLLOWING, ids=lambda m: m.name)
-tolerances = pytest.mark.parametrize("rtol", [1e-4, 1e-8, 1e-11])
+TOLERANCES = [1e-4, 1e-8, 1e-11]
+
+
+def name_of(value: object) -> str:
+    return getattr(value, "name", str(value))
 
 
 @cache
@@ -87,9 +92,9 @@ def test_the_others_are_refused_with_a_reason(method: type[Integrator]):
 
 
 @pytest.mark.slow
-@following
-@tolerances
-@pytest.mark.parametrize("e", [0.5, 0.9])
+@pytest.mark.parametrize(
+    ("method", "rtol", "e"), pairs_of(FOLLOWING, TOLERANCES, (0.5, 0.9)), ids=name_of
+)
 def test_bounces_that_accumulate_are_ended(method: type[Integrator], rtol: float, e: float):
     """The ball lies still behind the last bounce; each bounce is where it should be."""
     first = math.sqrt(2 / G)
@@ -131,8 +136,7 @@ def test_a_start_that_hardly_moves_comes_to_rest(method: type[Integrator], v: st
 
 
 @pytest.mark.slow
-@following
-@tolerances
+@pytest.mark.parametrize(("method", "rtol"), values_of(FOLLOWING, TOLERANCES), ids=name_of)
 def test_a_sphere_is_left_at_two_thirds(method: type[Integrator], rtol: float):
     found = run(SPHERE, method, rtol)
     assert [event.name for event in found.events] == ["release:sphere"]
@@ -140,8 +144,7 @@ def test_a_sphere_is_left_at_two_thirds(method: type[Integrator], rtol: float):
 
 
 @pytest.mark.slow
-@following
-@tolerances
+@pytest.mark.parametrize(("method", "rtol"), values_of(FOLLOWING, TOLERANCES), ids=name_of)
 def test_a_rope_goes_slack_where_the_book_says(method: type[Integrator], rtol: float):
     found = run(ROPE, method, rtol)
     assert found.events[0].name == "release:rope"

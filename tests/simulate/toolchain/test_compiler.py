@@ -244,6 +244,7 @@ def test_the_compiler_has_half_of_a_budget(model, hanging):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("quick_compiler")
 def test_wider_arithmetic_that_takes_the_rest_of_a_budget_stops_the_run(
     model, monkeypatch, tmp_path
 ):
@@ -259,7 +260,7 @@ def test_wider_arithmetic_that_takes_the_rest_of_a_budget_stops_the_run(
 
 
 @pytest.fixture
-def without_functions(model, monkeypatch, tmp_path):
+def without_functions(model, quick_compiler, monkeypatch, tmp_path):
     """A compiler that makes sound libraries with nothing in them."""
     compiled_or_skip(model)
     (tmp_path / "nothing.c").write_text("int nothing;\n")
@@ -273,6 +274,7 @@ def kept_objects(folder: Path) -> list[Path]:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("quick_compiler")
 def test_objects_without_the_functions_are_neither_used_nor_kept(
     model, monkeypatch, tmp_path, without_functions
 ):
@@ -286,6 +288,7 @@ def test_objects_without_the_functions_are_neither_used_nor_kept(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("quick_compiler")
 def test_objects_without_the_functions_are_replaced_in_the_cache(
     model, monkeypatch, tmp_path, without_functions
 ):
@@ -303,6 +306,7 @@ def test_objects_without_the_functions_are_replaced_in_the_cache(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("quick_compiler")
 @pytest.mark.parametrize("kept", [True, False])
 @pytest.mark.parametrize("fails", [True, False])
 def test_folders_whose_names_are_no_text(
@@ -325,6 +329,7 @@ def test_folders_whose_names_are_no_text(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("quick_compiler")
 def test_an_unwritable_cache_compiles_all_the_same(model, monkeypatch, tmp_path):
     compiled_or_skip(model)
     blocked = tmp_path / "file"
@@ -344,6 +349,7 @@ def test_without_any_place_to_write_python_runs_it(model, monkeypatch, tmp_path)
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("quick_compiler")
 def test_compiled_once_and_then_loaded(model, monkeypatch, tmp_path):
     compiled_or_skip(model)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
@@ -353,6 +359,7 @@ def test_compiled_once_and_then_loaded(model, monkeypatch, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("quick_compiler")
 def test_a_damaged_object_is_made_anew(model, monkeypatch, tmp_path):
     compiled_or_skip(model)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
