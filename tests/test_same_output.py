@@ -59,9 +59,7 @@ def test_a_commit_is_unpacked(same_output, tmp_path) -> None:
 
 
 @pytest.mark.slow
-def test_a_difference_is_shown_counted_and_kept(
-    same_output, monkeypatch, capsys, tmp_path
-) -> None:
+def test_a_difference_is_shown_counted_and_kept(same_output, monkeypatch, capsys, tmp_path) -> None:
     """A heading that one side words differently: texts and pages in English have it, no code."""
     every_command, kinds = same_output.commands, ("derive text", "emit c", "emit python")
 
