@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import io
 import json
 import math
 import os
+import runpy
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -29,11 +31,18 @@ def _needs_compiler() -> None:
 
 
 def run_benchmark(name: str, *words: str | Path) -> str:
-    """Run a benchmark in a process of its own; return what it prints."""
-    command = [sys.executable, BENCHMARKS / f"{name}.py", *words]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    """Run a benchmark as its own program, in this process; return what it prints."""
+    path, printed = str(BENCHMARKS / f"{name}.py"), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(printed):
+        patch.syspath_prepend(BENCHMARKS)
+        patch.setattr(sys, "argv", [path, *map(str, words)])
+        code: object = 0
+        try:
+            runpy.run_path(path, run_name="__main__")
+        except SystemExit as ended:
+            code = ended.code
+    assert not code
+    return printed.getvalue()
 
 
 @pytest.fixture

@@ -17,6 +17,7 @@ from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scal
 from lagrange_cli.studies.reference import Motion, errors, reference
 from lagrange_cli.studies.tradeoff.measure import trade
 from lagrange_cli.studies.tradeoff.result import cheapest, cost_ratio, pareto
+from tests.campaign import slice_of
 from tests.studies.trade_systems import (
     BALL,
     DOUBLE,
@@ -139,7 +140,7 @@ def test_without_a_compiler_two_methods_are_compared(oscillator, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("until", [0.198, 0.213, 0.555, 0.585])
+@pytest.mark.parametrize("until", slice_of([0.198, 0.213, 0.555, 0.585], 2))
 def test_roundings_that_two_methods_share_count_as_error_of_a_reference_in_doubles(until):
     # A heavy pull: where the right-hand side rounds, both methods round nearly alike.
     text = (SYSTEMS / "pendulums" / "spherical_pendulum.yaml").read_text(encoding="utf-8")

@@ -117,8 +117,8 @@ def in_parts(model, path, calls, stream=None, **how):
 def how_of(method):
     if method.adaptive:
         rtol = 1e-9 if method.order > 5 else 1e-6
-        return {"method": method.name, "rtol": rtol, "atol": rtol, "samples": 301}
-    return {"method": method.name, "step": 0.01}
+        return {"method": method.name, "rtol": rtol, "atol": rtol, "samples": 301, "until": 12.0}
+    return {"method": method.name, "step": 0.01, "until": 5.0}
 
 
 #: Each method, and each kind of scene with a few of them.
@@ -215,7 +215,7 @@ def test_an_orbit_in_polar_coordinates_goes_on(tmp_path):
 @pytest.mark.parametrize(("name", "calls"), [("pendulum", 3), ("ball", 6)])
 def test_samples_in_a_file_go_on(monkeypatch, scene, tmp_path, name, calls):
     monkeypatch.setattr(samples, "WINDOW", 400)
-    model, how = scene(name), {"method": "DOP853", "rtol": 1e-9, "samples": 20_001}
+    model, how = scene(name), {"method": "DOP853", "rtol": 1e-9, "samples": 10_001, "until": 10.0}
     whole = tmp_path / "whole.npz"
     simulate(model, **how).write(whole)
     stream = Stream(str(tmp_path / "part.npz"), in_memory=0)
