@@ -1,6 +1,9 @@
-"""The oscillator whose costs and errors several files look at; measured once a process."""
+"""The oscillator whose costs and errors several files look at; measured once a run."""
 
 from __future__ import annotations
+
+import os
+import pickle
 
 import pytest
 
@@ -16,5 +19,16 @@ def oscillator() -> Model:
 
 
 @pytest.fixture(scope="session")
-def traded(oscillator: Model) -> Trade:
-    return trade(oscillator, repeat=2, budget=0.3)
+def traded(oscillator: Model, tmp_path_factory: pytest.TempPathFactory) -> Trade:
+    """The measurement of the first process of a run that needs it."""
+    base = tmp_path_factory.getbasetemp()
+    workers = "PYTEST_XDIST_WORKER" in os.environ
+    path = (base.parent if workers else base) / "traded.pickle"
+    if path.exists():
+        found: Trade = pickle.loads(path.read_bytes())
+        return found
+    found = trade(oscillator, repeat=2, budget=0.3)
+    own = path.with_suffix(f".{os.getpid()}")
+    own.write_bytes(pickle.dumps(found))
+    own.replace(path)
+    return found

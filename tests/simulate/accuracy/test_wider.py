@@ -158,14 +158,14 @@ def test_disturbed_in_its_own_last_place():
 
 @pytest.mark.slow
 @pytest.mark.compiler
-def test_a_compiler_whose_long_double_is_a_double(monkeypatch):
+def test_a_compiler_whose_long_double_is_a_double(monkeypatch, unoptimizing_compiler):
     """Its objects would read NumPy's numbers wrongly: they are not used."""
     gcc = shutil.which("gcc")
     model = model_of(loads(OSCILLATOR).derive().equations)
     with_wider(model)
     if gcc is None or os.uname().machine != "x86_64":
         pytest.skip("gcc for x86-64 is not here: it has -mlong-double-64")
-    monkeypatch.setenv("CC", f"{gcc} -mlong-double-64")
+    monkeypatch.setenv("CC", f"{unoptimizing_compiler} -mlong-double-64")
     functions = right_hand_side.compiled(model, open_cache())
     wider = functions.wider()
     assert wider is None or wider.real is QUADRUPLE
