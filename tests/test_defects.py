@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -17,6 +15,7 @@ import pytest
 from lagrange_cli import Derivation, load, loads
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.results.trajectory import Trajectory
+from tests.cli.terminal import lagrange
 
 DEFECTS = Path(__file__).parent / "defects"
 
@@ -38,22 +37,12 @@ def problems_of(name: str) -> tuple[Problem, ...]:
     return ()
 
 
-def command(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "lagrange_cli", *arguments],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-
-
 @pytest.mark.slow
 def test_what_rests_at_the_start_is_no_fact() -> None:
     # L does not hold x, but a force acts on it.
     assert {c.name for c in derived("stop_spring").equations.conserved} == {"p_y"}
-    assert "x is cyclic" not in command("derive", str(DEFECTS / "stop_spring.yaml")).stdout
-    checked = command("check", str(DEFECTS / "stop_spring.yaml"), "--format", "json")
+    assert "x is cyclic" not in lagrange("derive", str(DEFECTS / "stop_spring.yaml")).stdout
+    checked = lagrange("check", str(DEFECTS / "stop_spring.yaml"), "--format", "json")
     assert checked.returncode == 1
     (scene,) = json.loads(checked.stdout)["scenes"]
     assert scene["outcome"] == "fail"
@@ -137,7 +126,7 @@ def test_hostile_numbers_are_derived_or_refused_at_their_place(name: str) -> Non
 
 @pytest.mark.slow
 def test_too_many_samples_are_a_located_problem() -> None:
-    checked = command("check", str(DEFECTS / "samples_1e150.yaml"), "--format", "json")
+    checked = lagrange("check", str(DEFECTS / "samples_1e150.yaml"), "--format", "json")
     assert checked.returncode == 1
     (scene,) = json.loads(checked.stdout)["scenes"]
     assert scene["outcome"] == "invalid"
@@ -154,7 +143,7 @@ def test_samples_that_alias_with_the_motion(name: str) -> None:
 
 @pytest.mark.slow
 def test_annotations_hold_no_control_characters() -> None:
-    checked = command("check", str(DEFECTS / "github_controls.yaml"), "--format", "github")
+    checked = lagrange("check", str(DEFECTS / "github_controls.yaml"), "--format", "github")
     assert checked.returncode == 1
     assert all(c.isprintable() or c == "\n" for c in checked.stdout)
     assert all(line.startswith("::") for line in checked.stdout.splitlines() if "foo" in line)
