@@ -183,6 +183,7 @@ simulate: {until: 2, samples: 201}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["minimal", "multiplier", "auto"])
 def test_coordinates_that_are_read_off_positions_end_there_too(formulation: str) -> None:
     """Through the lowest point of a bowl the positions go on, and r cannot."""

@@ -316,6 +316,7 @@ initial: {x: 1, dot(x): 1}
         json.dumps(found.summary(), allow_nan=False)
 
 
+@pytest.mark.slow
 def test_accuracy_not_reached_keeps_the_part_that_holds():
     steep = equations(scene=PENDULUM.replace("theta: 1.0", "theta: pi - 1e-40"))
     found = simulate(steep, until=60.0, accuracy=1e-6)

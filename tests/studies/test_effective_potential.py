@@ -39,6 +39,7 @@ def test_keplers_apsides():
     assert found.values.max() <= energy + 0.8 * (energy - found.values.min()) * (1 + 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "name", "until"),
     [
@@ -109,6 +110,7 @@ def test_refusals(text, message, tmp_path):
     assert "s.yaml:1:1" in done.stderr
 
 
+@pytest.mark.slow
 def test_command(tmp_path):
     scene, file = str(SYSTEMS / "lecture" / "masses_through_hole.yaml"), tmp_path / "v.tex"
     shown = lagrange("derive", scene, "--form", "routhian", "--plot", str(file))

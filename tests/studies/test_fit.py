@@ -94,6 +94,7 @@ def test_other_columns_by_differences(oscillator, measured) -> None:
     assert found.values[0].error == pytest.approx(covariance[0, 0] ** 0.5, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_motions_with_closures_too(tmp_path) -> None:
     """A pendulum in Cartesian coordinates has no variational equations."""
     scene = "systems/constraints/pendulum_in_cartesian_coordinates.yaml"

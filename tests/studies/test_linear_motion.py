@@ -18,6 +18,7 @@ from tests.emit.derivative_reference import AccelerationReference, relative
 from tests.systems.shipped import SYSTEMS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     ["pendulums/double_pendulum", "constraints/four_bar_linkage", "oscillators/driven_spring"],
@@ -38,6 +39,7 @@ def test_matrices_are_derivatives_of_the_equations(scene):
         assert relative(b[n:], by_inputs).max(initial=0.0) < 1e-10
 
 
+@pytest.mark.slow
 def test_changes_are_those_of_the_sensitivities():
     """δ' = A(t) δ, integrated by SciPy, beside the variational equations of simulate."""
     derivation = load(f"{SYSTEMS}/pendulums/double_pendulum.yaml").derive()
@@ -60,6 +62,7 @@ def test_changes_are_those_of_the_sensitivities():
             assert reached[i, j] == pytest.approx(motion.columns[column][-1], abs=2e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "until"),
     [("pendulums/double_pendulum", 8.0), ("constraints/four_bar_linkage", 5.0)],
@@ -78,6 +81,7 @@ def test_the_promise_is_kept(scene, until):
     assert 0 < found.estimated <= 1e-5
 
 
+@pytest.mark.slow
 def test_a_second_run_follows_where_one_is_not_enough():
     """Matrices of a linkage change faster than its coordinates: a motion to 1e-6 would not do."""
     derivation = load(f"{SYSTEMS}/constraints/four_bar_linkage.yaml").derive()

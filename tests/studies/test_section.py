@@ -143,6 +143,7 @@ def galaxy():
     return load("systems/oscillators/henon_heiles.yaml").derive()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("energy", "y", "until"), [(1 / 12, -0.1, 300), (1 / 8, -0.25, 150)])
 def test_crossings_by_another_route(galaxy, energy, y, until):
     """SciPy's DOP853 at 1e-13, with events that it finds on its interpolant."""
@@ -176,6 +177,7 @@ def boxes(section, cells: int) -> int:
     return len(set(map(tuple, np.floor((places + 0.6) / 1.3 * cells).astype(int).T.tolist())))
 
 
+@pytest.mark.slow
 def test_order_at_a_low_energy_and_chaos_at_a_higher_one(galaxy):
     """Hénon and Heiles 1964, figures 4 and 5: at 1/12 every orbit lies on a curve; at 1/8 the
     points of one fill an area. Cells half as wide are twice as many on a curve, four times as many
@@ -235,6 +237,7 @@ def test_an_angle_that_winds_a_spring_is_no_other_after_a_turn():
     assert loads(ROTOR).derive().section("theta = 0", until=1).turning == ("theta",)
 
 
+@pytest.mark.slow
 def test_no_passage_at_a_perihelion_is_missed():
     """An orbit of eccentricity 0.99: all that it does near the focus takes a thousandth of it."""
     text = """\
@@ -250,6 +253,7 @@ initial: {x: -1.99, y: 0, dot(x): 0, dot(y): -sqrt(1/199)}
     assert section.exit_code == 0
 
 
+@pytest.mark.slow
 def test_kinks_of_forces_hide_no_crossings():
     """x'' = −sign(x) from x = 1/2 at rest: zeros at 1, 3, 5, ..., turning points at 0, 2, 4, ..."""
     wedge = loads(ONE.format("abs(x)") + "initial: {x: 0.5, dot(x): 0}").derive()
@@ -259,6 +263,7 @@ def test_kinks_of_forces_hide_no_crossings():
     np.testing.assert_allclose(turns.t, 2 * np.arange(11), rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_points_before_the_end_of_a_motion_are_kept():
     """x'' = 2 x³ from x = 1 with x' = 1: x = 1/(1 − t)."""
     falling = loads(ONE.format("-x^4/2") + "initial: {x: 1, dot(x): 1}").derive()

@@ -443,6 +443,7 @@ def test_an_orbit_in_metres_is_followed_as_one_in_orbits() -> None:
     assert columns["phi"][-1] > 2 * np.pi - 0.1
 
 
+@pytest.mark.slow
 def test_the_side_of_a_passage_is_not_guessed():
     """A mass that falls past its pulley within 1e-9: angles read off positions end before it."""
     scene = load(

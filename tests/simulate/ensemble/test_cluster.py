@@ -77,7 +77,7 @@ def alone(tmp_path):
         yield client
 
 
-@pytest.mark.parametrize("how", [{}, pytest.param(ALONE, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("how", [{}, ALONE])
 @pytest.mark.parametrize("ending", ["", ".npz", ".zarr"])
 def test_a_cluster_finds_what_this_process_finds(client, pendulum, tmp_path, ending, how):
     """Bit for bit: samples, ends, reductions and what is known of each member."""
@@ -139,6 +139,7 @@ def lagrange(folder, *words, **options):
     return subprocess.run(command, cwd=folder, env=environment(), **{**settings, **options})
 
 
+@pytest.mark.slow
 def test_functions_of_python_travel(client, pendulum):
     """A lambda by its value, with what it closes over."""
     scale = 3.0
@@ -149,6 +150,7 @@ def test_functions_of_python_travel(client, pendulum):
     assert (found.reduced["swing"] > 0).all()
 
 
+@pytest.mark.slow
 def test_what_cannot_be_sent_is_refused(client, pendulum, tmp_path):
     with open(tmp_path / "x", "w") as stream:
         functions = {"bad": lambda motion: stream.write("")}
@@ -170,7 +172,7 @@ def after(part):
     return progress
 
 
-@pytest.mark.parametrize("ending", [".npz", pytest.param(".zarr", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ending", [".npz", ".zarr"])
 def test_a_run_goes_on_on_the_other_engine(client, pendulum, tmp_path, ending):
     expected, (first, second) = pendulum.ensemble(drawn(), **KEPT), ("a", "b")
     for name, before, behind in ((first, None, client), (second, client, None)):
@@ -204,6 +206,7 @@ def test_a_killed_worker_is_replaced(client, pendulum, tmp_path):
     wait_for_workers(client, 2)
 
 
+@pytest.mark.slow
 def test_blocks_go_into_no_folder_that_took_the_place_of_theirs(client, pendulum, tmp_path):
     store = tmp_path / "out.npz"
     parts = tmp_path / "out.npz.parts"
