@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from lagrange_cli.mechanics import derive
-from lagrange_cli.scene import read_file
 from lagrange_cli.simulate.accuracy import controller as accuracy
 from lagrange_cli.simulate.accuracy.attempt import Attempt
 from lagrange_cli.simulate.accuracy.method_selection import coarse_result
@@ -19,13 +15,13 @@ from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.runs import run
 from lagrange_cli.simulate.simulation import simulate
+from tests.campaign import slice_of
 from tests.simulate.accuracy.accuracy_systems import SYSTEMS, oscillator, problem
-
-SHIPPED = Path(__file__).parents[3] / "systems"
+from tests.systems.shipped import derived
 
 
 def model(name, formulation):
-    return model_of(derive(read_file(str(SHIPPED / f"{name}.yaml")), formulation=formulation))
+    return model_of(derived(name.rpartition("/")[2], formulation=formulation))
 
 
 @pytest.fixture
@@ -57,7 +53,7 @@ COSTS = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "formulation", "eps"), COSTS)
+@pytest.mark.parametrize(("name", "formulation", "eps"), slice_of(COSTS, 5))
 def test_at_most_four_times_the_run(name, formulation, eps):
     found = simulate_past_singularities(model(name, formulation), SimulationOptions(accuracy=eps))
     if not found.implementation.startswith("compiled") or EXTENDED.epsilon >= DOUBLE.epsilon:
