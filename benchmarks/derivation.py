@@ -142,17 +142,23 @@ def on_the_graph(given: tuple[Scene, Equations]) -> Executed:
     scene, equations = given
     reduced = reduce(scene)
     terms = raw_terms(reduced)
-    assert equations.sources is not None
+    assert equations.derivation.sources is not None
     potentials = [*terms.velocity_dependent, *map(reduced.resolve, terms.positional)]
     rest = sympy.Add(*terms.kinetic, *(-u for u in potentials))
-    bodies = zip(equations.particles, reduced.names.particle_symbols, reduced.masses, strict=True)
+    bodies = zip(
+        equations.system.particles, reduced.names.particle_symbols, reduced.masses, strict=True
+    )
     particles = tuple(
         replace(p, mass=m, position=tuple(reduced.resolved[s] for s in body))
         for p, body, m in bodies
     )
-    sources = replace(equations.sources, rest=rest)
-    equations = replace(equations, particles=particles, sources=sources)
-    inputs = [(p.symbol, f"p{k}", 1) for k, p in enumerate(equations.parameters)]
+    sources = replace(equations.derivation.sources, rest=rest)
+    equations = replace(
+        equations,
+        system=replace(equations.system, particles=particles),
+        derivation=replace(equations.derivation, sources=sources),
+    )
+    inputs = [(p.symbol, f"p{k}", 1) for k, p in enumerate(equations.system.parameters)]
     inputs += [(reduced.names.t, "t", 2)]
     inputs += [(c.q, f"q{k}", 3) for k, c in enumerate(reduced.coordinates)]
     inputs += [(c.v, f"v{k}", 4) for k, c in enumerate(reduced.coordinates)]
@@ -164,7 +170,7 @@ def evaluate_graph(result: Executed, s: State) -> Values:
     known = {"g": GRAVITY}
     for letter, values in (("m", s.m), ("l", s.l)):
         known |= {f"{letter}{k + 1}": float(x) for k, x in enumerate(values)}
-    inputs = {f"p{k}": known[p.name] for k, p in enumerate(equations.parameters)}
+    inputs = {f"p{k}": known[p.name] for k, p in enumerate(equations.system.parameters)}
     for letter, values in (("q", s.q), ("v", s.v)):
         inputs |= {f"{letter}{k}": float(x) for k, x in enumerate(values)}
     places = [(j, k) for j, row in enumerate(derivation.mass) for k in row]
@@ -183,10 +189,10 @@ def _arguments(coordinates: Any, parameters: Any) -> list[Any]:
 
 
 def evaluate_equations(equations: Equations, s: State) -> Values:
-    parameters = {p.name: p.symbol for p in equations.parameters}
-    matrix = [list(row) for row in equations.mass_matrix]
-    arguments = _arguments(equations.coordinates, parameters)
-    return evaluate_forms((arguments, matrix, list(equations.forcing)), s)
+    parameters = {p.name: p.symbol for p in equations.system.parameters}
+    matrix = [list(row) for row in equations.system.mass_matrix]
+    arguments = _arguments(equations.system.coordinates, parameters)
+    return evaluate_forms((arguments, matrix, list(equations.system.forcing)), s)
 
 
 def evaluate_forms(result: Forms, s: State) -> Values:

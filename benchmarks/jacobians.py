@@ -64,14 +64,18 @@ def measure(path: str, parameters: dict[str, str], rounds: int) -> dict[str, Any
     try:
         derivation = load(path, parameters=parameters).derive()
         equations = derivation.equations
-        if not equations.coordinates or equations.contacts or equations.initial is None:
+        if (
+            not equations.system.coordinates
+            or equations.system.contacts
+            or equations.system.initial is None
+        ):
             return None
         started = time.perf_counter()
         files = derivation.emit("c", jacobian=True)
     except LagrangeError:
         return None
     emitted = time.perf_counter() - started
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for file, text in files.items():
@@ -102,11 +106,11 @@ def measure(path: str, parameters: dict[str, str], rounds: int) -> dict[str, Any
 def _seconds(code: ctypes.CDLL, derivation: Any, rounds: int) -> list[tuple[float, float]]:
     """Seconds of one call of both functions, round by round."""
     equations = derivation.equations
-    start = np.array([*equations.initial.positions, *equations.initial.velocities])
+    start = np.array([*equations.system.initial.positions, *equations.system.initial.velocities])
     moves = np.random.default_rng(1).uniform(0.0, 0.01, (STATES, len(start)))
     states = np.ascontiguousarray(start + moves * (np.abs(start).max() or 1.0))
-    inputs = np.zeros(max(1, len(equations.inputs)))
-    parameters = np.zeros(max(1, len(equations.parameters)))
+    inputs = np.zeros(max(1, len(equations.system.inputs)))
+    parameters = np.zeros(max(1, len(equations.system.parameters)))
     pointers = [ctypes.c_void_p(a.ctypes.data) for a in (states, inputs, parameters)]
     code.fill(pointers[2])
     run = code.run

@@ -50,16 +50,18 @@ Rhs = Callable[[float, Array], Array]
 def lambdified(derivation: Derivation) -> Rhs:
     """The equations of a scene through ``lambdify``, solved by NumPy at every evaluation."""
     equations = derivation.equations
-    values = {p.symbol: sympy.Float(p.value, 17) for p in equations.parameters if p.value}
-    state = [c.q for c in equations.coordinates] + [c.v for c in equations.coordinates]
-    n, closures = len(equations.coordinates), equations.closures
+    values = {p.symbol: sympy.Float(p.value, 17) for p in equations.system.parameters if p.value}
+    state = [c.q for c in equations.system.coordinates] + [
+        c.v for c in equations.system.coordinates
+    ]
+    n, closures = len(equations.system.coordinates), equations.system.closures
     matrix = sympy.zeros(n + len(closures))
-    matrix[:n, :n] = sympy.Matrix(n, n, lambda i, j: equations.mass_matrix[i][j])
+    matrix[:n, :n] = sympy.Matrix(n, n, lambda i, j: equations.system.mass_matrix[i][j])
     for k, closure in enumerate(closures):
         for j in range(n):
             matrix[n + k, j] = closure.gradient[j]
             matrix[j, n + k] = -closure.gradient[j]
-    right = [*equations.forcing, *(-closure.bias for closure in closures)]
+    right = [*equations.system.forcing, *(-closure.bias for closure in closures)]
     both = [matrix.subs(values).tolist(), [x.subs(values) for x in right]]
     compute = sympy.lambdify(state, both, "numpy", cse=True)
 
@@ -73,12 +75,14 @@ def lambdified(derivation: Derivation) -> Rhs:
 def kepler(derivation: Derivation) -> Rhs:
     """The closed form, through ``lambdify``."""
     equations = derivation.equations
-    values = {p.symbol: sympy.Float(p.value, 17) for p in equations.parameters if p.value}
-    state = [c.q for c in equations.coordinates] + [c.v for c in equations.coordinates]
-    n = len(equations.coordinates)
+    values = {p.symbol: sympy.Float(p.value, 17) for p in equations.system.parameters if p.value}
+    state = [c.q for c in equations.system.coordinates] + [
+        c.v for c in equations.system.coordinates
+    ]
+    n = len(equations.system.coordinates)
     rates = [
         *state[n:],
-        *(f / equations.mass_matrix[i][i] for i, f in enumerate(equations.forcing)),
+        *(f / equations.system.mass_matrix[i][i] for i, f in enumerate(equations.system.forcing)),
     ]
     compute = sympy.lambdify(state, [x.subs(values) for x in rates], "math", cse=True)
     return lambda t, y: np.array(compute(*y.tolist()))

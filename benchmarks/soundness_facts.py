@@ -340,10 +340,10 @@ def states(case: Case, source: random.Random, number: int) -> Iterator[dict[str,
 
 def false_facts(case: Case, equations: Equations, source: random.Random) -> Iterator[str]:
     """Facts that are stated and that a state shows to be false."""
-    conserved = {c.name for c in equations.conserved}
+    conserved = {c.name for c in equations.derivation.conserved}
     tiny = mp.mpf(10) ** -100
     for s in states(case, source, 10):
-        for name in equations.cyclic:
+        for name in equations.derivation.cyclic:
             other = next(iter(states(case, source, 1)))
             moved = {**s, name: other[name]}
             size = abs(case.lagrangian_at(s)) + 1
@@ -364,7 +364,7 @@ def _is_nonzero(parts: Sequence[mp.mpf]) -> bool:
 
 def drifting(case: Case, equations: Equations) -> Iterator[str]:
     """Conserved quantities that change along a motion which crosses a surface."""
-    if case.number % EACH or case.kinds("inertia") or not equations.conserved:
+    if case.number % EACH or case.kinds("inertia") or not equations.derivation.conserved:
         return
     t0, span, y0 = _crossing(case)
     if any(t.shape.narrow and float(t.width) < span / PER_WAY for t in case.terms):
@@ -391,16 +391,16 @@ def drifting(case: Case, equations: Equations) -> Iterator[str]:
 
 
 def _changed(equations: Equations, times: np.ndarray, states: np.ndarray) -> Iterator[str]:
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     if len(times) < 2 or not np.isfinite(states).all() or abs(states).max() > 1e6:
         return
     symbols = [
-        equations.t,
-        *(c.q for c in equations.coordinates),
-        *(c.v for c in equations.coordinates),
+        equations.system.t,
+        *(c.q for c in equations.system.coordinates),
+        *(c.v for c in equations.system.coordinates),
     ]
-    values = {p.symbol: sp.Rational(p.value) for p in equations.parameters}
-    for quantity in equations.conserved:
+    values = {p.symbol: sp.Rational(p.value) for p in equations.system.parameters}
+    for quantity in equations.derivation.conserved:
         function = sp.lambdify(symbols, quantity.expression.subs(values), "mpmath")
         with mp.workdps(DIGITS):
             seen = [float(function(t, *y)) for t, y in zip(times, states.T, strict=True)]
@@ -548,7 +548,9 @@ def judged(seed: int, number: int) -> tuple[Counter[str], list[str]]:
         counts[what] += 1
         lines.append(f"{number} {what}: {text}")
 
-    stated = {f"cyclic {n}" for n in equations.cyclic} | {c.name for c in equations.conserved}
+    stated = {f"cyclic {n}" for n in equations.derivation.cyclic} | {
+        c.name for c in equations.derivation.conserved
+    }
     true = {f"cyclic {n}" for n in case.cyclic()} | case.conserved()
     counts["facts stated"] += len(stated)
     with mp.workdps(DIGITS):

@@ -42,7 +42,7 @@ def run(text: str, options: Mapping[str, Any], repeat: int, budget: float) -> di
     first = runs[0]
     state = {name: float(first.columns[name][-1]) for name in first.scales}
     return {
-        "coordinates": len(derivation.equations.coordinates),
+        "coordinates": len(derivation.equations.system.coordinates),
         "status": first.status,
         "seconds": min(seconds),
         "steps": first.steps,

@@ -56,8 +56,8 @@ def test_simulation_is_that_of_the_command(derivation):
 
 def test_parameters_and_initial_values_replace_those_of_the_scene():
     changed = load(HOLE, parameters={"M": 3}, initial={"dot(theta)": "2*pi"}).derive().equations
-    assert {p.name: p.value for p in changed.parameters}["M"] == 3.0
-    assert changed.initial.velocities[1] == pytest.approx(6.283185307179586, rel=1e-15)
+    assert {p.name: p.value for p in changed.system.parameters}["M"] == 3.0
+    assert changed.system.initial.velocities[1] == pytest.approx(6.283185307179586, rel=1e-15)
 
 
 def test_an_end_over_parameters_follows_them():
@@ -129,7 +129,7 @@ def test_notebook_shows_the_equations_typeset(derivation):
 
 def test_text_of_a_scene():
     text = HOLE.read_text(encoding="utf-8")
-    assert loads(text).derive().equations.account.dof == 2
+    assert loads(text).derive().equations.derivation.account.dof == 2
 
 
 def test_values_are_frozen(derivation):
@@ -154,8 +154,8 @@ def test_formulation_of_the_scene():
     chosen = text.replace("simulate: {", "simulate: {formulation: multiplier, ")
     assert chosen != text
     scene = loads(chosen, times={"until": "1 + 1"})
-    assert scene.derive(formulation=None).equations.formulation == "multiplier"
-    assert scene.derive().equations.formulation == "minimal"
+    assert scene.derive(formulation=None).equations.system.formulation == "multiplier"
+    assert scene.derive().equations.system.formulation == "minimal"
     assert scene.derive().model().defaults.until == 2.0
 
 

@@ -40,7 +40,7 @@ def problems_of(name: str) -> tuple[Problem, ...]:
 @pytest.mark.slow
 def test_what_rests_at_the_start_is_no_fact() -> None:
     # L does not hold x, but a force acts on it.
-    assert {c.name for c in derived("stop_spring").equations.conserved} == {"p_y"}
+    assert {c.name for c in derived("stop_spring").equations.derivation.conserved} == {"p_y"}
     assert "x is cyclic" not in lagrange("derive", str(DEFECTS / "stop_spring.yaml")).stdout
     checked = lagrange("check", str(DEFECTS / "stop_spring.yaml"), "--format", "json")
     assert checked.returncode == 1
@@ -100,7 +100,7 @@ def test_dry_friction_runs() -> None:
 
 @pytest.mark.parametrize("name", ["forces_min", "forces_heaviside"])
 def test_constraint_forces_of_kinked_terms(name: str) -> None:
-    assert load(DEFECTS / f"{name}.yaml").derive(forces=True).equations.constraint_forces
+    assert load(DEFECTS / f"{name}.yaml").derive(forces=True).equations.derivation.constraint_forces
 
 
 @pytest.mark.slow
@@ -180,11 +180,12 @@ def test_unit_quaternions_from_the_identity() -> None:
 
 
 def test_rates_by_another_name_are_kinetic_energy() -> None:
-    assert derived("kinetic_through_abbreviations").equations.account.dof == 3
+    assert derived("kinetic_through_abbreviations").equations.derivation.account.dof == 3
 
 
 def test_a_constraint_that_definitions_satisfy_on_a_part() -> None:
     lines = {
-        line.name: line.status for line in derived("implied_on_a_part").equations.account.lines
+        line.name: line.status
+        for line in derived("implied_on_a_part").equations.derivation.account.lines
     }
     assert lines["c0"] == "satisfied"

@@ -221,7 +221,7 @@ def linearization(system: RestSystem, point: Equilibrium) -> Linearization:
         A parameter lacks its value, or the coordinates are singular there.
     """
     linear = linear_system(system, point)
-    names = [c.name for c in system.equations.coordinates]
+    names = [c.name for c in system.equations.system.coordinates]
     matrices = (linear.mass, linear.damping, linear.stiffness)
     mass, damping, stiffness = (in_doubles(m) for m in matrices)
     exact = exact_matrices(system, point)

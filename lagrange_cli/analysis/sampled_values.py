@@ -71,17 +71,19 @@ class SampledValues:
     def _draw(self, width: float | None) -> None:
         """Draw states of size 1, or around the initial one and with the scene's parameters."""
         equations, random = self._equations, self._random
-        coordinates = equations.coordinates
-        symbols = [equations.t, *(u.symbol for u in equations.inputs)]
+        coordinates = equations.system.coordinates
+        symbols = [equations.system.t, *(u.symbol for u in equations.system.inputs)]
         symbols += [s for c in coordinates for s in (c.q, c.v)]
-        numbers = [p.value if width else None for p in equations.parameters]
+        numbers = [p.value if width else None for p in equations.system.parameters]
         self.parameters = {
             p.symbol: float(random.uniform(1.0, 2.0) if x is None else x * random.uniform(0.9, 1.1))
-            for p, x in zip(equations.parameters, numbers, strict=True)
+            for p, x in zip(equations.system.parameters, numbers, strict=True)
         }
         start: dict[sp.Symbol, float] = {}
-        if width and equations.initial is not None:
-            start = dict(zip((c.q for c in coordinates), equations.initial.positions, strict=False))
+        if width and equations.system.initial is not None:
+            start = dict(
+                zip((c.q for c in coordinates), equations.system.initial.positions, strict=False)
+            )
         shape = _DRAWN * self._number
         reach = 2.0 * (width or 1.0)
         self.states = {s: start.get(s, 0.0) + random.uniform(-reach, reach, shape) for s in symbols}

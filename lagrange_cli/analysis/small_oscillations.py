@@ -22,9 +22,10 @@ from lagrange_cli.analysis.forms.legendre import at_rest
 from lagrange_cli.analysis.values import Equilibrium, Linearization, Matrix, Mode
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics.dynamics.textbook_form import RowSystem, shown_rows
-from lagrange_cli.mechanics.equations import Coordinate, ShownEquation
+from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.mechanics.sparse import ExpressionRow
+from lagrange_cli.mechanics.system import Coordinate
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -123,13 +124,17 @@ def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
         motions = analyze(equations, ("modes",)).modes or ()
     except InputError as refusal:
         located = (
-            replace(problem, mark=problem.mark or Mark(equations.file, 1, 1), hint=_ELSEWHERE)
+            replace(
+                problem,
+                mark=problem.mark or Mark(equations.presentation.file, 1, 1),
+                hint=_ELSEWHERE,
+            )
             for problem in refusal.problems
         )
         raise InputError(*located) from refusal
-    number = {c.name: j for j, c in enumerate(equations.coordinates)}
+    number = {c.name: j for j, c in enumerate(equations.system.coordinates)}
     kept = [number[name] for name in linear.coordinates]
-    coordinates = tuple(equations.coordinates[j] for j in kept)
+    coordinates = tuple(equations.system.coordinates[j] for j in kept)
     numbers = _Numbers(digits)
     rest = tuple(_rest(linear.at, j, numbers) for j in kept)
     mass, damping, stiffness = _matrices(equations, linear, numbers)
@@ -137,7 +142,7 @@ def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
     row_system = _rows(equations, displacements, mass, damping, stiffness)
     poles = tuple(mode.pole for mode in motions if mode.pole is not None)
     modes = () if poles else tuple(_normal(mode, numbers) for mode in motions)
-    literals = [*(value for value, _ in equations.literals), *numbers.literals]
+    literals = [*(value for value, _ in equations.presentation.literals), *numbers.literals]
     return SmallOscillations(
         linear.at,
         coordinates,
@@ -147,8 +152,10 @@ def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
         damping,
         stiffness,
         tuple(_quadratic(mass, [c.v for c in displacements])),
-        () if equations.forces else tuple(_quadratic(stiffness, [c.q for c in displacements])),
-        at_rest(equations.kinetic, [c.v for c in equations.coordinates]) != 0,
+        ()
+        if equations.system.forces
+        else tuple(_quadratic(stiffness, [c.q for c in displacements])),
+        at_rest(equations.system.kinetic, [c.v for c in equations.system.coordinates]) != 0,
         shown_rows(row_system, literals),
         modes,
         poles,
@@ -215,7 +222,7 @@ def _matrices(
 
 
 def _require_equal(equations: Equations, closed: Rows, values: Matrix) -> None:
-    known = {p.symbol: mpf(p.value) for p in equations.parameters if p.value is not None}
+    known = {p.symbol: mpf(p.value) for p in equations.system.parameters if p.value is not None}
     with mpmath.workdps(30):
         at = [[float(x) for x in evaluate([*row], known)] for row in closed]
     size = max(float(abs(values).max(initial=0.0)), 1e-300)
@@ -229,8 +236,12 @@ def _displacements(
     equations: Equations, coordinates: Sequence[Coordinate], rest: Sequence[sp.Expr]
 ) -> tuple[Coordinate, ...]:
     """Coordinates of their own where the equilibrium is not at 0."""
-    taken = {c.name for c in equations.coordinates} | {c.name for c in equations.cartesian_names}
-    taken |= {p.name for p in equations.parameters} | {u.name for u in equations.inputs}
+    taken = {c.name for c in equations.system.coordinates} | {
+        c.name for c in equations.system.cartesian_names
+    }
+    taken |= {p.name for p in equations.system.parameters} | {
+        u.name for u in equations.system.inputs
+    }
     letters = ("eta", "xi", "delta", "etaeta")
     letter = next(x for x in letters if not any(f"{x}_{c.name}" in taken for c in coordinates))
     return tuple(
@@ -263,8 +274,8 @@ def _rows(
         for damped, stiff in zip(damping, stiffness, strict=True)
     ]
     inertia = [ExpressionRow(len(row), {j: e for j, e in enumerate(row) if e != 0}) for row in mass]
-    constants = frozenset(p.symbol for p in equations.parameters)
-    return RowSystem(displacements, constants, inertia, forcing, sums=equations.sums)
+    constants = frozenset(p.symbol for p in equations.system.parameters)
+    return RowSystem(displacements, constants, inertia, forcing, sums=equations.presentation.sums)
 
 
 def _quadratic(matrix: Rows, x: Sequence[sp.Symbol]) -> list[sp.Expr]:

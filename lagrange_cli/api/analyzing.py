@@ -135,7 +135,7 @@ class Analyzing(Moving):
         if not (0 < low < high < float("inf")):
             message = f"frequencies are positive and ascend, not from {low:g} to {high:g}"
             raise InputError(Problem(message, hint="0.1..100", rule="response"))
-        if not self.equations.inputs:
+        if not self.equations.system.inputs:
             hint = "inputs: [F] declares one, and forces may hold it"
             raise InputError(Problem("the scene has no inputs", hint=hint, rule="response"))
         linear = self.analyze("linearization", at=at).linearization
@@ -153,7 +153,7 @@ class Analyzing(Moving):
         from lagrange_cli.files import write_file
         from lagrange_cli.studies.linear_pictures import bode_diagram
 
-        title = self.equations.title or self.equations.name
+        title = self.equations.presentation.title or self.equations.presentation.name
         write_file(path, bode_diagram(response, title, _ending(path)))
 
     def plot_modes(self, path: str | os.PathLike[str], *, at: GivenValues | None = None) -> str:

@@ -20,4 +20,4 @@ class Derivation(Written, Studied):
         return self.text()
 
     def __repr__(self) -> str:
-        return f"<Derivation of {self.equations.name}>"
+        return f"<Derivation of {self.equations.presentation.name}>"

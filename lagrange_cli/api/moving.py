@@ -357,7 +357,7 @@ class Moving(Derived):
         from lagrange_cli.simulate.ensemble.plan.variants import variants_of
         from lagrange_cli.simulate.model.sensitivities import SensitiveModels
 
-        recipe = Recipe(self.source, self.forces, self.equations.formulation)
+        recipe = Recipe(self.source, self.forces, self.equations.system.formulation)
         variants = variants_of(self.equations, recipe, self.model)
 
         def model(parameters: Mapping[str, str], initial: Mapping[str, str]) -> Model:

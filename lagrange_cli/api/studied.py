@@ -98,13 +98,13 @@ class Studied(Analyzing):
 
         table = read_measurements(os.fspath(measurements))
         equations = self.equations
-        numbers: dict[str, float | None] = {p.name: p.value for p in equations.parameters}
-        state = equations.initial
-        for k, c in enumerate(equations.coordinates):
+        numbers: dict[str, float | None] = {p.name: p.value for p in equations.system.parameters}
+        state = equations.system.initial
+        for k, c in enumerate(equations.system.coordinates):
             numbers[c.name] = None if state is None else state.positions[k]
             numbers[f"dot({c.name})"] = None if state is None else state.velocities[k]
-        positive = [p.name for p in equations.parameters if p.positive]
-        parameters = {p.name for p in equations.parameters}
+        positive = [p.name for p in equations.system.parameters if p.positive]
+        parameters = {p.name for p in equations.system.parameters}
 
         def run(values: Mapping[str, float], by: Sequence[str], samples: int) -> Trajectory:
             return self.simulate(
@@ -144,7 +144,7 @@ class Studied(Analyzing):
         """
         from lagrange_cli.studies.lyapunov import lyapunov_exponents
 
-        names = [c.name for c in self.equations.coordinates]
+        names = [c.name for c in self.equations.system.coordinates]
         starts = [*names, *(f"dot({name})" for name in names)]
         model = self.model(starts)
         return lyapunov_exponents(model, until, accuracy=accuracy, progress=progress)
@@ -280,5 +280,5 @@ class Studied(Analyzing):
         from lagrange_cli.studies.path.models import PathModels, periodic_coordinates, with_action
 
         acting = replace(self, equations=with_action(self.equations))
-        rates = [f"dot({c.name})" for c in self.equations.coordinates]
+        rates = [f"dot({c.name})" for c in self.equations.system.coordinates]
         return PathModels(acting.model(), acting.model(rates), periodic_coordinates(self.equations))

@@ -228,13 +228,13 @@ def _check(text: SceneText, strict: bool, cache: Cache | None) -> _OutcomeOfScen
         return _refused(error, expected_error(text.data, text.file))
     try:
         equations = stored_derivation(scene, text, cache)
-        equations.textbook()  # which is certified when it is written
-        for recording in filter(None, (entry.recording for entry in equations.inputs)):
+        equations.derivation.textbook()  # which is certified when it is written
+        for recording in filter(None, (entry.recording for entry in equations.system.inputs)):
             read_recording(recording)
     except InputError as error:
         return _refused(error, scene.expect.error)
-    if strict and equations.warnings:
-        return _refused(InputError(*equations.warnings), scene.expect.error)
+    if strict and equations.derivation.warnings:
+        return _refused(InputError(*equations.derivation.warnings), scene.expect.error)
     if scene.expect.error is not None:
         return "fail", (_not_refused(scene.expect.error),)
     problems: list[Problem] = []

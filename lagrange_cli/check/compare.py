@@ -59,7 +59,7 @@ class Agreement(Enum):
 
 def _row(residual: Expr, equations: Equations) -> _Row | None:
     """Coefficients of the accelerations, then the remainder; None if it is not linear in them."""
-    accelerations = [c.a for c in equations.coordinates]
+    accelerations = [c.a for c in equations.system.coordinates]
     row = [derivative(residual, a) for a in accelerations]
     if any(entry.has(a) for entry in row for a in accelerations):
         return None
@@ -140,10 +140,13 @@ def lagrangians_agree(expected: Expr, derived: Expr, equations: Equations) -> Ag
     difference = _expanded(expected - derived)
     if vanish(difference):
         return Agreement.SAME
-    moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}
+    moving = {equations.system.t, *(s for c in equations.system.coordinates for s in (c.q, c.v))}
     rows = [e for e in _euler_lagrange(difference, equations) if e != 0]
     if vanish(*rows):
-        impulsive = (difference, *(derivative(difference, c.v) for c in equations.coordinates))
+        impulsive = (
+            difference,
+            *(derivative(difference, c.v) for c in equations.system.coordinates),
+        )
         calm = all(is_continuous(e, moving) for e in impulsive)
         return Agreement.SAME if calm else Agreement.UNDECIDED
     terms = [sympy.Add.make_args(row) for row in rows]
@@ -180,14 +183,14 @@ def _euler_lagrange(lagrangian: Expr, equations: Equations) -> _Row:
     """d/dt ∂L/∂v − ∂L/∂q for each coordinate, over (q, v, a, t)."""
 
     def rate(expression: Expr) -> Expr:
-        terms = [derivative(expression, equations.t)]
-        for c in equations.coordinates:
+        terms = [derivative(expression, equations.system.t)]
+        for c in equations.system.coordinates:
             terms.append(derivative(expression, c.q) * c.v + derivative(expression, c.v) * c.a)
         return sympy.Add(*terms)
 
     return [
         rate(derivative(lagrangian, c.v)) - derivative(lagrangian, c.q)
-        for c in equations.coordinates
+        for c in equations.system.coordinates
     ]
 
 
@@ -222,10 +225,10 @@ def _shows_at_states(e: Expr) -> bool:
 
 
 def _symbols(equations: Equations) -> list[Symbol]:
-    moving = [s for c in equations.coordinates for s in (c.q, c.v, c.a)]
-    driven = [closure.multiplier for closure in equations.pushing]
-    driven += [entry.symbol for entry in equations.inputs]
-    return [equations.t, *moving, *(p.symbol for p in equations.parameters), *driven]
+    moving = [s for c in equations.system.coordinates for s in (c.q, c.v, c.a)]
+    driven = [closure.multiplier for closure in equations.system.pushing]
+    driven += [entry.symbol for entry in equations.system.inputs]
+    return [equations.system.t, *moving, *(p.symbol for p in equations.system.parameters), *driven]
 
 
 def _states(equations: Equations, symbols: Sequence[Symbol]) -> Iterator[_State]:
@@ -243,11 +246,11 @@ def _states(equations: Equations, symbols: Sequence[Symbol]) -> Iterator[_State]
     for number in range(_NEARBY_STATES):
         close = number % 2 == 1
         state: _State = {s: between(-1, 1) for s in symbols}
-        state[equations.t] = between(0, 1)
-        for p in equations.parameters:
+        state[equations.system.t] = between(0, 1)
+        for p in equations.system.parameters:
             value = p.value if close else None
             state[p.symbol] = between(1, 2) if value is None else near(value)
-        start = equations.initial.positions if close and equations.initial else None
-        for k, c in enumerate(equations.coordinates):
+        start = equations.system.initial.positions if close and equations.system.initial else None
+        for k, c in enumerate(equations.system.coordinates):
             state[c.q] = between(0, 1) if start is None else near(start[k])
         yield state

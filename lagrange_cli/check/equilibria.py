@@ -85,12 +85,12 @@ def _one_equilibrium(
 def _places(point: Equilibrium, equations: Equations) -> dict[str, float]:
     """Evaluate the coordinates at an equilibrium, and the Cartesian names that have values."""
     position = point.position or ()
-    pairs = zip(equations.coordinates, position, strict=True)
+    pairs = zip(equations.system.coordinates, position, strict=True)
     known = {c.q: x for c, x in pairs}
-    known |= {p.symbol: p.value for p in equations.parameters if p.value is not None}
-    values = {c.name: c.position.subs(known) for c in equations.cartesian_names}
+    known |= {p.symbol: p.value for p in equations.system.parameters if p.value is not None}
+    values = {c.name: c.position.subs(known) for c in equations.system.cartesian_names}
     numbers = {name: float(value) for name, value in values.items() if value.is_number}
-    return numbers | {c.name: float(known[c.q]) for c in equations.coordinates}
+    return numbers | {c.name: float(known[c.q]) for c in equations.system.coordinates}
 
 
 def _agrees(
@@ -100,7 +100,7 @@ def _agrees(
     equations: Equations,
 ) -> bool:
     """Say whether an equilibrium has these values; angles a turn apart are one."""
-    angles = {c.name for c in equations.coordinates if c.is_angle}
+    angles = {c.name for c in equations.system.coordinates if c.is_angle}
     for name, value in expected.items():
         if name in point.free:
             continue
@@ -114,7 +114,7 @@ def _agrees(
 
 def _listed(found: Equilibria, equations: Equations) -> str:
     """List equilibria, each with its coordinates."""
-    names = [c.name for c in equations.coordinates]
+    names = [c.name for c in equations.system.coordinates]
     points = [
         ", ".join(f"{n} = {float(x):.9g}" for n, x in zip(names, p.position or (), strict=False))
         for p in found.points
@@ -166,7 +166,7 @@ def number_of(equations: Equations, expression: Expression) -> float:
     InputError
         Located: a parameter lacks its value, or it is no real number.
     """
-    known = {p.symbol: p.value for p in equations.parameters if p.value is not None}
+    known = {p.symbol: p.value for p in equations.system.parameters if p.value is not None}
     value = interpret(equations, expression).subs(known)
     if value.free_symbols:
         names = ", ".join(sorted(symbol.name for symbol in value.free_symbols))

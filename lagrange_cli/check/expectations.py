@@ -47,7 +47,7 @@ _COARSEST_ACCURACY = 1e-6
 
 
 def _dof(expect: Expect, equations: Equations) -> Iterator[Problem]:
-    account = equations.account
+    account = equations.derivation.account
     if expect.dof is not None and expect.dof != account.dof:
         extra = f", E = {account.extra}" if account.extra else ""
         yield Problem(
@@ -65,16 +65,16 @@ def _listed(names: tuple[str, ...]) -> str:
 def _cyclic(expect: Expect, equations: Equations) -> Iterator[Problem]:
     if expect.cyclic is None:
         return
-    if set(expect.cyclic) != set(equations.cyclic):
+    if set(expect.cyclic) != set(equations.derivation.cyclic):
         yield Problem(
             f"expected cyclic coordinates: {_listed(expect.cyclic)}; "
-            f"found: {_listed(equations.cyclic)}",
+            f"found: {_listed(equations.derivation.cyclic)}",
             expect.cyclic_mark,
             rule="cyclic",
         )
         return
-    names = {c.name for c in equations.coordinates}
-    for name in filter(names.__contains__, equations.open_questions):
+    names = {c.name for c in equations.system.coordinates}
+    for name in filter(names.__contains__, equations.derivation.open_questions):
         yield Problem(
             f"it cannot be decided whether '{name}' is cyclic",
             expect.cyclic_mark,
@@ -90,9 +90,9 @@ def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
     """
     if expect.conserved is None:
         return
-    names = {c.name for c in equations.coordinates}
+    names = {c.name for c in equations.system.coordinates}
     if not expect.conserved:
-        for name in equations.open_questions:
+        for name in equations.derivation.open_questions:
             if name not in names:
                 yield Problem(
                     f"it cannot be decided whether '{name}' is conserved",
@@ -100,7 +100,7 @@ def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
                     hint="leave 'conserved' out: an empty list says that nothing is",
                     rule="conserved",
                 )
-    conserved = tuple(c.name for c in equations.conserved)
+    conserved = tuple(c.name for c in equations.derivation.conserved)
     if not expect.conserved and conserved:
         yield Problem(
             f"expected no conserved quantity; found: {_listed(conserved)}",
@@ -129,7 +129,7 @@ def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
 
 def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
     """Require each expected equation to be a nonzero multiple of a derived one, each of another."""
-    unmatched, start = list(equations.shown), _start(equations)
+    unmatched, start = list(equations.derivation.shown), _start(equations)
     for expected in expect.equations or ():
         residual, undecided = _residual(equations, expected), False
         for derived in unmatched:
@@ -141,7 +141,7 @@ def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
         else:
             listed = [
                 f"{derived.coordinate}: {to_scene_language(derived.residual, equations)} = 0"
-                for derived in equations.shown
+                for derived in equations.derivation.shown
             ]
             yield Problem(
                 "it cannot be decided whether this is a multiple of a derived equation"
@@ -155,7 +155,7 @@ def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
 
 def _start(equations: Equations) -> dict[Expr, Expr]:
     """Values of constants of integration: no expression of a scene holds their symbols."""
-    named = [p for p in equations.parameters if p.start_of is not None]
+    named = [p for p in equations.system.parameters if p.start_of is not None]
     return {p.symbol: p.exact for p in named if p.exact is not None}
 
 
@@ -167,7 +167,7 @@ def _lagrangian(expect: Expect, equations: Equations) -> Iterator[Problem]:
     if expect.lagrangian is None:
         return
     expected = interpret(equations, expect.lagrangian)
-    derived = equations.lagrangian.xreplace(_start(equations))
+    derived = equations.system.lagrangian.xreplace(_start(equations))
     verdict = lagrangians_agree(expected, derived, equations)
     if verdict is not Agreement.SAME:
         yield Problem(
@@ -175,7 +175,7 @@ def _lagrangian(expect: Expect, equations: Equations) -> Iterator[Problem]:
             if verdict is Agreement.DIFFERENT
             else "it cannot be decided whether the expected Lagrangian is the derived one",
             expect.lagrangian.mark(),
-            hint=f"derived: {to_scene_language(equations.lagrangian, equations)}",
+            hint=f"derived: {to_scene_language(equations.system.lagrangian, equations)}",
             rule="lagrangian",
         )
 
@@ -322,11 +322,13 @@ def _accuracy_for(equations: Equations, bounds: Sequence[float | None]) -> float
     Times of events are accurate relative to the span of the simulation.
     """
     known = [bound for bound in bounds if bound is not None]
-    until = equations.simulate.until
-    if not known or until is None or not until > equations.simulate.start:
+    until = equations.system.simulate.until
+    if not known or until is None or not until > equations.system.simulate.start:
         return None  # a run that has no span is refused where it begins
-    needed = _STATE_MARGIN * min(known) / (until - equations.simulate.start)
-    return min(equations.simulate.accuracy or _COARSEST_ACCURACY, max(needed, _FINEST_ACCURACY))
+    needed = _STATE_MARGIN * min(known) / (until - equations.system.simulate.start)
+    return min(
+        equations.system.simulate.accuracy or _COARSEST_ACCURACY, max(needed, _FINEST_ACCURACY)
+    )
 
 
 #: Name of a key of ``expect`` → its check, in the order in which they are made. ``error`` is not

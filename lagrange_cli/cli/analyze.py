@@ -189,7 +189,7 @@ def analyze(
         for name, ending in branch_pictures.items():
             drawing = analysis.drawn(ending.lstrip("."), loci=name == "loci")
             answer[name] = base64.b64encode(drawing).decode()
-        recorded = any(u.recording is not None for u in derivation.equations.inputs)
+        recorded = any(u.recording is not None for u in derivation.equations.system.inputs)
         return answer_of(derivation, answer, lasting=not (request.of_motions and recorded))
 
     question = astuple(request), list(parameters.items()), branch_pictures, form.key

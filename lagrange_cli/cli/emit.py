@@ -111,8 +111,11 @@ def emit(
         derivation = derivation_of_scene(session, request)
         equations = derivation.equations
         announce(f"writing {format_.title}")
-        recorded = any(u.recording is not None for u in equations.inputs)
-        value = {"name": equations.name, "files": derivation.emit(to, **format_options)}
+        recorded = any(u.recording is not None for u in equations.system.inputs)
+        value = {
+            "name": equations.presentation.name,
+            "files": derivation.emit(to, **format_options),
+        }
         return answer_of(derivation, value, lasting=not recorded)
 
     asked = (to, formulation, way, sorted(format_options.items()), list(parameters.items()))

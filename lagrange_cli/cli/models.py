@@ -133,7 +133,7 @@ def derivation_of_scene(
         cache=session.cache,
     )
     announce("")
-    session.tell(derivation.equations.warnings, derivation.equations.remarks)
+    session.tell(derivation.equations.derivation.warnings, derivation.equations.derivation.remarks)
     session.detail(f"derived and certified in {perf_counter() - started:.2f} s")
     return derivation
 
@@ -261,4 +261,9 @@ def path_models_of_scene(session: Session, scene: SceneRequest) -> PathModels:
 
 def answer_of(derivation: Derivation, value: Any, *, lasting: bool = True) -> Answer:
     """Return an answer with the warnings and remarks of its derivation."""
-    return Answer(value, derivation.equations.warnings, derivation.equations.remarks, lasting)
+    return Answer(
+        value,
+        derivation.equations.derivation.warnings,
+        derivation.equations.derivation.remarks,
+        lasting,
+    )

@@ -148,7 +148,7 @@ class Emitter:
         try:
             return self.run(equations, complete)
         except InputError as refusal:
-            raise placed(refusal, Mark(equations.file, 1, 1)) from refusal
+            raise placed(refusal, Mark(equations.presentation.file, 1, 1)) from refusal
 
     def files(self, name: str) -> tuple[str, ...]:
         """Return the names of the files for a system of this name, in order."""

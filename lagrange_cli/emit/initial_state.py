@@ -11,7 +11,8 @@ from lagrange_cli.emit.naming import comment_text
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Closure, Equations, Parameter
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Closure, Parameter
 
 #: Most steps between two rows that an emitted program prints: a C int holds them.
 _MOST_STEPS = 1_000_000_000
@@ -45,7 +46,7 @@ def exact_value(parameter: Parameter) -> Expr | None:
 
 def steps_per_row(equations: Equations, rows: int, default: int) -> int:
     """Return the steps between two rows of a table, by the scene's step if it gives one."""
-    defaults = equations.simulate
+    defaults = equations.system.simulate
     if not defaults.step:
         return default
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
@@ -54,7 +55,10 @@ def steps_per_row(equations: Equations, rows: int, default: int) -> int:
 
 def residual_labels(equations: Equations) -> list[str]:
     """Name each residual of the function ``constraints`` for messages."""
-    closures = [*equations.closures, *(contact.closure for contact in equations.contacts)]
+    closures = [
+        *equations.system.closures,
+        *(contact.closure for contact in equations.system.contacts),
+    ]
     positions = [c for c in closures if c.kind == "position"]
     starts = ", ".join(_start_names(equations))
     return [
@@ -72,12 +76,12 @@ def _position_label(closure: Closure, starts: str) -> str:
 
 def _start_names(equations: Equations) -> list[str]:
     """Names of the parameters that are starts, in constants of integration."""
-    return [comment_text(p.name) for p in equations.parameters if p.start_of is not None]
+    return [comment_text(p.name) for p in equations.system.parameters if p.start_of is not None]
 
 
 def rates_note(equations: Equations) -> list[str]:
     """Lines that say which closures hold for one constant of integration only."""
-    names = [comment_text(c.name) for c in equations.closures if c.integral]
+    names = [comment_text(c.name) for c in equations.system.closures if c.integral]
     if not names:
         return []
     starts = ", ".join(_start_names(equations)) or "of 'initial'"

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Equations, Input
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Input
 
 
 #: Keys whose values hold expressions, which ``latex`` has too.
@@ -81,48 +82,49 @@ def derivation_report(
 
 def _report(equations: Equations, form: str, say: ExpressionPrinter) -> dict[str, Any]:
     """The report, with expressions as they are said."""
-    forces = equations.constraint_forces
-    account, unused = equations.account, equations.facts.unused_parameters
+    forces = equations.derivation.constraint_forces
+    account, unused = equations.derivation.account, equations.derivation.facts.unused_parameters
     return {
-        "name": equations.name,
+        "name": equations.presentation.name,
         "cartesian": account.cartesian,
         "extra": account.extra,
         "constraints": account.constraints,
         "dof": account.dof,
         "nonholonomic": account.nonholonomic,
         "unilateral": account.unilateral,
-        "coordinates": [c.name for c in equations.coordinates],
-        "formulation": equations.formulation,
+        "coordinates": [c.name for c in equations.system.coordinates],
+        "formulation": equations.system.formulation,
         "predicted": _predicted(equations),
         "singular": [
             {"coordinate": name, "where": f"{say(place.where)} = 0"}
-            for place in equations.singular
+            for place in equations.derivation.singular
             for name in place.coordinates
         ],
-        "positive": [name for name, _ in equations.positive],
-        "kinetic": say(equations.kinetic),
-        "potential": say(equations.potential),
-        "lagrangian": say(equations.lagrangian),
+        "positive": [name for name, _ in equations.system.positive],
+        "kinetic": say(equations.system.kinetic),
+        "potential": say(equations.system.potential),
+        "lagrangian": say(equations.system.lagrangian),
         **_in_form(equations, form, say),
-        "cyclic": list(equations.cyclic),
+        "cyclic": list(equations.derivation.cyclic),
         "conserved": [
-            {"name": c.name, "expression": say(c.expression)} for c in equations.conserved
+            {"name": c.name, "expression": say(c.expression)}
+            for c in equations.derivation.conserved
         ],
         "undecided": undecided(equations),
         "energy_balance": _balance(equations, say),
-        "multipliers": [c.multiplier.name for c in equations.pushing],
+        "multipliers": [c.multiplier.name for c in equations.system.pushing],
         "closure": [
             {"name": c.name, "kind": c.kind, "expression": say(c.expression)}
-            for c in equations.closures
+            for c in equations.system.closures
         ],
         "contacts": _contacts(equations, say),
-        "inputs": [_input(source, say) for source in equations.inputs],
-        "outputs": [{"name": name, "expression": say(e)} for name, e in equations.outputs],
-        "facts": asdict(equations.facts) | {"unused_parameters": list(unused)},
+        "inputs": [_input(source, say) for source in equations.system.inputs],
+        "outputs": [{"name": name, "expression": say(e)} for name, e in equations.system.outputs],
+        "facts": asdict(equations.derivation.facts) | {"unused_parameters": list(unused)},
         **({} if forces is None else forces_report(equations, forces, say)),
         **_steps(equations),
-        "certificate": asdict(equations.certificate),
-        "warnings": [warning.values() for warning in equations.warnings],
+        "certificate": asdict(equations.derivation.certificate),
+        "warnings": [warning.values() for warning in equations.derivation.warnings],
     }
 
 
@@ -133,8 +135,8 @@ def _in_form(equations: Equations, form: str, say: ExpressionPrinter) -> dict[st
 
         return routhian_report(equations, say)
     whole = {
-        "mass_matrix": matrix(equations.mass_matrix, say),
-        "forcing": [say(f) for f in equations.forcing],
+        "mass_matrix": matrix(equations.system.mass_matrix, say),
+        "forcing": [say(f) for f in equations.system.forcing],
     }
     if form == "hamiltonian":
         from lagrange_cli.emit.forms.json_values import hamiltonian_report
@@ -158,15 +160,15 @@ def in_scene_language(equations: Equations, expression: Expr) -> str:
 
 def _steps(equations: Equations) -> dict[str, Any]:
     """The steps, where they were asked for."""
-    if equations.steps is None:
+    if equations.derivation.steps is None:
         return {}
     from lagrange_cli.emit.steps.json_values import steps_report
 
-    return steps_report(equations, equations.steps)
+    return steps_report(equations, equations.derivation.steps)
 
 
 def _contacts(equations: Equations, say: ExpressionPrinter) -> list[dict[str, Any]]:
-    names = [c.name for c in equations.coordinates]
+    names = [c.name for c in equations.system.coordinates]
     return [
         {
             "name": contact.name,
@@ -178,12 +180,12 @@ def _contacts(equations: Equations, say: ExpressionPrinter) -> list[dict[str, An
             "multiplier": contact.closure.multiplier.name,
             "restitution": say(contact.restitution),
         }
-        for contact in equations.contacts
+        for contact in equations.system.contacts
     ]
 
 
 def _lagrange(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
-    rows = [display_row(shown, say.words) for shown in equations.shown]
+    rows = [display_row(shown, say.words) for shown in equations.derivation.shown]
     return {"equations": _residuals(equations, rows, say)}
 
 
@@ -191,12 +193,14 @@ def _explicit(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
     """The rows for coordinates, and those for the multipliers of closures."""
     explicit, right = explicit_form(equations), forcing_with_reactions(equations)
     rows = []
-    for i, (c, value) in enumerate(zip(equations.coordinates, explicit.accelerations, strict=True)):
+    for i, (c, value) in enumerate(
+        zip(equations.system.coordinates, explicit.accelerations, strict=True)
+    ):
         if value is not None:
             rows.append(_difference([c.a], value, say))
         else:
-            row = entries(equations.mass_matrix[i]).items()
-            left = [m * equations.coordinates[j].a for j, m in row]
+            row = entries(equations.system.mass_matrix[i]).items()
+            left = [m * equations.system.coordinates[j].a for j, m in row]
             rows.append(_difference(left, right[i], say))
     return {
         "equations": _residuals(equations, rows, say),
@@ -209,7 +213,7 @@ def _explicit(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
                     else _difference([closure.multiplier], value, say)
                 ),
             }
-            for closure, value in zip(equations.closures, explicit.multipliers, strict=True)
+            for closure, value in zip(equations.system.closures, explicit.multipliers, strict=True)
         ],
     }
 
@@ -219,7 +223,7 @@ def _residuals(
 ) -> list[dict[str, str]]:
     return [
         {"coordinate": c.name, "residual": say.tree(row)}
-        for c, row in zip(equations.coordinates, rows, strict=True)
+        for c, row in zip(equations.system.coordinates, rows, strict=True)
     ]
 
 
@@ -233,7 +237,7 @@ def _difference(unknowns: Sequence[Expr], value: Expr, say: ExpressionPrinter) -
 
 def _predicted(equations: Equations) -> dict[str, int] | None:
     """Operations of a right-hand side in each formulation, where there are two."""
-    choice = equations.choice
+    choice = equations.derivation.choice
     if choice is None:
         return None
     return {"minimal": choice.minimal, "multiplier": choice.multiplier}
@@ -241,12 +245,12 @@ def _predicted(equations: Equations) -> dict[str, int] | None:
 
 def _balance(equations: Equations, say: ExpressionPrinter) -> dict[str, str] | None:
     """The energy that is not conserved and its rate; None if it is conserved or that is long."""
-    balance = equations.balance
+    balance = equations.derivation.balance
     if balance is None:
         return None
     return {
         "name": balance.kind,
-        "expression": say(equations.energy),
+        "expression": say(equations.system.energy),
         "rate": say(balance.rate),
     }
 

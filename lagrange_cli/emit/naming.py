@@ -14,7 +14,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Equations, Parameter
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Coordinate, Parameter
 
 _C_WORDS = """
 alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor
@@ -125,7 +126,7 @@ def comment_text(text: str) -> str:
 
 def domain_note(equations: Equations) -> list[str]:
     """A line that says what the scene declares positive; none where it declares nothing."""
-    names = ", ".join(comment_text(name) for name, _ in equations.positive)
+    names = ", ".join(comment_text(name) for name, _ in equations.system.positive)
     return [f"All of this holds only where these are positive: {names}."] if names else []
 
 

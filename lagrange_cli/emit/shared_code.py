@@ -66,7 +66,7 @@ def recorded_inputs(equations: Equations) -> list[tuple[int, Polynomials]]:
     """
     recordings = [
         (number, polynomials(source.recording))
-        for number, source in enumerate(equations.inputs)
+        for number, source in enumerate(equations.system.inputs)
         if source.recording is not None
     ]
     for _, pieces in recordings:
@@ -91,7 +91,7 @@ def polynomial_rows(pieces: Polynomials) -> list[tuple[float, ...]]:
 
 
 def described_input(equations: Equations, number: int) -> str:
-    source: Any = equations.inputs[number]
+    source: Any = equations.system.inputs[number]
     return f"{source.name}: {source.recording.described}"
 
 
@@ -110,15 +110,15 @@ def programs_of_momenta(equations: Equations) -> dict[str, Program]:
     from lagrange_cli.analysis.forms.hamiltonian import hamiltonian_form
     from lagrange_cli.analysis.forms.legendre import is_quadratic
 
-    if equations.pushing:
-        name = equations.pushing[0].name
+    if equations.system.pushing:
+        name = equations.system.pushing[0].name
         message = (
             "canonical equations are emitted where no constraint is kept with a multiplier, as"
             f" '{name}' is here"
         )
         hint = "--formulation minimal finds coordinates that obey constraints, where there are some"
         raise _refused(equations, message, hint)
-    if is_quadratic(equations, range(len(equations.coordinates))):
+    if is_quadratic(equations, range(len(equations.system.coordinates))):
         return canonical_programs(equations)
     form = hamiltonian_form(equations)
     places = {p.momentum.symbol: p.momentum.coordinate.v for p in form.pairs}
@@ -131,7 +131,7 @@ def programs_of_momenta(equations: Equations) -> dict[str, Program]:
 
 
 def _refused(equations: Equations, message: str, hint: str) -> InputError:
-    return InputError(Problem(message, Mark(equations.file, 1, 1), hint, "canonical"))
+    return InputError(Problem(message, Mark(equations.presentation.file, 1, 1), hint, "canonical"))
 
 
 def momentum_names(equations: Equations) -> list[str]:
@@ -139,4 +139,4 @@ def momentum_names(equations: Equations) -> list[str]:
     from lagrange_cli.analysis.forms.momenta import momentum_letter
 
     letter = momentum_letter(equations)
-    return [f"{letter}_{c.name}" for c in equations.coordinates]
+    return [f"{letter}_{c.name}" for c in equations.system.coordinates]

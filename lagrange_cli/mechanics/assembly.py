@@ -31,13 +31,9 @@ from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
 from lagrange_cli.mechanics.dynamics.textbook_form import as_rates, shown_equations
 from lagrange_cli.mechanics.energy_balance import energy_balance
 from lagrange_cli.mechanics.equations import (
-    CartesianName,
+    Derivation,
     Equations,
-    InitialState,
-    Input,
-    Parameter,
-    ParticleMotion,
-    ReplacedChart,
+    Presentation,
     ShownEquation,
     TextbookForm,
 )
@@ -63,6 +59,15 @@ from lagrange_cli.mechanics.symbols.values import (
     decimal,
     evaluated,
     nearest_double,
+)
+from lagrange_cli.mechanics.system import (
+    CartesianName,
+    InitialState,
+    Input,
+    Parameter,
+    ParticleMotion,
+    ReplacedChart,
+    System,
 )
 from lagrange_cli.scene.checks.table import constraints, latex_names, stating
 from lagrange_cli.scene.language.expression import Equation
@@ -99,16 +104,12 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     initial = starting_state(derivation, chart)
     certify_energy(evidence, whole_energy)
     forcing = derivation.forcing_sums
-    return Equations(
-        name=scene.name,
-        title=scene.title,
-        description=scene.description,
-        file=scene.file,
-        digest=scene.digest,
+    system = System(
         t=names.t,
         parameters=tuple(_parameters(reduced)),
         coordinates=reduced.coordinates,
-        account=reduced.account,
+        inputs=tuple(_inputs(reduced)),
+        functions=scene.functions,
         particles=tuple(_particles(derivation)),
         cartesian_names=tuple(_cartesian_names(derivation)),
         kinetic=derivation.kinetic,
@@ -118,35 +119,44 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         forces=derivation.forces,
         mass_matrix=derivation.mass_matrix,
         forcing=forcing,
-        textbook=cache(partial(_textbook, derivation, evidence, energy, conserved)),
         energy=whole_energy,
-        cyclic=cyclic_names(derivation, evidence),
-        conserved=conserved,
-        facts=structure,
-        certificate=evidence.certificate,
         initial=initial,
-        suggested=tuple(possible_start(derivation.reduced).items()) if initial is None else (),
         simulate=simulation_defaults(reduced.scene, reduced.values),
-        abbreviations=tuple(_abbreviations(reduced)),
-        functions=scene.functions,
-        sizes=tuple((size.name, size.value) for size in scene.sizes),
-        families=scene.families,
-        outputs=tuple(_outputs(reduced)),
-        inputs=tuple(_inputs(reduced)),
-        literals=decimal_literals(scene.expressions()),
-        sums=derivation.sums,
-        warnings=tuple(_warnings(derivation, initial, structure.unused_parameters)),
-        remarks=_remarks(derivation, initial),
         closures=derivation.closures,
         contacts=derivation.contacts,
+        outputs=tuple(_outputs(reduced)),
         positive=tuple(reduced.positive),
+        chart=chart,
+    )
+    known = Derivation(
+        account=reduced.account,
+        certificate=evidence.certificate,
+        facts=structure,
+        cyclic=cyclic_names(derivation, evidence),
+        conserved=conserved,
+        textbook=cache(partial(_textbook, derivation, evidence, energy, conserved)),
+        suggested=tuple(possible_start(derivation.reduced).items()) if initial is None else (),
+        warnings=tuple(_warnings(derivation, initial, structure.unused_parameters)),
+        remarks=_remarks(derivation, initial),
+        sources=_sources(derivation, evidence, forcing, whole_energy),
+    )
+    presentation = Presentation(
+        name=scene.name,
+        title=scene.title,
+        description=scene.description,
+        file=scene.file,
+        digest=scene.digest,
+        abbreviations=tuple(_abbreviations(reduced)),
+        sizes=tuple((size.name, size.value) for size in scene.sizes),
+        families=scene.families,
+        literals=decimal_literals(scene.expressions()),
+        sums=derivation.sums,
         latex=dict(_latex(derivation)),
         indices=dict(_indices(derivation)),
-        chart=chart,
         units=_units(derivation, chart),
-        sources=_sources(derivation, evidence, forcing, whole_energy),
         depiction=_depiction(reduced),
     )
+    return Equations(system, known, presentation)
 
 
 def _sources(

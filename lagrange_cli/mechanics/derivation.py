@@ -102,7 +102,14 @@ def _in_formulation(scene: Scene, asked: _Wanted, formulation: Formulation) -> E
         if asked.steps is not None:
             require_few_terms(derivation)
         equations = _derived(derivation, asked)
-        return replace(equations, choice=choice, remarks=(*equations.remarks, *remarks))
+        return replace(
+            equations,
+            derivation=replace(
+                equations.derivation,
+                choice=choice,
+                remarks=(*equations.derivation.remarks, *remarks),
+            ),
+        )
 
     try:
         return derived(formulation)
@@ -113,7 +120,12 @@ def _in_formulation(scene: Scene, asked: _Wanted, formulation: Formulation) -> E
             equations = derived("multiplier")
         except InputError:
             raise refusal from None
-        return replace(equations, remarks=(*equations.remarks, _NOT_REACHED_REMARK))
+        return replace(
+            equations,
+            derivation=replace(
+                equations.derivation, remarks=(*equations.derivation.remarks, _NOT_REACHED_REMARK)
+            ),
+        )
 
 
 def _derived(derivation: Uncertified, asked: _Wanted) -> Equations:
@@ -122,20 +134,27 @@ def _derived(derivation: Uncertified, asked: _Wanted) -> Equations:
     require_inertia(derivation, seen)
     evidence = proven_evidence(derivation, seen)
     equations = assemble(derivation, evidence)
-    questions = tuple(open_questions(derivation, seen, evidence, equations.conserved))
+    questions = tuple(open_questions(derivation, seen, evidence, equations.derivation.conserved))
     equations = replace(
-        equations, singular=singular_configurations(derivation), open_questions=questions
+        equations,
+        derivation=replace(
+            equations.derivation,
+            singular=singular_configurations(derivation),
+            open_questions=questions,
+        ),
     )
     if asked.forces:
         from lagrange_cli.mechanics.reactions.constraint_forces import derive_constraint_forces
 
         announce("finding the constraint forces")
         reactions = derive_constraint_forces(derivation, evidence, equations)
-        equations = replace(equations, constraint_forces=reactions)
+        equations = replace(
+            equations, derivation=replace(equations.derivation, constraint_forces=reactions)
+        )
     if asked.steps is not None:
         from lagrange_cli.mechanics.steps.derive_steps import derive_steps
 
         announce("writing the steps")
         steps = derive_steps(derivation, evidence, equations, asked.steps)
-        equations = replace(equations, steps=steps)
+        equations = replace(equations, derivation=replace(equations.derivation, steps=steps))
     return equations

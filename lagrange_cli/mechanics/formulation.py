@@ -30,7 +30,6 @@ from lagrange_cli.mechanics.dynamics.singular_configurations import (
     conserved_momenta,
 )
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts, solves_everywhere
-from lagrange_cli.mechanics.equations import CartesianName, InitialState, ReplacedChart
 from lagrange_cli.mechanics.findings import FormulationChoice
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.initial.projection import state_of
@@ -43,6 +42,7 @@ from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import must_stay
 from lagrange_cli.mechanics.symbols.values import evaluated
+from lagrange_cli.mechanics.system import CartesianName, InitialState, ReplacedChart
 from lagrange_cli.scene.conditions import Formulation
 from lagrange_cli.scene.model import Scene
 

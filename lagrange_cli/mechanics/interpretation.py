@@ -30,24 +30,24 @@ def interpret(
     InputError
         Located: an unknown name, or a value that is not a finite real number.
     """
-    meanings: dict[str, sp.Expr] = {**further, "t": equations.t}
-    meanings.update((name, expr) for name, expr in equations.abbreviations)
-    for particle in equations.particles:
+    meanings: dict[str, sp.Expr] = {**further, "t": equations.system.t}
+    meanings.update((name, expr) for name, expr in equations.presentation.abbreviations)
+    for particle in equations.system.particles:
         for axis, position in zip("xyz", particle.position, strict=True):
             meanings[f"{axis}_{particle.name}"] = position
-    multipliers = [c.multiplier for c in equations.pushing]
+    multipliers = [c.multiplier for c in equations.system.pushing]
     meanings.update((multiplier.name, multiplier) for multiplier in multipliers)
-    meanings.update((c.name, c.position) for c in equations.cartesian_names)
-    meanings.update((p.name, p.symbol) for p in equations.parameters)
-    meanings.update((u.name, u.symbol) for u in equations.inputs)
-    meanings.update((c.name, c.q) for c in equations.coordinates)
-    chain = [(c.q, c.v) for c in equations.coordinates]
-    chain += [(c.v, c.a) for c in equations.coordinates]
+    meanings.update((c.name, c.position) for c in equations.system.cartesian_names)
+    meanings.update((p.name, p.symbol) for p in equations.system.parameters)
+    meanings.update((u.name, u.symbol) for u in equations.system.inputs)
+    meanings.update((c.name, c.q) for c in equations.system.coordinates)
+    chain = [(c.q, c.v) for c in equations.system.coordinates]
+    chain += [(c.v, c.a) for c in equations.system.coordinates]
     return to_sympy(
         expression,
         meanings.get,
-        lambda expr: total_derivative(expr, equations.t, chain),
-        {f.name: f for f in equations.functions},
+        lambda expr: total_derivative(expr, equations.system.t, chain),
+        {f.name: f for f in equations.system.functions},
     )
 
 
@@ -59,9 +59,9 @@ def expression_of(equations: Equations, written: WrittenText, start: int, end: i
     InputError
         Located: the text is no expression.
     """
-    mark, functions = written.mark(start, end), {f.name for f in equations.functions}
+    mark, functions = written.mark(start, end), {f.name for f in equations.system.functions}
     parsed = parse_expression(written.text[start:end].strip(), mark, functions=functions)
-    return written_expression(parsed, dict(equations.sizes), Budget())
+    return written_expression(parsed, dict(equations.presentation.sizes), Budget())
 
 
 def value_of(
@@ -88,7 +88,9 @@ def value_of(
         Located: it is no such expression, or has accelerations or multipliers in it.
     """
     value = interpret(equations, expression_of(equations, written, start, end), further)
-    unknown = {c.a for c in equations.coordinates} | {c.multiplier for c in equations.pushing}
+    unknown = {c.a for c in equations.system.coordinates} | {
+        c.multiplier for c in equations.system.pushing
+    }
     if not value.free_symbols.isdisjoint(unknown):
         said = "neither accelerations nor multipliers belong to a state"
         raise written.refusal(said, start, end, "write it with coordinates and their dot(...)")

@@ -65,12 +65,16 @@ def stored_derivation(
     data = cache.get(key)
     if data is not None:
         equations: Equations = from_bytes(data)
-        form = _StoredForm(cache, digest("textbook", key), lambda: derived().textbook())
+        form = _StoredForm(cache, digest("textbook", key), lambda: derived().derivation.textbook())
     else:
         equations = derived()
-        form = _StoredForm(cache, digest("textbook", key), equations.textbook)
-        _store(cache, key, replace(equations, textbook=unwritten))
-    return replace(equations, textbook=form)
+        form = _StoredForm(cache, digest("textbook", key), equations.derivation.textbook)
+        _store(
+            cache,
+            key,
+            replace(equations, derivation=replace(equations.derivation, textbook=unwritten)),
+        )
+    return replace(equations, derivation=replace(equations.derivation, textbook=form))
 
 
 def unwritten() -> TextbookForm:

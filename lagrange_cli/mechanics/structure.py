@@ -24,7 +24,7 @@ from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure, Coordinate, ShortLagrangian
+from lagrange_cli.mechanics.equations import ShortLagrangian
 from lagrange_cli.mechanics.findings import Conserved, Facts
 from lagrange_cli.mechanics.free_symbols import symbols_in, symbols_of_all
 from lagrange_cli.mechanics.numerics.rank import (
@@ -35,6 +35,7 @@ from lagrange_cli.mechanics.numerics.rank import (
 )
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+from lagrange_cli.mechanics.system import Closure, Coordinate
 from lagrange_cli.scene.checks.names import without_rate
 from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.model import Scene

@@ -19,7 +19,8 @@ from lagrange_cli.notation.tree import Dependence, DisplaySymbol, Role, SignedNo
 if TYPE_CHECKING:
     from sympy import Basic, Expr
 
-    from lagrange_cli.mechanics.equations import Equations, Parameter
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Parameter
 
 #: Operations of the longest expression that is printed: more than three pages are not read, and
 #: are more than pdfLaTeX has memory for.
@@ -131,44 +132,46 @@ def vocabulary(
     omission
         Leaves out expressions that are too long to be read; None if all are wanted.
     """
-    masses = {s for particle in equations.particles for s in particle.mass.free_symbols}
+    masses = {s for particle in equations.system.particles for s in particle.mass.free_symbols}
     atoms = {
         p.symbol: ordering.symbol_of(
             p.name, Dependence.PARAMETER, rank, latex=p.latex, role=_role(p, masses)
         )
-        for rank, p in enumerate(equations.parameters)
+        for rank, p in enumerate(equations.system.parameters)
     }
-    ranks = {c.name: rank for rank, c in enumerate(equations.coordinates)}
-    for p in equations.parameters:
+    ranks = {c.name: rank for rank, c in enumerate(equations.system.coordinates)}
+    for p in equations.system.parameters:
         if p.start_of is not None:
             rank = ranks.get(p.start_of, len(ranks))
             atoms[p.symbol] = ordering.start_symbol(p.name, rank, p.latex)
-    for rank, closure in enumerate(equations.pushing, len(equations.parameters)):
+    for rank, closure in enumerate(equations.system.pushing, len(equations.system.parameters)):
         # With the underscores that tell the symbol from other names of the scene.
         name = multiplier_name(closure.multiplier.name.removeprefix("lambda_"))
-        latex = equations.latex.get(closure.multiplier.name)
+        latex = equations.presentation.latex.get(closure.multiplier.name)
         atoms[closure.multiplier] = ordering.symbol_of(
             name, Dependence.PARAMETER, rank, latex=latex
         )
-    atoms[equations.t] = ordering.symbol_of("t", Dependence.TIME, 0)
-    for rank, source in enumerate(equations.inputs, 1):
+    atoms[equations.system.t] = ordering.symbol_of("t", Dependence.TIME, 0)
+    for rank, source in enumerate(equations.system.inputs, 1):
         atoms[source.symbol] = ordering.symbol_of(source.name, Dependence.TIME, rank)
-    for rank, c in enumerate(equations.coordinates):
+    for rank, c in enumerate(equations.system.coordinates):
         for order, symbol in enumerate((c.q, c.v, c.a)):
             level = Dependence(Dependence.COORDINATE + order)
             atoms[symbol] = ordering.symbol_of(c.name, level, rank, order=order, latex=c.latex)
-    functions = {f.name: f.latex for f in equations.functions}
-    sums = _written(equations.sums)
-    words = Vocabulary(atoms, dict(equations.literals), functions, sums, omission=omission)
+    functions = {f.name: f.latex for f in equations.system.functions}
+    sums = _written(equations.presentation.sums)
+    words = Vocabulary(
+        atoms, dict(equations.presentation.literals), functions, sums, omission=omission
+    )
     return replace(words, named=_named(equations, words)) if abbreviating else words
 
 
 def latex_overrides(equations: Equations) -> dict[str, str]:
     """Names of the scene that it says how to print in LaTeX."""
-    names = dict(equations.latex)
-    names |= {p.name: p.latex for p in equations.parameters if p.latex is not None}
-    names |= {c.name: c.latex for c in equations.coordinates if c.latex is not None}
-    return names | {f.name: f.latex for f in equations.functions if f.latex is not None}
+    names = dict(equations.presentation.latex)
+    names |= {p.name: p.latex for p in equations.system.parameters if p.latex is not None}
+    names |= {c.name: c.latex for c in equations.system.coordinates if c.latex is not None}
+    return names | {f.name: f.latex for f in equations.system.functions if f.latex is not None}
 
 
 def with_symbols(
@@ -200,14 +203,16 @@ def _named(equations: Equations, words: Vocabulary) -> dict[sympy.Expr, tuple[Na
     A base with denominators has a name without them too: c²/γ² by c² − v².
     """
     named: dict[sympy.Expr, tuple[NamedFactor, ...]] = {}
-    for rank, (name, expression) in enumerate(equations.abbreviations):
+    for rank, (name, expression) in enumerate(equations.presentation.abbreviations):
         if not expression.free_symbols or expression.is_Symbol:
             continue
         base, exponent = expression.as_base_exp()
         if not exponent.is_Rational:
             base, exponent = expression, sympy.S.One
         levels = [words.atoms[s].traits.level for s in expression.free_symbols if s in words.atoms]
-        symbol = ordering.abbreviation_of(name, max(levels), rank, equations.latex.get(name))
+        symbol = ordering.abbreviation_of(
+            name, max(levels), rank, equations.presentation.latex.get(name)
+        )
         factor = SignedNode(False, symbol), Fraction(int(exponent.q), int(exponent.p))
         named.setdefault(base, (factor,))
         if not base.is_Add:

@@ -69,7 +69,7 @@ def constraint_programs(equations: Equations, rhs: Program | None = None) -> dic
 
     ``rhs``: the program of the right-hand side, if it is known.
     """
-    kinds = {closure.kind for closure in equations.closures}
+    kinds = {closure.kind for closure in equations.system.closures}
     shared = None if rhs is None else multipliers_beside(rhs)
     return {
         function: build_program(equations, outputs)
@@ -97,7 +97,7 @@ def shifting_programs(equations: Equations) -> dict[str, Program]:
 
     Empty where RATTLE, which needs it, does not apply, and where loops are written.
     """
-    applies = equations.closures and equations.facts.separable_on_closures
+    applies = equations.system.closures and equations.derivation.facts.separable_on_closures
     if not applies or is_large_system(equations):
         return {}
     return {"shifted_change": build_program(equations, ("shifted_change",))}
@@ -108,7 +108,7 @@ def contact_programs(equations: Equations) -> dict[str, Program]:
 
     The equations are those of :func:`.systems.contact_systems.with_contact_flags`.
     """
-    if not equations.contacts:
+    if not equations.system.contacts:
         return {}
     rhs, *others = _OF_CONTACTS
     programs = {rhs: build_program(equations, _OF_CONTACTS[rhs])}
@@ -137,8 +137,8 @@ def canonical_programs(
     if velocities is None:
         legendre = build_program(equations, ["legendre"], loops=False)
     else:
-        named = zip((c.name for c in equations.coordinates), velocities, strict=True)
-        asked = replace(equations, outputs=tuple(named))
+        named = zip((c.name for c in equations.system.coordinates), velocities, strict=True)
+        asked = replace(equations, system=replace(equations.system, outputs=tuple(named)))
         legendre = build_program(asked, ["outputs"], loops=False)
     return {
         "momenta": build_program(equations, ["momenta"], loops=False),
@@ -165,9 +165,9 @@ _MOST_NUMBERS = 2_000_000
 def derivative_functions(equations: Equations) -> list[str]:
     """List the functions of :data:`DERIVATIVES` that have results."""
     present = {
-        "state": equations.coordinates,
-        "inputs": equations.coordinates and equations.inputs,
-        "parameters": equations.coordinates and equations.parameters,
+        "state": equations.system.coordinates,
+        "inputs": equations.system.coordinates and equations.system.inputs,
+        "parameters": equations.system.coordinates and equations.system.parameters,
     }
     return [function for function, by in DERIVATIVES.items() if present[by]]
 
@@ -193,17 +193,20 @@ def derivative_programs(
     """
     if not (jacobian or linearization):
         return {}
-    n = len(equations.coordinates) + len(equations.multipliers)
-    if n * (n + 2 * len(equations.coordinates)) > _MOST_NUMBERS and equations.closures:
+    n = len(equations.system.coordinates) + len(equations.system.multipliers)
+    if (
+        n * (n + 2 * len(equations.system.coordinates)) > _MOST_NUMBERS
+        and equations.system.closures
+    ):
         raise InputError(
             Problem(
-                f"derivatives of {len(equations.coordinates)} accelerations with"
-                f" {len(equations.multipliers)} multipliers are too many to write out",
+                f"derivatives of {len(equations.system.coordinates)} accelerations with"
+                f" {len(equations.system.multipliers)} multipliers are too many to write out",
                 hint="use fewer bodies, or --formulation minimal",
                 rule="too-many-derivatives",
             )
         )
-    contact = "contact_" if equations.contacts else ""
+    contact = "contact_" if equations.system.contacts else ""
     flagged = with_contact_flags(equations) if contact else equations
     programs = {
         contact + function: build_jacobian(flagged, DERIVATIVES[function])
@@ -218,13 +221,13 @@ def _slope_programs(equations: Equations, flagged: Equations) -> dict[str, Progr
 
     Outputs need none where the scene has none: they are the coordinates then.
     """
-    if not equations.coordinates:
+    if not equations.system.coordinates:
         return {}
     present = {
-        "output_jacobian": bool(equations.outputs),
-        "output_jacobian_u": bool(equations.outputs and equations.inputs),
-        "constraint_jacobian": bool(equations.closures and not equations.contacts),
-        "contact_constraint_jacobian": bool(equations.contacts),
+        "output_jacobian": bool(equations.system.outputs),
+        "output_jacobian_u": bool(equations.system.outputs and equations.system.inputs),
+        "constraint_jacobian": bool(equations.system.closures and not equations.system.contacts),
+        "contact_constraint_jacobian": bool(equations.system.contacts),
     }
     return {
         function: build_slopes(

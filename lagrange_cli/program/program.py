@@ -159,22 +159,24 @@ def result_count(program: Program) -> int:
 
 
 def _upper_triangle(e: Equations) -> Iterable[Expr]:
-    n = len(e.coordinates)
-    return (e.mass_matrix[i][j] for i in range(n) for j in range(i, n))
+    n = len(e.system.coordinates)
+    return (e.system.mass_matrix[i][j] for i in range(n) for j in range(i, n))
 
 
 #: Output that solves no system → its expressions.
 OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "mass_matrix": _upper_triangle,
-    "forcing": lambda e: e.forcing,
-    "energy": lambda e: (e.energy,),
-    "kinetic": lambda e: (e.kinetic,),
-    "potential": lambda e: (e.potential,),
-    "positions": lambda e: (c.position for c in e.cartesian_names),
-    "velocities": lambda e: (c.velocity for c in e.cartesian_names),
+    "forcing": lambda e: e.system.forcing,
+    "energy": lambda e: (e.system.energy,),
+    "kinetic": lambda e: (e.system.kinetic,),
+    "potential": lambda e: (e.system.potential,),
+    "positions": lambda e: (c.position for c in e.system.cartesian_names),
+    "velocities": lambda e: (c.velocity for c in e.system.cartesian_names),
     # Recorded inputs are handed over.
-    "inputs": lambda e: (u.expression if u.recording is None else u.symbol for u in e.inputs),
-    "outputs": lambda e: (expression for _, expression in e.outputs),
+    "inputs": lambda e: (
+        u.expression if u.recording is None else u.symbol for u in e.system.inputs
+    ),
+    "outputs": lambda e: (expression for _, expression in e.system.outputs),
     **CLOSURE_OUTPUTS,
     **CONTACT_OUTPUTS,
     **CANONICAL_OUTPUTS,
@@ -186,7 +188,7 @@ SYSTEMS = {**CLOSURE_SYSTEMS, **CONTACT_SYSTEMS, **CANONICAL_SYSTEMS}
 
 def optional_outputs(equations: Equations) -> list[str]:
     """List which of ``inputs`` and ``outputs`` the scene has."""
-    sections = (("inputs", equations.inputs), ("outputs", equations.outputs))
+    sections = (("inputs", equations.system.inputs), ("outputs", equations.system.outputs))
     return [name for name, entries in sections if entries]
 
 
@@ -208,7 +210,7 @@ def build_program(equations: Equations, outputs: Sequence[str], *, loops: bool =
     InternalError
         An expression holds something without counterpart in emitted code.
     """
-    require_given(equations.functions)
+    require_given(equations.system.functions)
     if loops and is_large_system(equations):
         weighted = weighted_closures(equations, outputs)
         large = large_system(weighted, lambda name: tuple(OUTPUTS[name](weighted.equations)))
@@ -228,11 +230,11 @@ _OF_DERIVATION = {*SYSTEMS, "mass_matrix", "forcing"}
 def _graph(equations: Equations, *, direct: bool) -> ValueGraph:
     """Make a graph over the inputs, and derive M and f on it if ``direct``."""
     inputs = _inputs(equations)
-    if not direct or equations.sources is None:
+    if not direct or equations.derivation.sources is None:
         return ValueGraph(inputs)
-    graphs = _DERIVED.setdefault(equations.sources, {})
+    graphs = _DERIVED.setdefault(equations.derivation.sources, {})
     if tuple(inputs) not in graphs:
-        _derive(equations, equations.sources)
+        _derive(equations, equations.derivation.sources)
     return graphs[tuple(inputs)].copy()
 
 
@@ -267,7 +269,7 @@ def _is_direct(equations: Equations) -> bool:
 
     They have to agree with these.
     """
-    sources = equations.sources
+    sources = equations.derivation.sources
     if sources is None or not is_derivable(equations) or is_large_system(equations):
         return False
     if sources not in _DIRECT:
@@ -281,10 +283,10 @@ def _takes_fewer(
     equations: Equations, sources: DerivationSources, derivation: DirectDerivation
 ) -> bool:
     """Count operations both ways, unless one way is known to take fewer."""
-    terms, n = sources.collected_terms, len(equations.mass_matrix)
+    terms, n = sources.collected_terms, len(equations.system.mass_matrix)
     if terms is None:
         return True
-    if not equations.pushing and n <= LARGEST_UNROLLED:
+    if not equations.system.pushing and n <= LARGEST_UNROLLED:
         return False  # solved in closed form, for which expressions are collected
     if n > _LARGEST_COUNTED and derivation.operations <= _BEFORE_SHARING * terms:
         return True
@@ -297,7 +299,7 @@ def _takes_fewer(
 
 def _of_energy(equations: Equations) -> Program | None:
     """Build the program of the energy from positions, if it has many coordinates and is shorter."""
-    if len(equations.mass_matrix) <= _LARGEST_COUNTED or not is_derivable(equations):
+    if len(equations.system.mass_matrix) <= _LARGEST_COUNTED or not is_derivable(equations):
         return None
     direct = DirectEnergy(ValueGraph(_inputs(equations)), equations)
     program = _ordered(direct.values.copy(), equations, [("energy", [direct.energy])], ())
@@ -343,8 +345,8 @@ def _scheduled(
 ) -> Program:
     """Write the statements that compute some values, each where it is first needed."""
     assignments, outputs = schedule(values, wanted)
-    n, parameters = len(equations.coordinates), len(equations.parameters)
-    return Program(n, parameters, assignments, outputs, driven=len(equations.inputs))
+    n, parameters = len(equations.system.coordinates), len(equations.system.parameters)
+    return Program(n, parameters, assignments, outputs, driven=len(equations.system.inputs))
 
 
 def _grouped(program: Program) -> Program:
@@ -357,7 +359,7 @@ def _solution(
     values: ValueGraph, equations: Equations, system: MassMatrixSystem
 ) -> tuple[tuple[MatrixBlock, ...], list[tuple[str, list[ScaledNode]]]]:
     """Return the blocks of a system and the outputs that solve it, with its sensitivities."""
-    if not equations.sensitivities:
+    if not equations.system.sensitivities:
         return solve_blocks(values, equations, system)
     blocks, solution = solve_blocks(values, equations, system, LARGEST_WITH_SENSITIVITIES)
     return with_sensitivities(values, equations, system, blocks, dict(solution))
@@ -365,10 +367,11 @@ def _solution(
 
 #: Name of the variables of a derivative → their symbols.
 _COLUMNS: dict[str, Callable[[Equations], list[Symbol]]] = {
-    "state": lambda e: [*(c.q for c in e.coordinates), *(c.v for c in e.coordinates)],
-    "inputs": lambda e: [source.symbol for source in e.inputs],
+    "state": lambda e: [*(c.q for c in e.system.coordinates), *(c.v for c in e.system.coordinates)],
+    "inputs": lambda e: [source.symbol for source in e.system.inputs],
     "parameters": lambda e: [
-        p.symbol for p in e.parameters[: len(e.parameters) - 2 * len(e.contacts)]
+        p.symbol
+        for p in e.system.parameters[: len(e.system.parameters) - 2 * len(e.system.contacts)]
     ],
 }
 
@@ -388,9 +391,11 @@ def build_jacobian(equations: Equations, by: str) -> Program:
     InternalError
         An expression holds something without counterpart in emitted code.
     """
-    require_given(equations.functions)
+    require_given(equations.system.functions)
     values = _graph(equations, direct=_is_direct(equations))
-    system = SYSTEMS["contact_acceleration" if equations.contacts else "acceleration"](equations)
+    system = SYSTEMS["contact_acceleration" if equations.system.contacts else "acceleration"](
+        equations
+    )
     jacobian, wanted = solve_jacobian(values, equations, system, _COLUMNS[by](equations))
     return _of_jacobian(_scheduled(values, equations, wanted), jacobian)
 
@@ -410,7 +415,7 @@ def build_slopes(equations: Equations, outputs: Sequence[str], by: str) -> Progr
     InternalError
         As :func:`build_jacobian`.
     """
-    require_given(equations.functions)
+    require_given(equations.system.functions)
     values = ValueGraph(_inputs(equations))
     nodes = [values.convert(e) for name in outputs for e in OUTPUTS[name](equations)]
     jacobian, wanted = slopes_of(values, nodes, _COLUMNS[by](equations))
@@ -431,15 +436,15 @@ def _kind(outputs: Sequence[str], solves: bool) -> ProgramKind:
 
 def _of_parts(equations: Equations, system: LargeSystem) -> Program:
     """A program of loops. Its block, if any, stands for the closures that it solves."""
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     block = MatrixBlock(tuple(range(n)), True, True, closures=system.closures)
     return Program(
         n,
-        len(equations.parameters),
+        len(equations.system.parameters),
         (),
         (),
         (block,) if system.solves else (),
-        len(equations.inputs),
+        len(equations.system.inputs),
         system.parts,
         system.work,
         system.results,
@@ -448,11 +453,11 @@ def _of_parts(equations: Equations, system: LargeSystem) -> Program:
 
 def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
     """List symbol, dummy name and rank of every input."""
-    inputs = [(p.symbol, f"p{i}", 1) for i, p in enumerate(equations.parameters)]
-    inputs.append((equations.t, "t", 2))
-    inputs.extend((source.symbol, f"u{i}", 2) for i, source in enumerate(equations.inputs))
-    inputs.extend((c.q, f"q{i}", 3) for i, c in enumerate(equations.coordinates))
-    inputs.extend((c.v, f"v{i}", 4) for i, c in enumerate(equations.coordinates))
+    inputs = [(p.symbol, f"p{i}", 1) for i, p in enumerate(equations.system.parameters)]
+    inputs.append((equations.system.t, "t", 2))
+    inputs.extend((source.symbol, f"u{i}", 2) for i, source in enumerate(equations.system.inputs))
+    inputs.extend((c.q, f"q{i}", 3) for i, c in enumerate(equations.system.coordinates))
+    inputs.extend((c.v, f"v{i}", 4) for i, c in enumerate(equations.system.coordinates))
     return inputs
 
 

@@ -33,7 +33,9 @@ _DASHES = {"stable": 0, "unstable": 1, "undecided": 2}
 def picture_of_branches(equations: Equations, found: Branches) -> Picture:
     """Draw each coordinate that branches have over the parameter."""
     labels = labels_of(equations)
-    names = [(k, c.name) for k, c in enumerate(equations.coordinates) if c.name not in found.free]
+    names = [
+        (k, c.name) for k, c in enumerate(equations.system.coordinates) if c.name not in found.free
+    ]
     panels = tuple(_panel(found, labels, k, name) for k, name in names[:_PANELS])
     return Picture(labels.title, panels, stacked=True)
 

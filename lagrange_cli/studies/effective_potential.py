@@ -23,7 +23,8 @@ from lagrange_cli.simulate.model.labels import Label, Labels, labels_of
 from lagrange_cli.simulate.results.picture import Line, Panel, Picture
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Coordinate
     from lagrange_cli.simulate.arrays import Array
 
 #: The first step of the search for a turning point, as a part of the size of the coordinate, the
@@ -118,7 +119,7 @@ def effective_potential(equations: Equations) -> EffectivePotential:
         raise _refused(equations, message)
     size = math.pi if coordinate.is_angle else abs(q0) or 1.0
     limits = tuple(_turning(potential, energy, q0, sign * size) for sign in (-1, 1))
-    is_kept = any(c.kind != "momentum" for c in equations.conserved)
+    is_kept = any(c.kind != "momentum" for c in equations.derivation.conserved)
     q, curve = _curve(potential, energy, q0, size, limits)
     turning = (limits[0], limits[1]) if is_kept else None
     return EffectivePotential(coordinate, q0, energy, turning, q, curve, labels_of(equations))
@@ -135,24 +136,24 @@ def _start(
         )
         raise _refused(equations, message)
     (coordinate,) = form.coordinates
-    initial = equations.initial
+    initial = equations.system.initial
     if initial is None or not form.start:
         raise _refused(equations, "the momenta in the effective potential need an initial state")
     values = dict(zip((m.symbol for m in form.momenta), form.start, strict=True))
-    values |= {p.symbol: float(p.value) for p in equations.parameters if p.value is not None}
+    values |= {p.symbol: float(p.value) for p in equations.system.parameters if p.value is not None}
     known = {coordinate.q, *values}
     unknown = symbols_in(form.effective_potential) | symbols_in(form.mass_matrix[0][0])
     missing = sorted(symbol.name for symbol in unknown - known)
     if missing:
         message = f"the effective potential depends on {', '.join(missing)}, which has no value"
         raise _refused(equations, message)
-    number = equations.coordinates.index(coordinate)
+    number = equations.system.coordinates.index(coordinate)
     place, velocity = initial.positions[number], initial.velocities[number]
     return coordinate, float(place), float(velocity), values
 
 
 def _refused(equations: Equations, message: str) -> InputError:
-    return InputError(Problem(message, Mark(equations.file, 1, 1), rule="no-picture"))
+    return InputError(Problem(message, Mark(equations.presentation.file, 1, 1), rule="no-picture"))
 
 
 def _turning(

@@ -147,20 +147,24 @@ def linear_motion(equations: Equations, simulate: Simulate, accuracy: float) -> 
 
 def _require_smooth(equations: Equations) -> None:
     """Refuse contacts and forces that jump: changes jump at their events, which no A(t) tells."""
-    jumping = any(expression.has(sign) for expression in equations.forcing)
-    if not (equations.contacts or jumping):
+    jumping = any(expression.has(sign) for expression in equations.system.forcing)
+    if not (equations.system.contacts or jumping):
         return
-    event = "a force does" if jumping else f"the contact '{equations.contacts[0].name}' opens"
+    event = (
+        "a force does" if jumping else f"the contact '{equations.system.contacts[0].name}' opens"
+    )
     message = f"small changes of a motion jump where {event}: no A(t), B(t) describe them"
     hint = "emit --with linearization gives the matrices at any state between"
-    raise InputError(Problem(message, Mark(equations.file, 1, 1), hint, "linearization"))
+    raise InputError(
+        Problem(message, Mark(equations.presentation.file, 1, 1), hint, "linearization")
+    )
 
 
 def _along(
     equations: Equations, functions: LinearFunctions, motion: Trajectory, accuracy: float
 ) -> LinearMotion:
     """Evaluate the matrices at the samples of a motion, and what they may be off."""
-    names = [c.name for c in equations.coordinates]
+    names = [c.name for c in equations.system.coordinates]
     states = (*names, *(f"dot({name})" for name in names))
     y = np.array([motion.columns[name] for name in states]).T
     u = functions.inputs_at(motion.t, y)
@@ -173,13 +177,13 @@ def _along(
     scales = np.array([motion.scales[name] for name in states])
     estimated = _error(functions, motion, y, u, matrices, scales)
     return LinearMotion(
-        equations.name,
+        equations.presentation.name,
         motion.status,
         motion.reason,
         motion.t,
         states,
-        tuple(u.name for u in equations.inputs),
-        tuple(name for name, _ in equations.outputs) or tuple(names),
+        tuple(u.name for u in equations.system.inputs),
+        tuple(name for name, _ in equations.system.outputs) or tuple(names),
         y,
         u,
         matrices,

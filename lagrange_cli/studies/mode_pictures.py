@@ -131,7 +131,7 @@ def mode_pictures(
     )
     hidden = len(modes) - len(panels)
     remark = f"{hidden} further modes are not drawn" if hidden else ""
-    return ModePictures(equations.title or equations.name, panels, remark)
+    return ModePictures(equations.presentation.title or equations.presentation.name, panels, remark)
 
 
 def _panel(
@@ -150,7 +150,9 @@ def _panel(
 def _amplitude(equations: Equations, sketch: RestingSketch, shape: Array) -> float:
     """Choose the factor of a shape that is seen well."""
     speeds = [sketch.speed(part) for part in (shape.real, shape.imag)]
-    turning = [abs(x) for c, x in zip(equations.coordinates, shape, strict=True) if c.is_angle]
+    turning = [
+        abs(x) for c, x in zip(equations.system.coordinates, shape, strict=True) if c.is_angle
+    ]
     reach = min(_REACH, _APART * sketch.shortest_link)
     limits = [reach / max(speeds)] if max(speeds) > 1e-9 else []
     limits += [_TURN / max(turning)] if max(turning, default=0.0) > 0 else []

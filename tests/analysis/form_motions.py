@@ -30,11 +30,11 @@ def read_back(text: str) -> sp.Expr:
 def numbers(derivation) -> dict[str, float]:
     """Parameters by name, and the initial state as ``x`` and ``dot_x``."""
     equations = derivation.equations
-    values = {p.name: p.value for p in equations.parameters}
+    values = {p.name: p.value for p in equations.system.parameters}
     for c, q, v in zip(
-        equations.coordinates,
-        equations.initial.positions,
-        equations.initial.velocities,
+        equations.system.coordinates,
+        equations.system.initial.positions,
+        equations.system.initial.velocities,
         strict=True,
     ):
         values |= {c.name: q, f"dot_{c.name}": v}

@@ -222,8 +222,8 @@ def test_neighbouring_branches_are_not_confused():
 def test_points_of_branches_obey_the_search(tmp_path):
     """Every equilibrium that a search finds at another value lies on a branch."""
     derivation = load(SYSTEMS / "pendulums/coupled_pendulums.yaml").derive()
-    name = derivation.equations.parameters[-1].name
-    value = derivation.equations.parameters[-1].value
+    name = derivation.equations.system.parameters[-1].name
+    value = derivation.equations.system.parameters[-1].value
     found = derivation.analyze(branches={name: (0.5 * value, 1.5 * value)}).branches
     points = derivation.analyze("equilibria").equilibria.points
     for point in points:
@@ -316,7 +316,7 @@ def test_ranges_that_are_refused(over, message):
 
 def test_sizes_and_unused_and_positive_parameters_are_refused():
     chain = load(SYSTEMS / "chains/pendulum_chain.yaml").derive()
-    size = chain.equations.sizes[0][0]
+    size = chain.equations.presentation.sizes[0][0]
     with pytest.raises(InputError, match="is a size"):
         chain.analyze(branches={size: (1, 4)})
     unused = particle("x^3/3 - p*x", parameters=", s: 1")

@@ -45,8 +45,8 @@ def test_a_hoop_that_is_turned_does_work():
     equations = shipped("beads/bead_on_rotating_hoop").equations
     found = energy_sum(equations)
     assert (found.conserved, found.with_jacobi) == (False, True)
-    (bead,) = equations.coordinates
-    symbols = {p.name: p.symbol for p in equations.parameters}
+    (bead,) = equations.system.coordinates
+    symbols = {p.name: p.symbol for p in equations.system.parameters}
     m, radius, omega = (symbols[name] for name in ("m", "R", "omega"))
     torque = 2 * m * radius**2 * omega * sp.sin(bead.q) * sp.cos(bead.q) * bead.v
     # The motor's power is its rate times the rate of the angular momentum about the axis.
@@ -59,10 +59,10 @@ def along(derivation, value):
     """The values of T + V at the samples of a motion."""
     equations = derivation.equations
     motion = derivation.simulate(accuracy=1e-10, samples=21)
-    known = {p.symbol: p.value for p in equations.parameters}
+    known = {p.symbol: p.value for p in equations.system.parameters}
     for k, t in enumerate(motion.t):
-        state = known | {equations.t: t}
-        for c in equations.coordinates:
+        state = known | {equations.system.t: t}
+        for c in equations.system.coordinates:
             state[c.q] = motion.columns[c.name][k]
             state[c.v] = motion.columns[f"dot({c.name})"][k]
         yield float(value.subs(state))
@@ -78,11 +78,11 @@ def test_both_or_the_sum_alone_may_be_conserved(text, with_jacobi):
     equations = derivation.equations
     found = energy_sum(equations)
     assert (found.conserved, found.with_jacobi) == (True, with_jacobi)
-    kinds = {c.kind for c in equations.conserved}
+    kinds = {c.kind for c in equations.derivation.conserved}
     assert ("jacobi" in kinds) == with_jacobi
-    kinetic = [*along(derivation, equations.kinetic)]
+    kinetic = [*along(derivation, equations.system.kinetic)]
     assert kinetic == pytest.approx([kinetic[0]] * 21, rel=1e-8)
-    assert equations.potential == 0
+    assert equations.system.potential == 0
 
 
 def test_a_body_on_a_turning_table_under_a_spring_keeps_only_the_integral():
@@ -93,7 +93,11 @@ def test_a_body_on_a_turning_table_under_a_spring_keeps_only_the_integral():
         )
     )
     assert energy_sum(derivation.equations).conserved is False
-    values = [*along(derivation, derivation.equations.kinetic + derivation.equations.potential)]
+    values = [
+        *along(
+            derivation, derivation.equations.system.kinetic + derivation.equations.system.potential
+        )
+    ]
     assert max(values) - min(values) > 0.1 * max(map(abs, values))
 
 

@@ -237,7 +237,7 @@ def test_atwoods_machine_is_in_balance_with_equal_masses():
     assert apart.equilibria.points == ()
     assert apart.equilibria.complete
     assert str(apart.equilibria.absent[0].conditions[0].smaller) in ("m1 - m2", "-m1 + m2")
-    masses = {p.name: p.value for p in apart.equations.parameters}
+    masses = {p.name: p.value for p in apart.equations.system.parameters}
     equal = analyzed(scene, parameters={"m1": masses["m2"]})
     assert [len(p.free) for p in equal.equilibria.points] == [1]
 

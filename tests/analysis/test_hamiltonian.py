@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +13,7 @@ from lagrange_cli.analysis.forms.hamiltonian import hamiltonian_form
 from lagrange_cli.cache import open_cache
 from lagrange_cli.errors import InputError, InternalError
 from tests.analysis.form_motions import integrated, numbers, read_back
+from tests.parts import changed
 from tests.systems.shipped import sliced
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
@@ -56,7 +56,7 @@ def test_canonical_equations_move_as_lagranges_do(scene, until):
     values |= _momenta_at(momenta, values)
     end = integrated(rates, values, until)
     expected = derivation.simulate(until=until, accuracy=1e-10).state
-    for c in derivation.equations.coordinates:
+    for c in derivation.equations.system.coordinates:
         assert end[c.name] == pytest.approx(expected[c.name], rel=1e-7, abs=1e-8)
 
 
@@ -184,10 +184,14 @@ def test_singular_mass_matrices_are_refused_at_the_coordinate():
 def test_equations_that_are_made_wrong_are_not_shown():
     """The rates come from L: another forcing than the certified one is noticed."""
     equations = api.load(SYSTEMS / "pendulums" / "pendulum.yaml").derive().equations
-    wrong = replace(equations, forcing=(equations.forcing[0] * (1 + sp.Rational(1, 10**20)),))
+    wrong = changed(
+        equations, forcing=(equations.system.forcing[0] * (1 + sp.Rational(1, 10**20)),)
+    )
     with pytest.raises(InternalError, match="Hamilton's form disagrees"):
         hamiltonian_form(wrong)
-    wrong = replace(equations, kinetic=2 * equations.kinetic + equations.coordinates[0].q)
+    wrong = changed(
+        equations, kinetic=2 * equations.system.kinetic + equations.system.coordinates[0].q
+    )
     with pytest.raises(InternalError, match="Hamilton's form disagrees"):
         hamiltonian_form(wrong)
 

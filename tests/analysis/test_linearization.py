@@ -64,7 +64,7 @@ def test_closed_forms_have_the_values_of_the_numbers():
     derivation = derived(CART)
     found = linear(derivation, theta=0)
     assert found.exact is not None
-    values = {p.symbol: p.value for p in derivation.equations.parameters}
+    values = {p.symbol: p.value for p in derivation.equations.system.parameters}
     pairs = [
         (found.exact.mass, found.mass),
         (found.exact.damping, found.damping),
@@ -126,14 +126,14 @@ def test_multipliers_give_the_same_poles(name):
     for formulation in ("minimal", "multiplier"):
         derivation = loaded.derive(formulation=formulation)
         equations = derivation.equations
-        assert equations.formulation == formulation
-        at = {c.name: 0 for c in equations.coordinates if formulation == "minimal"}
+        assert equations.system.formulation == formulation
+        at = {c.name: 0 for c in equations.system.coordinates if formulation == "minimal"}
         if formulation == "multiplier":
             hanging = loaded.derive(formulation="minimal").equations
             at = {
                 place.name: float(place.position.subs(_values(hanging)).evalf())
-                for place in hanging.cartesian_names
-                if place.name in {c.name for c in equations.coordinates}
+                for place in hanging.system.cartesian_names
+                if place.name in {c.name for c in equations.system.coordinates}
             }
         found = linear(derivation, **at)
         poles.append(np.sort(np.linalg.eigvals(found.state_space.a).imag))
@@ -141,8 +141,8 @@ def test_multipliers_give_the_same_poles(name):
 
 
 def _values(equations):
-    values = {p.symbol: p.value for p in equations.parameters}
-    return values | {c.q: 0 for c in equations.coordinates}
+    values = {p.symbol: p.value for p in equations.system.parameters}
+    return values | {c.q: 0 for c in equations.system.coordinates}
 
 
 def test_pendulum_in_cartesian_coordinates_swings_by_its_multiplier():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +13,7 @@ from lagrange_cli.analysis.forms.routhian import routhian_form
 from lagrange_cli.cache import open_cache
 from lagrange_cli.errors import InputError, InternalError
 from tests.analysis.form_motions import integrated, numbers, read_back
+from tests.parts import changed
 from tests.systems.shipped import sliced
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
@@ -68,7 +68,7 @@ def test_reduced_motion_is_the_whole_motion(scene, until):
     values |= {row["momentum"]: row["start"] for row in report["recovered"]}
     end = integrated(rates, values, until)
     expected = derivation.simulate(until=until, accuracy=1e-10).state
-    for c in derivation.equations.coordinates:
+    for c in derivation.equations.system.coordinates:
         assert end[c.name] == pytest.approx(expected[c.name], rel=1e-7, abs=1e-8)
 
 
@@ -154,9 +154,12 @@ initial: {x: 0, dot(x): 1}
 
 def test_equations_that_are_made_wrong_are_not_shown():
     equations = api.load(SYSTEMS / "lecture" / "masses_through_hole.yaml").derive().equations
-    forcing = (equations.forcing[0] * (1 + sp.Rational(1, 10**20)), equations.forcing[1])
+    forcing = (
+        equations.system.forcing[0] * (1 + sp.Rational(1, 10**20)),
+        equations.system.forcing[1],
+    )
     with pytest.raises(InternalError, match="Routh's form disagrees"):
-        routhian_form(replace(equations, forcing=forcing))
+        routhian_form(changed(equations, forcing=forcing))
 
 
 @pytest.mark.slow

@@ -20,19 +20,19 @@ pytestmark = pytest.mark.slow
 
 def at_rest(equations, point, held):
     """The symbols at an equilibrium, evaluated by tapes and not by the value graph."""
-    place = {c.q: x for c, x in zip(equations.coordinates, point.position, strict=True)}
-    place |= {c.v: mpf(0) for c in equations.coordinates}
-    closures = zip(equations.closures, point.multipliers, strict=True)
+    place = {c.q: x for c, x in zip(equations.system.coordinates, point.position, strict=True)}
+    place |= {c.v: mpf(0) for c in equations.system.coordinates}
+    closures = zip(equations.system.closures, point.multipliers, strict=True)
     place |= {c.multiplier: x for c, x in closures}
-    place |= {p.symbol: mpf(p.decimal) for p in equations.parameters if p.decimal}
-    place |= {u.symbol: mpf(held.get(u.name, 0)) for u in equations.inputs}
-    return place | {equations.t: mpf(1)}
+    place |= {p.symbol: mpf(p.decimal) for p in equations.system.parameters if p.decimal}
+    place |= {u.symbol: mpf(held.get(u.name, 0)) for u in equations.system.inputs}
+    return place | {equations.system.t: mpf(1)}
 
 
 def residuals(equations, place):
     """Each sum of forces, or constraint, relative to its terms."""
-    rows = [list(f.as_ordered_terms()) if f != 0 else [] for f in equations.forcing]
-    for closure in equations.closures:
+    rows = [list(f.as_ordered_terms()) if f != 0 else [] for f in equations.system.forcing]
+    for closure in equations.system.closures:
         for j, entry in entries(closure.gradient).items():
             rows[j].append(closure.multiplier * entry)
         rows.append(list(closure.expression.as_ordered_terms()))

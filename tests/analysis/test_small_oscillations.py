@@ -34,7 +34,7 @@ def reported(scene):
 
 
 def at_values(derivation, text):
-    known = {sp.Symbol(p.name): p.value for p in derivation.equations.parameters}
+    known = {sp.Symbol(p.name): p.value for p in derivation.equations.system.parameters}
     return read_back(text).subs(known)
 
 
@@ -107,13 +107,15 @@ def test_a_linkage_swings_with_the_frequency_of_its_mode():
     derivation, _, form = reported("constraints/four_bar_linkage")
     (mode,) = form["modes"]
     rest = derivation.analyze("linearization").linearization.at.position
-    names = [c.name for c in derivation.equations.coordinates]
+    names = [c.name for c in derivation.equations.system.coordinates]
     at = {name: float(x) for name, x in zip(names, rest, strict=True)}
     moving = derivation.analyze("linearization").linearization.state_space
     assert moving.states == ("alpha", "dot(alpha)")
     speed = 1e-4
     rates = dict.fromkeys((f"dot({name})" for name in names), 0.0)
-    a, b, c = (next(p.value for p in derivation.equations.parameters if p.name == n) for n in "abc")
+    a, b, c = (
+        next(p.value for p in derivation.equations.system.parameters if p.name == n) for n in "abc"
+    )
     follow = np.linalg.solve(
         [[-b * np.sin(at["beta"]), c * np.sin(at["gamma"])],
          [b * np.cos(at["beta"]), -c * np.cos(at["gamma"])]],

@@ -25,18 +25,20 @@ def steady(scene, *parts, at=None, **parameters):
 def whole_poles(derivation, analysis, point):
     """Poles of all coordinates about the motion, by SymPy's derivatives of M⁻¹ f: no reduction."""
     equations = derivation.equations
-    place = {p.symbol: sp.Float(p.decimal, 30) for p in equations.parameters}
-    place |= {c.v: 0 for c in equations.coordinates}
-    place |= {c.q: sp.Float(1, 30) for c in equations.coordinates}
-    resting = analysis.resting.coordinates
+    place = {p.symbol: sp.Float(p.decimal, 30) for p in equations.system.parameters}
+    place |= {c.v: 0 for c in equations.system.coordinates}
+    place |= {c.q: sp.Float(1, 30) for c in equations.system.coordinates}
+    resting = analysis.resting.system.coordinates
     place |= {c.q: sp.Float(str(x), 30) for c, x in zip(resting, point.position, strict=True)}
     ignored = [m.coordinate for m in analysis.steady.momenta]
     rates = zip(ignored, point.turning.rates, strict=True)
     place |= {c.v: sp.Float(str(x), 30) for c, x in rates}
-    state = [c.q for c in equations.coordinates] + [c.v for c in equations.coordinates]
-    n = len(equations.coordinates)
-    mass = sp.Matrix(n, n, lambda i, j: equations.mass_matrix[i][j])
-    force = sp.Matrix(equations.forcing)
+    state = [c.q for c in equations.system.coordinates] + [
+        c.v for c in equations.system.coordinates
+    ]
+    n = len(equations.system.coordinates)
+    mass = sp.Matrix(n, n, lambda i, j: equations.system.mass_matrix[i][j])
+    force = sp.Matrix(equations.system.forcing)
     assert np.abs(np.array(force.subs(place).tolist(), dtype=float)).max() < 1e-12
     slopes = mass.subs(place).inv() * force.jacobian(state).subs(place)
     a = np.zeros((2 * n, 2 * n))

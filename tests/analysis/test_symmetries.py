@@ -163,10 +163,10 @@ def test_many_coordinates_are_looked_at_for_translations_alone() -> None:
 
 def quantities_at(equations: Equations, found: Symmetries, k: int, trajectory) -> list[mpmath.mpf]:
     """The conserved quantities at one sample of a motion."""
-    point = {equations.t: trajectory.t[k]}
-    point |= {c.q: trajectory.columns[c.name][k] for c in equations.coordinates}
-    point |= {c.v: trajectory.columns[f"dot({c.name})"][k] for c in equations.coordinates}
-    point |= {p.symbol: p.value for p in equations.parameters}
+    point = {equations.system.t: trajectory.t[k]}
+    point |= {c.q: trajectory.columns[c.name][k] for c in equations.system.coordinates}
+    point |= {c.v: trajectory.columns[f"dot({c.name})"][k] for c in equations.system.coordinates}
+    point |= {p.symbol: p.value for p in equations.system.parameters}
     return evaluate([s.expression for s in found.found], point)
 
 
@@ -176,7 +176,7 @@ def test_quantities_stay_along_accurate_motions(name: str) -> None:
     equations = derived(name)
     found = linear_symmetries(equations)
     assert found.unproven == 0
-    if not found.found or equations.initial is None:
+    if not found.found or equations.system.initial is None:
         return
     trajectory = simulate(equations)
     ends = [quantities_at(equations, found, k, trajectory) for k in (0, len(trajectory.t) // 2)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -17,6 +17,7 @@ from lagrange_cli.mechanics.free_symbols import unknown_function
 from lagrange_cli.mechanics.stored_derivation import unwritten
 from lagrange_cli.scene import read_file
 from tests.campaign import slice_of
+from tests.parts import changed
 from tests.systems.shipped import SCENES
 
 X, Y = sp.symbols("x y", real=True)
@@ -88,7 +89,7 @@ def test_too_deep_expressions_are_not_written():
 @pytest.mark.parametrize("name", slice_of(list(SCENES), 24))
 def test_equations_of_shipped_scenes_come_back_node_by_node(name):
     equations = derive(read_file(str(SCENES[name])))
-    parts = replace(equations, textbook=unwritten), equations.textbook()
+    parts = changed(equations, textbook=unwritten), equations.derivation.textbook()
     data = to_bytes(parts)
     assert data is not None
     assert tree(from_bytes(data)) == tree(parts)

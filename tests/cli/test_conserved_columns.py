@@ -41,7 +41,7 @@ def test_columns_are_momenta_of_the_test_and_drifts_follow_from_them(tmp_path):
     done = succeed("simulate", TWO_BODIES, *options, "-o", str(file), "--json")
     drifts, table = json.loads(done)["conserved_drift"], csv_columns(file)
     derivation = load(TWO_BODIES).derive()
-    m = {p.name: p.value for p in derivation.equations.parameters}
+    m = {p.name: p.value for p in derivation.equations.system.parameters}
     momenta = {
         "P_x": [m[f"m{k}"] * table[f"dot(x{k})"] for k in (1, 2)],
         "P_y": [m[f"m{k}"] * table[f"dot(y{k})"] for k in (1, 2)],
@@ -110,7 +110,7 @@ def test_from_python_with_other_values():
 
 
 def _mass(derivation):
-    return next(p.value for p in derivation.equations.parameters if p.name == "m2")
+    return next(p.value for p in derivation.equations.system.parameters if p.name == "m2")
 
 
 def test_names_of_the_scene_stay_its_own():

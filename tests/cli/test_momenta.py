@@ -23,7 +23,7 @@ def test_momenta_are_those_of_the_hamiltonian_form(tmp_path):
     table = columns(file)
     derivation = load(scene).derive()
     known = {sp.Symbol(p): x for p, x in numbers(derivation).items()}
-    names = [c.name for c in derivation.equations.coordinates]
+    names = [c.name for c in derivation.equations.system.coordinates]
     state = [*names, *(f"dot_{name}" for name in names)]
     for symbol in state:
         known.pop(sp.Symbol(symbol), None)

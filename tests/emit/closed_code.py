@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import replace
 
 import mpmath
 import numpy as np
@@ -15,6 +14,7 @@ from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import DIGITS, Reference
 from tests.emit.emitted_c import Compiled
+from tests.parts import changed
 
 TOLERANCE = {"float": 3e-5, "double": 1e-13, "long-double": 5e-17}
 
@@ -45,7 +45,7 @@ class Multipliers(Reference):
         self._rows = sp.lambdify(arguments, rows, modules="mpmath", dummify=True)
 
     def solve(self, t, y, p):
-        n, m = self.n, len(self.equations.closures)
+        n, m = self.n, len(self.equations.system.closures)
         rows = self._evaluate(self._rows, t, y, p)
         rows = [rows[k * (n + 3) : (k + 1) * (n + 3)] for k in range(m)]
         with mpmath.workdps(DIGITS):
@@ -61,7 +61,7 @@ class Multipliers(Reference):
             found = list(mpmath.lu_solve(matrix, right))
             v = [mpmath.mpf(float(u)) for u in y[n:]]
             rates = [mpmath.fdot(row[:n], v) + row[n + 1] for row in rows]
-        positions = [k.kind == "position" for k in self.equations.closures]
+        positions = [k.kind == "position" for k in self.equations.system.closures]
         phi = [row[-1] for row, of in zip(rows, positions, strict=True) if of]
         return [*v, *found[:n]], found[n:], [*phi, *rates]
 
@@ -77,11 +77,11 @@ CASES = {
 
 def random_states(equations, count=5):
     generator = np.random.default_rng(3)
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     for _ in range(count):
         t = float(np.float32(generator.uniform(0, 3)))
         y = np.float32(generator.uniform(-2, 2, 2 * n)).astype(float)
-        p = np.float32(generator.uniform(0.5, 2, len(equations.parameters))).astype(float)
+        p = np.float32(generator.uniform(0.5, 2, len(equations.system.parameters))).astype(float)
         yield t, y, p
 
 
@@ -89,22 +89,22 @@ def massless():
     """A mass that a pointer without inertia follows: θ = atan2(z, x), and another pointer."""
     equations = closures.pendulum()
     pointer, hand = systems.coordinate("theta"), systems.coordinate("phi")
-    of = [*equations.coordinates, pointer, hand]
-    x, z = (c.q for c in equations.coordinates)
+    of = [*equations.system.coordinates, pointer, hand]
+    x, z = (c.q for c in equations.system.coordinates)
     row = (sp.Integer(0),) * 4
-    m = equations.parameters[0].symbol
+    m = equations.system.parameters[0].symbol
     mass = [(*row[:i], m, *row[i + 1 :]) for i in range(2)]
     phi = [
-        closures.closure("rod", equations.closures[0].expression, of),
+        closures.closure("rod", equations.system.closures[0].expression, of),
         closures.closure("pointer", x * sp.sin(pointer.q) - z * sp.cos(pointer.q), of),
         closures.closure("hand", 1000 * sp.sin(hand.q) - sp.sin(systems.T), of),
     ]
-    return replace(
+    return changed(
         equations,
         name="pointer",
         coordinates=tuple(of),
         mass_matrix=(*mass, row, row),
-        forcing=(*equations.forcing, sp.Integer(0), sp.Integer(0)),
+        forcing=(*equations.system.forcing, sp.Integer(0), sp.Integer(0)),
         closures=tuple(phi),
     )
 

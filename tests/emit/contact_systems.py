@@ -5,14 +5,13 @@ from __future__ import annotations
 import ctypes
 import math
 import types
-from dataclasses import replace
 
 import numpy as np
 import sympy as sp
 
 from lagrange_cli.emit.c.constraints import workspace_size
 from lagrange_cli.emit.python.functions import module_source
-from lagrange_cli.mechanics.equations import Contact, InitialState
+from lagrange_cli.mechanics.system import Contact, InitialState
 from lagrange_cli.program.emitted_functions import constraint_programs, contact_programs
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
@@ -21,6 +20,7 @@ from lagrange_cli.simulate.native.sources import library_source
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import shared_library
+from tests.parts import changed
 
 
 def contact(name, gap, coordinates, restitution=0):
@@ -30,7 +30,7 @@ def contact(name, gap, coordinates, restitution=0):
 
 
 def with_contacts(equations, *contacts, name=None):
-    return replace(equations, contacts=contacts, name=name or equations.name)
+    return changed(equations, contacts=contacts, name=name or equations.presentation.name)
 
 
 def bouncing_ball():
@@ -119,8 +119,8 @@ def pendulum_at_wall():
     """A particle on a rod, a closure, beside a wall at x = w with restitution e."""
     equations = closures.pendulum()
     w, e = closures.positive(w=0.5, e=0.7)
-    x, z = equations.coordinates
-    equations = replace(equations, parameters=(*equations.parameters, w, e))
+    x, z = equations.system.coordinates
+    equations = changed(equations, parameters=(*equations.system.parameters, w, e))
     return with_contacts(
         equations, contact("wall", w.symbol - x.q, [x, z], e.symbol), name="pendulum_at_wall"
     )
@@ -129,16 +129,16 @@ def pendulum_at_wall():
 def sleigh_at_wall():
     """Chaplygin's sleigh, a velocity closure, beside two walls, one of which moves."""
     equations = closures.sleigh()
-    x, y, theta = equations.coordinates
-    near = contact("near", 2 - x.q, equations.coordinates, sp.Rational(1, 3))
-    far = contact("far", y.q + sp.sin(3 * systems.T) + theta.q**2, equations.coordinates)
+    x, y, theta = equations.system.coordinates
+    near = contact("near", 2 - x.q, equations.system.coordinates, sp.Rational(1, 3))
+    far = contact("far", y.q + sp.sin(3 * systems.T) + theta.q**2, equations.system.coordinates)
     return with_contacts(equations, near, far, name="sleigh_at_wall")
 
 
 def chain_over_floor(n=16):
     """A chain of rods, whose multipliers are a band, over a floor for each of its masses."""
     equations = closures.chain(n)
-    of = equations.coordinates
+    of = equations.system.coordinates
     floors = [contact(f"floor{i}", of[2 * i + 1].q + 3, of) for i in range(0, n, 5)]
     return with_contacts(equations, *floors, name="chain_over_floor")
 
@@ -168,7 +168,7 @@ def simulation_programs(equations):
 
 
 def defaults(equations):
-    return np.array([p.value for p in equations.parameters])
+    return np.array([p.value for p in equations.system.parameters])
 
 
 class Interpreted:
@@ -178,7 +178,7 @@ class Interpreted:
         module = types.ModuleType("contacts")
         text = module_source(simulation_programs(equations))
         exec(compile(text, "contacts", "exec"), module.__dict__)
-        self.module, self.contacts = module, len(equations.contacts)
+        self.module, self.contacts = module, len(equations.system.contacts)
 
     def _parameters(self, p, flags, targets):
         targets = np.zeros(self.contacts) if targets is None else targets
@@ -210,7 +210,7 @@ class Machine:
         source = folder / f"{len(list(folder.iterdir()))}.c"
         source.write_text(library_source(programs), encoding="utf-8")
         self.library = shared_library(source)
-        self.contacts, self.work = len(equations.contacts), workspace_size(programs)
+        self.contacts, self.work = len(equations.system.contacts), workspace_size(programs)
         self.factors = programs["contact_disturbed"].parameters
 
     def _given(self, y, p, flags, targets):

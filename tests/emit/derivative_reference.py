@@ -15,13 +15,20 @@ class AccelerationReference:
 
     def __init__(self, equations, mode=()):
         e = self.equations = equations
-        closed = [c.closure for c, flag in zip(e.contacts, mode, strict=False) if flag]
-        self.closures = [*e.closures, *closed]
-        n = self.n = len(e.coordinates)
-        expressions = [e.mass_matrix[i][j] for i in range(n) for j in range(n)]
-        expressions += [*e.forcing, *(x for c in self.closures for x in (*c.gradient, c.bias))]
-        arguments = [e.t, *(c.q for c in e.coordinates), *(c.v for c in e.coordinates)]
-        arguments += [u.symbol for u in e.inputs] + [p.symbol for p in e.parameters]
+        closed = [c.closure for c, flag in zip(e.system.contacts, mode, strict=False) if flag]
+        self.closures = [*e.system.closures, *closed]
+        n = self.n = len(e.system.coordinates)
+        expressions = [e.system.mass_matrix[i][j] for i in range(n) for j in range(n)]
+        expressions += [
+            *e.system.forcing,
+            *(x for c in self.closures for x in (*c.gradient, c.bias)),
+        ]
+        arguments = [
+            e.system.t,
+            *(c.q for c in e.system.coordinates),
+            *(c.v for c in e.system.coordinates),
+        ]
+        arguments += [u.symbol for u in e.system.inputs] + [p.symbol for p in e.system.parameters]
         self._evaluate = sp.lambdify(
             arguments, expressions, modules="mpmath", dummify=True, cse=True
         )

@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import sympy as sp
 
-from lagrange_cli.mechanics.equations import Closure, InitialState, ShownEquation, TextbookForm
+from lagrange_cli.mechanics.equations import ShownEquation, TextbookForm
+from lagrange_cli.mechanics.system import Closure, InitialState
 from tests.emit import emit_systems as systems
+from tests.parts import changed
 
 
 def closure(name, expression, coordinates, text="", kind="position"):
@@ -26,25 +28,27 @@ def closure(name, expression, coordinates, text="", kind="position"):
 
 def closed(equations, closures, name, initial=None):
     """The equations with closures, and shown equations with their multipliers."""
-    accelerations = [c.a for c in equations.coordinates]
+    accelerations = [c.a for c in equations.system.coordinates]
     shown = []
-    for i, c in enumerate(equations.coordinates):
+    for i, c in enumerate(equations.system.coordinates):
         terms = [
-            (m, a) for m, a in zip(equations.mass_matrix[i], accelerations, strict=True) if m != 0
+            (m, a)
+            for m, a in zip(equations.system.mass_matrix[i], accelerations, strict=True)
+            if m != 0
         ]
-        if equations.forcing[i] != 0:
-            terms.append((-equations.forcing[i], sp.Integer(1)))
+        if equations.system.forcing[i] != 0:
+            terms.append((-equations.system.forcing[i], sp.Integer(1)))
         terms += [(-k.gradient[i], k.multiplier) for k in closures if k.gradient[i] != 0]
         shown.append(ShownEquation(c.name, tuple(terms), sp.Integer(1)))
     positions = sum(k.kind == "position" for k in closures)
-    dof = len(equations.coordinates) - positions
+    dof = len(equations.system.coordinates) - positions
     account = replace(
-        equations.account,
+        equations.derivation.account,
         dof=dof,
-        constraints=equations.account.cartesian - dof,
+        constraints=equations.derivation.account.cartesian - dof,
         nonholonomic=len(closures) - positions,
     )
-    return replace(
+    return changed(
         equations,
         name=name,
         closures=tuple(closures),

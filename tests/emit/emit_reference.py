@@ -15,12 +15,16 @@ class Reference:
     """Functions of (t, y, p) in mpmath; results are lists of mpf."""
 
     def __init__(self, equations):
-        self.equations, self.n = equations, len(equations.coordinates)
+        self.equations, self.n = equations, len(equations.system.coordinates)
 
     def _function(self, expressions):
         e = self.equations
-        arguments = [e.t, *(c.q for c in e.coordinates), *(c.v for c in e.coordinates)]
-        arguments += [p.symbol for p in e.parameters]
+        arguments = [
+            e.system.t,
+            *(c.q for c in e.system.coordinates),
+            *(c.v for c in e.system.coordinates),
+        ]
+        arguments += [p.symbol for p in e.system.parameters]
         compiled = sp.lambdify(
             arguments, list(expressions), modules="mpmath", cse=True, dummify=True
         )
@@ -30,24 +34,24 @@ class Reference:
 
     @functools.cached_property
     def mass_matrix(self):
-        return self._function(m for row in self.equations.mass_matrix for m in row)
+        return self._function(m for row in self.equations.system.mass_matrix for m in row)
 
     @functools.cached_property
     def forcing(self):
-        return self._function(self.equations.forcing)
+        return self._function(self.equations.system.forcing)
 
     @functools.cached_property
     def energy(self):
         e = self.equations
-        return self._function([e.kinetic, e.potential, e.energy])
+        return self._function([e.system.kinetic, e.system.potential, e.system.energy])
 
     @functools.cached_property
     def positions(self):
-        return self._function(c.position for c in self.equations.cartesian_names)
+        return self._function(c.position for c in self.equations.system.cartesian_names)
 
     @functools.cached_property
     def velocities(self):
-        return self._function(c.velocity for c in self.equations.cartesian_names)
+        return self._function(c.velocity for c in self.equations.system.cartesian_names)
 
     @staticmethod
     def _evaluate(compiled, t, y, p):
@@ -85,9 +89,9 @@ def difference(got, expected):
 def states(equations, count=20, seed=1):
     """Random times, states and parameters, as doubles that single precision holds."""
     generator = np.random.default_rng(seed)
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     for _ in range(count):
         t = np.float32(generator.uniform(0, 3))
         y = np.float32(generator.uniform(-2, 2, 2 * n))
-        p = np.float32(generator.uniform(0.5, 2, len(equations.parameters)))
+        p = np.float32(generator.uniform(0.5, 2, len(equations.system.parameters)))
         yield float(t), y.astype(float), p.astype(float)

@@ -4,25 +4,23 @@ Independent of the package's own derivation: T and V are given over the
 coordinates, and d/dt ∂L/∂v − ∂L/∂q is taken symbol by symbol.
 """
 
-from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 
 import sympy
 from sympy import Rational, Symbol, cos, sin
 
-from lagrange_cli.mechanics.equations import (
+from lagrange_cli.mechanics.equations import ShownEquation, TextbookForm
+from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine, Facts
+from lagrange_cli.mechanics.system import (
     BodyForce,
     CartesianName,
     Coordinate,
-    Equations,
     Parameter,
     ParticleMotion,
-    ShownEquation,
-    TextbookForm,
 )
-from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine, Facts
 from lagrange_cli.scene.conditions import SimulationDefaults
+from tests.parts import assembled, changed
 
 HALF = Rational(1, 2)
 
@@ -120,7 +118,7 @@ def build(
     shown = tuple(
         _shown(r, c, chosen, d) for r, c, d in zip(residuals, chosen, divide, strict=True)
     )
-    equations = Equations(
+    equations = assembled(
         name=name,
         title=None,
         description=None,
@@ -148,7 +146,7 @@ def build(
         initial=None,
         simulate=SimulationDefaults(),
     )
-    return replace(equations, **changes)
+    return changed(equations, **changes)
 
 
 def place(name, position, chosen):

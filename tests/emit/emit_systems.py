@@ -7,17 +7,17 @@ from functools import cache
 
 import sympy as sp
 
-from lagrange_cli.mechanics.equations import (
+from lagrange_cli.mechanics.equations import TextbookForm
+from lagrange_cli.mechanics.findings import Account, Certificate, Facts
+from lagrange_cli.mechanics.system import (
     CartesianName,
     Coordinate,
-    Equations,
     InitialState,
     Parameter,
     ParticleMotion,
-    TextbookForm,
 )
-from lagrange_cli.mechanics.findings import Account, Certificate, Facts
 from lagrange_cli.scene.conditions import SimulationDefaults
+from tests.parts import assembled, changed
 
 T = sp.Symbol("t", real=True)
 
@@ -80,7 +80,7 @@ def build(
         for i in range(len(q))
     ]
     energy = sp.Add(*(u * p for u, p in zip(v, momenta, strict=True))) - lagrangian
-    return Equations(
+    return assembled(
         name=name,
         title=title,
         description=description,
@@ -159,10 +159,9 @@ def masses_through_hole():
 
 def simplified(equations):
     """The same system with its mass matrix simplified (so that zeros are seen)."""
-    from dataclasses import replace
 
-    matrix = tuple(tuple(sp.simplify(m) for m in row) for row in equations.mass_matrix)
-    return replace(equations, mass_matrix=matrix)
+    matrix = tuple(tuple(sp.simplify(m) for m in row) for row in equations.system.mass_matrix)
+    return changed(equations, mass_matrix=matrix)
 
 
 @cache
@@ -193,7 +192,6 @@ def pendulum_chain(n, name=None):
 @cache
 def collected_chain(n):
     """The n-link pendulum in the collected d'Alembert form, written down directly."""
-    from dataclasses import replace
 
     base = pendulum_chain(1)
     masses = [parameter(f"m{i}", 1.0, positive=True) for i in range(n)]
@@ -226,7 +224,7 @@ def collected_chain(n):
         )
         for i in range(n)
     )
-    return replace(
+    return changed(
         base,
         name=f"chain{n}",
         parameters=(*masses, *lengths, g),

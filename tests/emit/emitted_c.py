@@ -82,7 +82,7 @@ class Compiled:
         self.prefix = source.stem
         self.header = source.with_suffix(".h").read_text(encoding="utf-8")
         defaults = getattr(self.library, f"{self.prefix}_defaults")
-        self.defaults = np.zeros(max(1, len(equations.parameters)), self.type)
+        self.defaults = np.zeros(max(1, len(equations.system.parameters)), self.type)
         defaults.restype = None
         defaults(ctypes.c_void_p(self.defaults.ctypes.data))
 

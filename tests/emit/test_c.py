@@ -21,6 +21,7 @@ from lagrange_cli.program.printing import decimal_literal, double_literal
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import DIGITS, Reference, difference, exact, states
 from tests.emit.emitted_c import WARNINGS, Compiled, compiler, in_types, run, write
+from tests.parts import changed
 from tests.program.test_program import one_coordinate, x
 
 #: Agreement relative to the largest entry, at unit condition number.
@@ -34,10 +35,10 @@ HOSTILE = "*/ int main(void){return 7;} /* ??/ \\\n#error x\r\u2028\x00 \"\"\" '
 @pytest.mark.parametrize(("make", "real"), in_types(systems.ALL))
 def test_every_function_agrees_with_the_equations(make, real, tmp_path):
     equations = make()
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     compiled = Compiled(equations, tmp_path, real)
     reference = Reference(equations)
-    cartesian = len(equations.cartesian_names)
+    cartesian = len(equations.system.cartesian_names)
     sizes = {"mass_matrix": n * n, "forcing": n, "energy": 3, "positions": cartesian}
     for t, y, p in states(equations):
         condition = reference.condition(t, y, p)
@@ -68,7 +69,7 @@ def coupled_masses(n):
 LARGE = {
     "chain": lambda: systems.collected_chain(19),
     "masses": lambda: coupled_masses(9),
-    "indefinite": lambda: replace(
+    "indefinite": lambda: changed(
         coupled_masses(9), facts=replace(systems.indefinite().facts), name="pivoted9"
     ),
 }
@@ -86,9 +87,9 @@ def large(name):
 @pytest.mark.parametrize(("name", "real"), in_types(LARGE))
 def test_loops_agree_with_the_equations(name, real, tmp_path):
     equations, reference = large(name)
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     compiled = Compiled(equations, tmp_path, real)
-    source = (tmp_path / f"{equations.name}.c").read_text()
+    source = (tmp_path / f"{equations.presentation.name}.c").read_text()
     assert len(re.findall(r"\] = [^;]*\[[^;]*\bi\b", source)) > 5  # assignments within loops
     for t, y, p in states(equations, count=2):
         condition = max(10, reference.condition(t, y, p))
@@ -107,8 +108,8 @@ def test_loops_agree_with_the_equations(name, real, tmp_path):
 @pytest.mark.parametrize("name", list(LARGE))
 def test_loops_stay_within_their_arrays(name, tmp_path):
     equations, _ = large(name)
-    n = len(equations.coordinates)
-    equations = replace(equations, initial=systems.InitialState((0.3,) * n, (0.1,) * n))
+    n = len(equations.system.coordinates)
+    equations = changed(equations, initial=systems.InitialState((0.3,) * n, (0.1,) * n))
     source = write(equations, tmp_path, main=True)
     sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     run(compiler(), "-std=c99", "-g", *sanitize, source, "-o", tmp_path / "a.out", "-lm")
@@ -291,8 +292,8 @@ def test_the_indefinite_system_is_solved_with_pivoting(tmp_path):
 @pytest.mark.compiler
 def test_defaults_and_parameters_that_must_be_given(tmp_path):
     base = systems.bead_on_parabola()
-    m, a, g = base.parameters
-    equations = replace(base, parameters=(m, replace(a, value=None), g), initial=None)
+    m, a, g = base.system.parameters
+    equations = changed(base, parameters=(m, replace(a, value=None), g), initial=None)
     compiled = Compiled(equations, tmp_path)
     assert compiled.defaults[0] == 1.0
     assert math.isnan(compiled.defaults[1])
@@ -357,12 +358,12 @@ def test_hostile_names_and_texts(language, tmp_path):
 def test_hostile_names_mean_the_right_parameter(tmp_path):
     equations = hostile()
     compiled = Compiled(equations, tmp_path)
-    assert list(compiled.defaults) == [p.value for p in equations.parameters]
+    assert list(compiled.defaults) == [p.value for p in equations.system.parameters]
 
 
 @pytest.mark.compiler
 def test_a_name_that_is_no_identifier(tmp_path):
-    equations = replace(systems.bead_on_parabola(), name='2 x";\n#error')
+    equations = changed(systems.bead_on_parabola(), name='2 x";\n#error')
     (header, source) = EMITTERS["c"].emit(equations)
     assert re.fullmatch(r"\w+\.h", header)
     assert re.fullmatch(r"\w+\.c", source)
@@ -390,8 +391,8 @@ def test_main_integrates(real, tmp_path):
 @pytest.mark.compiler
 def test_main_asks_for_what_is_missing(tmp_path):
     base = systems.bead_on_parabola()
-    m, a, g = base.parameters
-    equations = replace(base, parameters=(m, replace(a, value=None), g), initial=None)
+    m, a, g = base.system.parameters
+    equations = changed(base, parameters=(m, replace(a, value=None), g), initial=None)
     source = write(equations, tmp_path, main=True)
     program = tmp_path / "a.out"
     run(compiler(), "-std=c99", *WARNINGS, source, "-o", program, "-lm")
@@ -415,8 +416,8 @@ def test_main_asks_for_what_is_missing(tmp_path):
 @pytest.mark.parametrize("make", [systems.indefinite, lambda: systems.collected_chain(8)])
 def test_no_undefined_behaviour(make, tmp_path):
     equations = make()
-    n = len(equations.coordinates)
-    equations = replace(equations, initial=systems.InitialState((0.3,) * n, (0.1,) * n))
+    n = len(equations.system.coordinates)
+    equations = changed(equations, initial=systems.InitialState((0.3,) * n, (0.1,) * n))
     source = write(equations, tmp_path, main=True)
     sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     run(compiler(), "-std=c99", "-g", *sanitize, source, "-o", tmp_path / "a.out", "-lm")

@@ -20,12 +20,13 @@ from lagrange_cli.mechanics import derive, interpret
 from lagrange_cli.notation.symbols import latex_name, multiplier_name, text_name
 from lagrange_cli.scene import parse_expression, read_text
 from tests.emit import emit_closures as closures
+from tests.parts import changed
 
 
 def parsed(text, equations):
     """An expression of the scene language, with multipliers, as SymPy's."""
     names = {"dot": {}, "ddot": {}}
-    for c in equations.coordinates:
+    for c in equations.system.coordinates:
         names["dot"][c.name], names["ddot"][c.name] = c.v, c.a
     symbols = {}
 
@@ -35,9 +36,9 @@ def parsed(text, equations):
         return key
 
     text = re.sub(r"\b(ddot|dot)\((\w+)\)", symbol, text)
-    own = {x.name: x for c in equations.coordinates for x in [c.q]}
-    own |= {p.name: p.symbol for p in equations.parameters} | {"t": equations.t}
-    own |= {f"lambda_{c.name}": c.multiplier for c in equations.closures}
+    own = {x.name: x for c in equations.system.coordinates for x in [c.q]}
+    own |= {p.name: p.symbol for p in equations.system.parameters} | {"t": equations.system.t}
+    own |= {f"lambda_{c.name}": c.multiplier for c in equations.system.closures}
     return sp.sympify(text.replace("^", "**"), locals={**own, **symbols})
 
 
@@ -55,28 +56,30 @@ MAKE = {
 def test_json_holds_the_whole_system(name, form):
     equations = MAKE[name]()
     report = json.loads(json.dumps(derivation_report(equations, form)))
-    kinds = [k.kind for k in equations.closures]
+    kinds = [k.kind for k in equations.system.closures]
     assert report["formulation"] == "multiplier"
-    assert report["dof"] == len(equations.coordinates) - kinds.count("position")
+    assert report["dof"] == len(equations.system.coordinates) - kinds.count("position")
     assert report["nonholonomic"] == kinds.count("velocity")
-    assert report["multipliers"] == [f"lambda_{k.name}" for k in equations.closures]
-    for entry, k in zip(report["closure"], equations.closures, strict=True):
+    assert report["multipliers"] == [f"lambda_{k.name}" for k in equations.system.closures]
+    for entry, k in zip(report["closure"], equations.system.closures, strict=True):
         assert (entry["name"], entry["kind"]) == (k.name, k.kind)
         assert sp.expand(parsed(entry["expression"], equations) - k.expression) == 0
     # The residuals are M a − f − Σ λ·gradient up to the factor shown; beside those of multipliers
     # they determine all unknowns as the system of M and gradients does.
     residuals = [parsed(row["residual"], equations) for row in report["equations"]]
-    accelerations = sp.Matrix([c.a for c in equations.coordinates])
-    multipliers = sp.Matrix([k.multiplier for k in equations.closures])
-    gradient = sp.Matrix([list(k.gradient) for k in equations.closures])
-    expected = sp.Matrix(equations.mass_matrix) * accelerations - gradient.T * multipliers
-    system = [*(expected - sp.Matrix(equations.forcing))]
+    accelerations = sp.Matrix([c.a for c in equations.system.coordinates])
+    multipliers = sp.Matrix([k.multiplier for k in equations.system.closures])
+    gradient = sp.Matrix([list(k.gradient) for k in equations.system.closures])
+    expected = sp.Matrix(equations.system.mass_matrix) * accelerations - gradient.T * multipliers
+    system = [*(expected - sp.Matrix(equations.system.forcing))]
     unknowns = [*accelerations]
     if form == "explicit":
         rows = report["multiplier_equations"]
         assert [row["multiplier"] for row in rows] == report["multipliers"]
         residuals += [parsed(row["residual"], equations) for row in rows]
-        system += [*(gradient * accelerations + sp.Matrix([k.bias for k in equations.closures]))]
+        system += [
+            *(gradient * accelerations + sp.Matrix([k.bias for k in equations.system.closures]))
+        ]
         unknowns += [*multipliers]
     found = sp.solve(residuals, unknowns, dict=True)[0]
     for unknown, value in sp.solve(system, unknowns, dict=True)[0].items():
@@ -129,7 +132,7 @@ def test_integrable_rates_are_not_nonholonomic():
         "constraints: {level: y*dot(x) - x*dot(y) = 0}\ninitial: {x: 1, y: 2, dot(x): 1}\n"
     )
     equations = derive(read_text(scene))
-    assert [c.kind for c in equations.closures] == ["velocity"]
+    assert [c.kind for c in equations.system.closures] == ["velocity"]
     report = derivation_report(equations)
     assert (report["dof"], report["nonholonomic"]) == (1, 0)
     assert "nonholonomic" not in derivation_text(equations)
@@ -140,9 +143,9 @@ def test_integrable_rates_are_not_nonholonomic():
 def both():
     """The sleigh with its heading also on a curve: closures of both kinds."""
     equations = closures.sleigh()
-    x, _, theta = equations.coordinates
-    curve = closures.closure("curve", theta.q - x.q**2, equations.coordinates)
-    return closures.closed(equations, [curve, *equations.closures], "both")
+    x, _, theta = equations.system.coordinates
+    curve = closures.closure("curve", theta.q - x.q**2, equations.system.coordinates)
+    return closures.closed(equations, [curve, *equations.system.closures], "both")
 
 
 def test_closures_of_both_kinds():
@@ -158,11 +161,11 @@ def test_closures_of_both_kinds():
 def test_a_coordinate_without_inertia_is_not_divided_by_it(form):
     equations = closures.moving_circle()
     row = (sp.Integer(0),) * 3
-    mass = (equations.mass_matrix[0], equations.mass_matrix[1], row)
-    of = equations.coordinates
+    mass = (equations.system.mass_matrix[0], equations.system.mass_matrix[1], row)
+    of = equations.system.coordinates
     follow = closures.closure("follow", of[2].q - of[0].q, of)
-    bare = replace(equations, mass_matrix=mass)
-    bare = closures.closed(bare, [*equations.closures, follow], "massless")
+    bare = changed(equations, mass_matrix=mass)
+    bare = closures.closed(bare, [*equations.system.closures, follow], "massless")
     for text in (
         derivation_text(bare, form=form),
         *EMITTERS["latex"].emit(bare, {"form": form}).values(),
@@ -233,12 +236,12 @@ def test_residuals_read_back():
     )
     for scene in (NAMESAKE + "initial: {x: 0, z: -0.8}\n", family):
         equations = derive(read_text(scene))
-        assert equations.closures
+        assert equations.system.closures
         report = derivation_report(equations)
-        for row, shown in zip(report["equations"], equations.shown, strict=True):
+        for row, shown in zip(report["equations"], equations.derivation.shown, strict=True):
             read = interpret(equations, parse_expression(row["residual"], Mark("json", 1, 1, "")))
             assert sp.expand(read - shown.residual) == 0
-        for name, closure in zip(report["multipliers"], equations.closures, strict=True):
+        for name, closure in zip(report["multipliers"], equations.system.closures, strict=True):
             read = interpret(equations, parse_expression(name, Mark("json", 1, 1, "")))
             assert read == closure.multiplier
 
@@ -257,9 +260,9 @@ def test_snippet_and_aligned_hold_the_closures():
 @pytest.mark.parametrize("name", [*MAKE, "both"])
 def test_documents_compile(name, tmp_path):
     equations = (MAKE | {"both": both})[name]()
-    (rod, *others) = equations.closures
+    (rod, *others) = equations.system.closures
     hostile = replace(rod, name=r"a_b%$\&{", text=r"\input{x}")
-    equations = replace(equations, closures=(hostile, *others))
+    equations = changed(equations, closures=(hostile, *others))
     ((file, text),) = EMITTERS["latex"].emit(equations).items()
     (tmp_path / file).write_text(text, encoding="utf-8")
     done = subprocess.run(

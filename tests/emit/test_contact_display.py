@@ -124,7 +124,7 @@ def test_without_contacts_nothing_is_said() -> None:
 def latex(e: Equations, style: str) -> str:
     options = {option.name: option.default for option in EMITTERS["latex"].options}
     files = EMITTERS["latex"].emit(e, {**options, "style": style})
-    return files[f"{e.name}.tex"]
+    return files[f"{e.presentation.name}.tex"]
 
 
 def test_complementarity_in_latex() -> None:

@@ -41,12 +41,12 @@ def module_of(derivation):
 
 def expected_rates(equations, t, y, u, a):
     """dp/dt by the chain rule of SymPy's ∂L/∂q̇, and H, with the sizes of their terms."""
-    n = len(equations.coordinates)
-    coordinates = equations.coordinates
-    at = {equations.t: t, **{p.symbol: p.value for p in equations.parameters}}
+    n = len(equations.system.coordinates)
+    coordinates = equations.system.coordinates
+    at = {equations.system.t: t, **{p.symbol: p.value for p in equations.system.parameters}}
     at |= {c.q: x for c, x in zip(coordinates, y, strict=False)}
     at |= {c.v: x for c, x in zip(coordinates, y[n:], strict=True)}
-    at |= {source.symbol: x for source, x in zip(equations.inputs, u, strict=True)}
+    at |= {source.symbol: x for source, x in zip(equations.system.inputs, u, strict=True)}
     at = {symbol: sp.Float(float(value), 40) for symbol, value in at.items()}
 
     def value(expression):
@@ -54,14 +54,14 @@ def expected_rates(equations, t, y, u, a):
 
     momenta, rates, sizes = [], [], []
     for c in coordinates:
-        p = sp.diff(equations.lagrangian, c.v)
+        p = sp.diff(equations.system.lagrangian, c.v)
         momenta.append(value(p))
-        parts = [value(sp.diff(p, equations.t))]
+        parts = [value(sp.diff(p, equations.system.t))]
         for other, v, b in zip(coordinates, y[n:], a, strict=True):
             parts += [value(sp.diff(p, other.q)) * v, value(sp.diff(p, other.v)) * b]
         rates.append(sum(parts))
         sizes.append(sum(map(abs, parts)))
-    lagrangian = value(equations.lagrangian)
+    lagrangian = value(equations.system.lagrangian)
     work = [p * v for p, v in zip(momenta, y[n:], strict=True)]
     return np.array(momenta), np.array(rates), np.array(sizes), sum(work) - lagrangian
 
@@ -69,18 +69,18 @@ def expected_rates(equations, t, y, u, a):
 def check(scene, seeds=(3, 4, 5)):
     derivation = load(SYSTEMS / f"{scene}.yaml").derive()
     equations = derivation.equations
-    if equations.pushing:
+    if equations.system.pushing:
         with pytest.raises(InputError, match="no constraint is kept"):
             derivation.emit("python", canonical=True)
         return
     module = module_of(derivation)
-    n, t = len(equations.coordinates), 0.3
+    n, t = len(equations.system.coordinates), 0.3
     if not n:
         assert not hasattr(module, "canonical")
         return
     for seed in seeds:
         y = state_near(module, seed)
-        u = module.inputs(t, y) if equations.inputs else ()
+        u = module.inputs(t, y) if equations.system.inputs else ()
         a = module.rhs(t, y)[n:]
         momenta, rates, sizes, energy = expected_rates(equations, t, y, u, a)
         z = module.to_canonical(t, y)
@@ -163,7 +163,7 @@ def test_c_gives_what_python_gives(scene, tmp_path):
     module, equations = module_of(derivation), derivation.equations
     library = Canonical(equations, tmp_path, derivation)
     y, t = state_near(module), 0.3
-    u = module.inputs(t, y) if equations.inputs else np.zeros(0)
+    u = module.inputs(t, y) if equations.system.inputs else np.zeros(0)
     z = library.call("to_canonical", t, y, u, len(y))
     assert_allclose(z, module.to_canonical(t, y), rtol=1e-13, atol=1e-14)
     assert_allclose(library.call("from_canonical", t, z, u, len(y)), y, rtol=1e-10, atol=1e-12)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,6 +28,7 @@ from tests.emit.closed_code import (
 )
 from tests.emit.emit_reference import difference
 from tests.emit.emitted_c import WARNINGS, Compiled, compiler, in_types, run, write
+from tests.parts import changed
 
 
 @pytest.mark.slow
@@ -37,7 +37,7 @@ from tests.emit.emitted_c import WARNINGS, Compiled, compiler, in_types, run, wr
 def test_functions_agree_with_the_equations(name, real, tmp_path):
     equations = CASES[name]()
     compiled, reference = Closed(equations, tmp_path, real), Multipliers(equations)
-    n, m = len(equations.coordinates), len(equations.closures)
+    n, m = len(equations.system.coordinates), len(equations.system.closures)
     assert compiled.macro("COORDINATES") == n
     assert compiled.macro("MULTIPLIERS") == m
     size = compiled.macro("CONSTRAINTS")
@@ -103,9 +103,9 @@ def test_chain_agrees_with_its_angles(n, tmp_path):
 def pendulum_times(factor):
     """The pendulum with its closure multiplied by a number."""
     equations = closures.pendulum()
-    (rod,) = equations.closures
-    rod = closures.closure("rod", factor * rod.expression, equations.coordinates)
-    return replace(equations, closures=(rod,), name="scaled")
+    (rod,) = equations.system.closures
+    rod = closures.closure("rod", factor * rod.expression, equations.system.coordinates)
+    return changed(equations, closures=(rod,), name="scaled")
 
 
 @pytest.mark.slow
@@ -158,9 +158,9 @@ def test_masses_of_any_ratio(ratio, tmp_path):
 def test_singular_configuration_is_refused(tmp_path):
     """Two rods from fixed points that pull along one line: no multipliers."""
     equations = closures.pendulum()
-    x, z = equations.coordinates
+    x, z = equations.system.coordinates
     other = closures.closure("other", (x.q - 4) ** 2 + z.q**2 - 4, [x, z])
-    both = replace(equations, closures=(*equations.closures, other), name="taut")
+    both = changed(equations, closures=(*equations.system.closures, other), name="taut")
     compiled = Closed(both, tmp_path)
     p = compiled.defaults
     for angle in (0.0, 1e-17):
@@ -214,11 +214,11 @@ def test_text_is_strict_c99_and_cpp(name, real, tmp_path):
 @pytest.mark.parametrize("name", ["pendulum", "sleigh", "chain8"])
 def test_functions_stay_within_their_arrays(name, tmp_path):
     equations = CASES[name]()
-    if equations.initial is None:
-        n = len(equations.coordinates) // 2
+    if equations.system.initial is None:
+        n = len(equations.system.coordinates) // 2
         y = closures.chain_state(n, np.ones(n), np.zeros(n), 1 - 0.01 * np.arange(1, n + 1))
         initial = systems.InitialState(tuple(map(float, y[: 2 * n])), (0.0,) * 2 * n)
-        equations = replace(equations, initial=initial)
+        equations = changed(equations, initial=initial)
     source = write(equations, tmp_path, main=True)
     sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     run(compiler(), "-std=c99", "-g", *sanitize, source, "-o", tmp_path / "a.out", "-lm")

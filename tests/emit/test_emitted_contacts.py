@@ -17,12 +17,13 @@ import sympy as sp
 
 from lagrange_cli import load
 from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.mechanics.equations import InitialState, Input
+from lagrange_cli.mechanics.system import InitialState, Input
 from tests.emit import contact_systems as contacts
 from tests.emit import emit_closures as closures
 from tests.emit.emit_systems import T
 from tests.emit.emitted_c import TYPES, WARNINGS, Compiled, compiler, run, write
 from tests.emit.test_python_closures import loaded
+from tests.parts import changed
 
 
 class Moded(Compiled):
@@ -67,8 +68,8 @@ def python_of(equations):
 def states(equations, count=2):
     generator = np.random.default_rng(11)
     for _ in range(count):
-        y = generator.uniform(-1.5, 1.5, 2 * len(equations.coordinates))
-        p = np.float32(generator.uniform(0.5, 2, len(equations.parameters))).astype(float)
+        y = generator.uniform(-1.5, 1.5, 2 * len(equations.system.coordinates))
+        p = np.float32(generator.uniform(0.5, 2, len(equations.system.parameters))).astype(float)
         yield generator.uniform(0, 2), y, p
 
 
@@ -82,11 +83,11 @@ def test_both_languages_are_the_code_of_the_simulation(name, tmp_path):
     equations = contacts.CASES[name]()
     compiled, module = Moded(equations, tmp_path), python_of(equations)
     simulated = contacts.Interpreted(equations)
-    n, u = len(equations.coordinates), len(equations.contacts)
-    positions = sum(k.kind == "position" for k in equations.closures)
+    n, u = len(equations.system.coordinates), len(equations.system.contacts)
+    positions = sum(k.kind == "position" for k in equations.system.closures)
     assert compiled.macro("CONTACTS") == u == len(module.CONTACTS)
     m = compiled.macro("MULTIPLIERS")
-    assert m == len(equations.multipliers) == len(module.MULTIPLIERS)
+    assert m == len(equations.system.multipliers) == len(module.MULTIPLIERS)
     sizes = {"rhs": 2 * n, "multipliers": m, "events": u}
     sizes["constraints"] = compiled.macro("CONSTRAINTS")
     assert sizes["constraints"] == positions + u + m == len(module.RESIDUALS)
@@ -296,7 +297,7 @@ def test_a_pendulum_between_rod_and_wall(program_of):
 def test_what_only_touches_has_no_events(program_of):
     """Without restitution a wall stops it; then nothing presses it on to the wall."""
     room = contacts.corner(lambda x, z, t: z, lambda x, z, t: 1 - x)
-    room = replace(room, initial=InitialState((0.0, 0.0), (0.3, 0.0)))
+    room = changed(room, initial=InitialState((0.0, 0.0), (0.3, 0.0)))
     rows, events = program_of(room)("until=5", "steps=1")
     assert events == [(pytest.approx(1 / 0.3, abs=1e-11), "contact:g1")]
     assert rows[-1] == pytest.approx([5, 1, 0, 0, 0], abs=1e-12)
@@ -307,7 +308,7 @@ def test_what_only_touches_has_no_events(program_of):
 def test_a_lift_throws_what_it_carries(program_of):
     """z ≥ sin(3 t)/4: it pushes until the particle would have to fall faster than g."""
     lift = contacts.corner(lambda x, z, t: z - sp.sin(3 * t) / 4)
-    lift = replace(lift, initial=InitialState((0.0, 0.0), (0.0, 0.75)))
+    lift = changed(lift, initial=InitialState((0.0, 0.0), (0.0, 0.75)))
     _, events = program_of(lift)("g=1.5", "until=1.5", "steps=1")
     released = math.asin(1.5 / 2.25) / 3
     assert events[0] == (pytest.approx(released, abs=1e-11), "release:g0")
@@ -325,11 +326,11 @@ def driven_block():
     ball = contacts.bouncing_ball()
     pull = sp.Symbol("F", real=True)
     force = Input("F", pull, 5 * T)
-    return replace(
+    return changed(
         ball,
         name="driven_block",
         inputs=(force,),
-        forcing=(ball.forcing[0], ball.forcing[1] + pull),
+        forcing=(ball.system.forcing[0], ball.system.forcing[1] + pull),
         initial=InitialState((0.0, 0.0), (0.5, 0.0)),
     )
 
@@ -401,10 +402,10 @@ def test_scenes_without_contacts_have_nothing_of_them():
 @pytest.mark.compiler
 def test_names_of_contacts_end_no_comment(tmp_path):
     hostile = contacts.bouncing_ball()
-    floor = hostile.contacts[0]
+    floor = hostile.system.contacts[0]
     text = '*/ "; """ # \\ z >= 0'
     floor = replace(floor, closure=replace(floor.closure, text=text))
-    hostile = replace(hostile, contacts=(floor,))
+    hostile = changed(hostile, contacts=(floor,))
     source = write(hostile, tmp_path, main=True)
     run(compiler(), "-std=c99", *WARNINGS, "-c", source, "-o", tmp_path / "x.o")
     python_of(hostile)

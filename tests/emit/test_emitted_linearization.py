@@ -45,16 +45,19 @@ class Linearized(Library):
 
 def output_slopes(equations, t, y, u):
     """C and D by SymPy's derivatives."""
-    n = len(equations.coordinates)
-    state = [*(c.q for c in equations.coordinates), *(c.v for c in equations.coordinates)]
-    driven = [source.symbol for source in equations.inputs]
-    if not equations.outputs:
+    n = len(equations.system.coordinates)
+    state = [
+        *(c.q for c in equations.system.coordinates),
+        *(c.v for c in equations.system.coordinates),
+    ]
+    driven = [source.symbol for source in equations.system.inputs]
+    if not equations.system.outputs:
         return np.eye(n, 2 * n), np.zeros((n, len(driven)))
-    at = dict(zip([equations.t, *state, *driven], [t, *y, *u], strict=True))
-    at |= {p.symbol: p.value for p in equations.parameters}
+    at = dict(zip([equations.system.t, *state, *driven], [t, *y, *u], strict=True))
+    at |= {p.symbol: p.value for p in equations.system.parameters}
 
     def slopes(by):
-        rows = [[float(e.diff(s).subs(at)) for s in by] for _, e in equations.outputs]
+        rows = [[float(e.diff(s).subs(at)) for s in by] for _, e in equations.system.outputs]
         return np.array(rows).reshape(len(rows), len(by))
 
     return slopes(state), slopes(driven)
@@ -75,12 +78,12 @@ def differenced(function, y, step=1e-5):
 def check(scene, folder=None, **parameters):
     derivation = load(SYSTEMS / f"{scene}.yaml", parameters=parameters).derive()
     equations, module = derivation.equations, module_of(derivation)
-    n, p, t = len(equations.coordinates), module.DEFAULTS, 0.3
+    n, p, t = len(equations.system.coordinates), module.DEFAULTS, 0.3
     if not n:
         assert not hasattr(module, "linearization")
         return
     y = state_near(module)
-    u = module.inputs(t, y, p) if equations.inputs else ()
+    u = module.inputs(t, y, p) if equations.system.inputs else ()
     for mode in modes_of(equations):
         keywords = {"mode": mode} if mode else {}
         found = module.linearization(t, y, p, **keywords)
@@ -95,8 +98,8 @@ def check(scene, folder=None, **parameters):
         assert relative(found.B[n:], by_inputs).max(initial=0.0) < TOLERANCE
         assert_allclose(found.C, output_slopes(equations, t, y, u)[0], rtol=1e-9, atol=1e-9)
         assert_allclose(found.D, output_slopes(equations, t, y, u)[1], rtol=1e-9, atol=1e-9)
-        assert hasattr(found, "E") == bool(equations.pushing)
-        if equations.pushing:
+        assert hasattr(found, "E") == bool(equations.system.pushing)
+        if equations.system.pushing:
             expected = differenced(lambda x: module.constraints(t, x, p, **keywords), y)  # noqa: B023
             size = np.abs(expected).max()
             assert_allclose(found.E, expected, atol=2e-8 * max(size, 1.0))

@@ -101,7 +101,7 @@ def test_what_does_not_exist_is_nan_or_refused(tmp_path):
 @pytest.mark.compiler
 def test_with_closures(tmp_path):
     equations = loads(CARTESIAN).derive().equations
-    assert equations.formulation == "multiplier"
+    assert equations.system.formulation == "multiplier"
     theta, v = 0.8, -1.25
     x, z = 2 * math.sin(theta), -2 * math.cos(theta)
     state = [x, z, -z * v, x * v]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -14,6 +12,7 @@ from tests.emit.closed_code import (
     Closed,
 )
 from tests.emit.emitted_c import in_types
+from tests.parts import changed
 
 pytestmark = [pytest.mark.compiler, pytest.mark.slow]
 
@@ -22,7 +21,7 @@ pytestmark = [pytest.mark.compiler, pytest.mark.slow]
 def test_projection_meets_the_closures(name, real, tmp_path):
     equations = CASES[name]()
     compiled = Closed(equations, tmp_path, real)
-    p, n = compiled.defaults, len(equations.coordinates)
+    p, n = compiled.defaults, len(equations.system.coordinates)
     generator = np.random.default_rng(5)
     if name.startswith("chain"):
         links = n // 2
@@ -73,9 +72,9 @@ def test_projection_is_the_smallest_change_in_the_kinetic_metric(tmp_path):
 
 def test_projection_gives_up_where_nothing_obeys_the_closures(tmp_path):
     equations = closures.pendulum()
-    x, z = equations.coordinates
+    x, z = equations.system.coordinates
     nowhere = closures.closure("rod", x.q**2 + z.q**2 + 1, [x, z])
-    compiled = Closed(replace(equations, closures=(nowhere,)), tmp_path)
+    compiled = Closed(changed(equations, closures=(nowhere,)), tmp_path)
     assert compiled.project(0.0, np.array([1.0, 0.3, 0.0, 0.0]), compiled.defaults)[0] == 3
 
 

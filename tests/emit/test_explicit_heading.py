@@ -81,10 +81,10 @@ def test_what_is_solved_is_said(name: str) -> None:
     explicit = explicit_form(system.equations)
     assert ("linear system" in line) == (None in explicit.accelerations)
     assert ("differentiated" in line) == (None in explicit.multipliers)
-    unknown = {c.multiplier for c in system.equations.pushing}
+    unknown = {c.multiplier for c in system.equations.system.pushing}
     values = (*explicit.accelerations, *explicit.multipliers)
     held = {s for value in values if value is not None for s in value.free_symbols}
-    assert held & unknown == {c.closure.multiplier for c in system.equations.contacts}
+    assert held & unknown == {c.closure.multiplier for c in system.equations.system.contacts}
 
 
 #: Scene → left side of the explicit form → formula of a textbook.
@@ -105,14 +105,14 @@ FORMULAS = {
 @pytest.mark.parametrize("name", FORMULAS)
 def test_multipliers_are_eliminated(name: str) -> None:
     equations = load(f"systems/{name}.yaml").derive().equations
-    names = {c.q.name: c.q for c in equations.coordinates}
-    names |= {p.name: p.symbol for p in equations.parameters}
+    names = {c.q.name: c.q for c in equations.system.coordinates}
+    names |= {p.name: p.symbol for p in equations.system.parameters}
     if "x" in names:
-        x, z = equations.coordinates
+        x, z = equations.system.coordinates
         names["L"] = (names["g"] * z.q - x.v**2 - z.v**2) / (2 * (x.q**2 + z.q**2))
     explicit = explicit_form(equations)
-    lefts = [f"ddot({c.name})" for c in equations.coordinates]
-    lefts += [c.multiplier.name for c in equations.closures]
+    lefts = [f"ddot({c.name})" for c in equations.system.coordinates]
+    lefts += [c.multiplier.name for c in equations.system.closures]
     values = dict(zip(lefts, (*explicit.accelerations, *explicit.multipliers), strict=True))
     for left, formula in FORMULAS[name].items():
         assert sp.simplify(values[left] - sp.sympify(formula, names)) == 0
@@ -125,11 +125,11 @@ def test_solutions_solve_the_saddle_point_system(name: str) -> None:
     equations = load(f"systems/{name}.yaml").derive().equations
     explicit = explicit_form(equations)
     assert None not in (*explicit.accelerations, *explicit.multipliers)
-    gradient = sp.Matrix([list(c.gradient) for c in equations.closures])
-    mass, forcing = sp.Matrix(equations.mass_matrix), sp.Matrix(equations.forcing)
+    gradient = sp.Matrix([list(c.gradient) for c in equations.system.closures])
+    mass, forcing = sp.Matrix(equations.system.mass_matrix), sp.Matrix(equations.system.forcing)
     a, multipliers = sp.Matrix(explicit.accelerations), sp.Matrix(explicit.multipliers)
     motion = mass * a - forcing - gradient.T * multipliers
-    rates = gradient * a + sp.Matrix([c.bias for c in equations.closures])
+    rates = gradient * a + sp.Matrix([c.bias for c in equations.system.closures])
     assert sp.simplify(sp.Matrix([*motion, *rates])).is_zero_matrix
 
 

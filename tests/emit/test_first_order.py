@@ -57,7 +57,7 @@ def test_multipliers_in_closed_form_are_among_them():
     )
     form = derivation.report(form="first-order")["first_order"]
     assert [m["name"] for m in form["multipliers"]] == [
-        closure.multiplier.name for closure in derivation.equations.closures
+        closure.multiplier.name for closure in derivation.equations.system.closures
     ]
     assert "v_" in derivation.text(form="first-order")
 

@@ -90,7 +90,7 @@ def test_json_reads_back():
     report = json.loads(json.dumps(derivation_report(equations)))
     (bob,) = report["constraint_forces"]
     assert bob["particle"] == "bob"
-    (body,) = equations.constraint_forces.bodies
+    (body,) = equations.derivation.constraint_forces.bodies
     for text, component in zip(bob["components"], body.components, strict=True):
         read = interpret(equations, parse_expression(text, Mark("answer", 1, 1, text)))
         assert (read - component).expand() == 0

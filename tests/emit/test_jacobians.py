@@ -65,7 +65,7 @@ def whole(module, function, values, columns):
 
 def modes_of(equations):
     """All contacts open, then the first of them closed."""
-    count = len(equations.contacts)
+    count = len(equations.system.contacts)
     return [(0,) * count, (1,) + (0,) * (count - 1)] if count else [()]
 
 
@@ -73,12 +73,12 @@ def check(scene, folder=None, **parameters):
     """Compare Python, and C compiled in a folder, with the reference."""
     derivation = load(SYSTEMS / f"{scene}.yaml", parameters=parameters).derive()
     equations, module = derivation.equations, module_of(derivation)
-    if not equations.coordinates:
+    if not equations.system.coordinates:
         assert not hasattr(module, "jacobian")
         return
     p = module.DEFAULTS
     t, y = 0.3, state_near(module)
-    u = module.inputs(t, y, p) if equations.inputs else ()
+    u = module.inputs(t, y, p) if equations.system.inputs else ()
     library = None if folder is None else Library(equations, folder, derivation)
     for mode in modes_of(equations):
         keywords = {"mode": mode} if mode else {}
@@ -112,7 +112,7 @@ class Library(Compiled):
         self.library = shared_library(source)
         self.type, self.prefix = np.float64, source.stem
         self.header = source.with_suffix(".h").read_text(encoding="utf-8")
-        self.defaults = np.zeros(max(1, len(equations.parameters)))
+        self.defaults = np.zeros(max(1, len(equations.system.parameters)))
         fill = getattr(self.library, f"{self.prefix}_defaults")
         fill.restype = None
         fill(ctypes.c_void_p(self.defaults.ctypes.data))

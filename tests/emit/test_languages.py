@@ -21,6 +21,7 @@ from lagrange_cli.emit.phrases.language import LANGUAGES, language
 from lagrange_cli.emit.registry import DERIVED, EMITTERS
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import InternalError
+from tests.parts import changed
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 OTHERS = [code for code in LANGUAGES if code != "en"]
@@ -130,26 +131,33 @@ SCENES = [
 def silent(scene: str, steps):
     """Equations of a scene without its own texts."""
     equations = load(SYSTEMS / f"{scene}.yaml").derive(forces=True, steps=steps).equations
-    return replace(
+    return changed(
         equations,
         title=None,
         description=None,
-        parameters=tuple(replace(p, description=None, unit=None) for p in equations.parameters),
-        coordinates=tuple(replace(c, description=None, unit=None) for c in equations.coordinates),
+        parameters=tuple(
+            replace(p, description=None, unit=None) for p in equations.system.parameters
+        ),
+        coordinates=tuple(
+            replace(c, description=None, unit=None) for c in equations.system.coordinates
+        ),
     )
 
 
 def names(equations) -> set[str]:
     """Words of the names of a scene."""
-    listed = [p.name for p in equations.particles]
-    listed += [line.name for line in equations.account.lines]
-    listed += [n for f in equations.forces for n in (f.name, f.on)]
-    listed += [equations.name, *(c.name for c in equations.cartesian_names)]
-    listed += [e for line in equations.account.lines for e in line.equations]
-    if equations.steps is not None:
-        listed += [t.name for t in (*equations.steps.kinetic, *equations.steps.potentials)]
-    if equations.constraint_forces is not None:
-        listed += equations.constraint_forces.included
+    listed = [p.name for p in equations.system.particles]
+    listed += [line.name for line in equations.derivation.account.lines]
+    listed += [n for f in equations.system.forces for n in (f.name, f.on)]
+    listed += [equations.presentation.name, *(c.name for c in equations.system.cartesian_names)]
+    listed += [e for line in equations.derivation.account.lines for e in line.equations]
+    if equations.derivation.steps is not None:
+        listed += [
+            t.name
+            for t in (*equations.derivation.steps.kinetic, *equations.derivation.steps.potentials)
+        ]
+    if equations.derivation.constraint_forces is not None:
+        listed += equations.derivation.constraint_forces.included
     return words(" ".join(listed).replace("_", " "))
 
 

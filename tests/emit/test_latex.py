@@ -23,6 +23,7 @@ from tests.emit.emit_scenes import (
     masses_through_hole,
     parameters,
 )
+from tests.parts import changed
 
 HOSTILE = [
     r"\input{/etc/passwd}",
@@ -261,7 +262,7 @@ def hostile_scene(text):
     one, *more = masses.coordinates
     puck, *rest = masses.particles
     line = ConstraintLine(text, (text,), "redundant", (text,))
-    return replace(
+    return changed(
         masses,
         title=text,
         description=text,
@@ -296,7 +297,7 @@ def test_escaped_text_holds_no_command_of_its_own(text):
 def test_every_hostile_character_alone(tmp_path):
     blocks = (0, 0x250), (0x1E00, 0x1F00), (0x2000, 0x2300)
     every = "".join(chr(i) for first, end in blocks for i in range(first, end)) + "αβγΩπ"
-    masses = replace(masses_through_hole(), description=" ".join(every))
+    masses = changed(masses_through_hole(), description=" ".join(every))
     compiled(tmp_path, emit(masses))
 
 

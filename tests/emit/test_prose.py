@@ -47,7 +47,7 @@ def test_allowed_formulas_are_typeset(target, told):
 
 def test_what_is_not_allowed_is_told_and_prints_as_text():
     derivation = loads(SCENE).derive()
-    (warning,) = [w for w in derivation.equations.warnings if w.rule == "latex"]
+    (warning,) = [w for w in derivation.equations.derivation.warnings if w.rule == "latex"]
     assert "cannot hold the macro '\\frac'" in warning.message
     (text,) = derivation.emit("latex").values()
     assert r"\$\textbackslash{}frac\{1\}\{2\}\$" in text

@@ -21,6 +21,7 @@ from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference, difference, exact, states
 from tests.emit.emitted_c import WARNINGS, compiler, run, write
 from tests.emit.test_c import HOSTILE, ROWS, hostile
+from tests.parts import changed
 from tests.program.test_program import one_coordinate, x
 
 
@@ -40,7 +41,7 @@ def module(equations):
 @pytest.mark.parametrize("make", systems.ALL)
 def test_both_sources_agree_with_the_equations(make):
     equations = make()
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     reference = Reference(equations)
     for source in (right_hand_side_source(equations), *EMITTERS["python"].emit(equations).values()):
         functions = load(source)
@@ -128,7 +129,7 @@ def test_trouble_is_nan_and_never_raised():
 def test_a_singular_mass_matrix_gives_nan(n):
     equations = systems.pendulum_chain(n)
     functions = module(equations)
-    values = [0.0 if p.name in ("m2", "m6") else p.value for p in equations.parameters]
+    values = [0.0 if p.name in ("m2", "m6") else p.value for p in equations.system.parameters]
     state = np.r_[np.linspace(0.1, 0.9, n), np.zeros(n)]
     assert np.isnan(functions["rhs"](0.0, state, functions["Parameters"](*values))).all()
 
@@ -186,7 +187,7 @@ def test_as_a_script(tmp_path):
 def test_a_script_asks_for_what_is_missing(tmp_path):
     base = systems.bead_on_parabola()
     m, a, g = base.parameters
-    equations = replace(base, parameters=(m, replace(a, value=None), g), initial=None)
+    equations = changed(base, parameters=(m, replace(a, value=None), g), initial=None)
     status, _, error = script(equations, tmp_path)
     assert (status, error) == (1, "values needed: x=VALUE, dot(x)=VALUE, a=VALUE")
     for wrong in ("nope=1", "x=np.float64(1)", "until=", "steps=2.5"):

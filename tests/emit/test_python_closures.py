@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import types
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,6 +21,7 @@ from tests.emit.closed_code import (
     simulation_programs,
 )
 from tests.emit.emitted_c import run
+from tests.parts import changed
 
 pytestmark = pytest.mark.slow
 
@@ -46,8 +46,11 @@ PYTHON_CASES = {**CASES, "massless": massless}
 def test_python_agrees_with_c(name, tmp_path):
     equations = PYTHON_CASES[name]()
     compiled, module = Closed(equations, tmp_path), emitted(equations)
-    assert tuple(equations.multipliers) == module.MULTIPLIERS
-    sizes = {"rhs": 2 * len(equations.coordinates), "multipliers": len(equations.closures)}
+    assert tuple(equations.system.multipliers) == module.MULTIPLIERS
+    sizes = {
+        "rhs": 2 * len(equations.system.coordinates),
+        "multipliers": len(equations.system.closures),
+    }
     sizes["constraints"] = compiled.macro("CONSTRAINTS")
     for t, y, p in random_states(equations):
         for function, size in sizes.items():
@@ -78,7 +81,7 @@ def test_python_refuses_what_c_refuses():
             assert np.isnan(module.project(0.0, y)).all()
     x, z = closures.pendulum().coordinates
     nowhere = closures.closure("rod", x.q**2 + z.q**2 + 1, [x, z])
-    module = emitted(replace(closures.pendulum(), closures=(nowhere,)))
+    module = emitted(changed(closures.pendulum(), closures=(nowhere,)))
     assert np.isnan(module.project(0.0, [1.0, 0.3, 0.0, 0.0])).all()
 
 
@@ -97,7 +100,7 @@ def test_python_for_the_simulation():
     equations = closures.chain(2, name="secret")
     programs = simulation_programs(equations)
     programs["disturbed"] = perturb(programs["rhs"])
-    factors = programs["disturbed"].parameters - len(equations.parameters)
+    factors = programs["disturbed"].parameters - len(equations.system.parameters)
     assert factors > 4
     text = module_source(programs)
     assert "secret" not in text

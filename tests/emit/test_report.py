@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +13,7 @@ from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.notation.scene_language import LARGEST_DENSE
 from tests.emit.emit_scenes import HALF, build, coordinates, masses_through_hole, parameters
+from tests.parts import changed
 
 KEYS = [
     "name", "cartesian", "extra", "constraints", "dof", "nonholonomic", "unilateral",
@@ -107,7 +107,7 @@ def test_large_matrices_are_sparse():
 def test_warnings_carry_their_place():
     placed = Problem("unused", Mark("a.yaml", 3, 7, "text"), rule="unused", severity="warning")
     report = derivation_report(
-        replace(masses_through_hole(), warnings=(placed, Problem("bare", rule="bare")))
+        changed(masses_through_hole(), warnings=(placed, Problem("bare", rule="bare")))
     )
     assert report["warnings"] == [
         {"line": 3, "column": 7, "rule": "unused", "message": "unused"},

@@ -58,13 +58,16 @@ def place_of(sketch, name):
 def starts(equations):
     """Positions at the start, found by putting numbers into r(q, t)."""
     known = {
-        c.q: x for c, x in zip(equations.coordinates, equations.initial.positions, strict=True)
+        c.q: x
+        for c, x in zip(
+            equations.system.coordinates, equations.system.initial.positions, strict=True
+        )
     }
-    known |= {p.symbol: p.value for p in equations.parameters}
-    known[equations.t] = equations.simulate.start
+    known |= {p.symbol: p.value for p in equations.system.parameters}
+    known[equations.system.t] = equations.system.simulate.start
     return {
         p.name: np.array([float(e.subs(known)) if e.free_symbols else float(e) for e in p.position])
-        for p in equations.particles
+        for p in equations.system.particles
     }
 
 
@@ -113,8 +116,8 @@ def test_particles_of_a_plane_stand_where_they_start(name, axes):
     """The picture is that plane up to a shift and one scale."""
     equations = derived(name)
     sketch = sketch_of(equations)
-    drawn = np.array([place_of(sketch, p.name) for p in equations.particles])
-    true = np.array([starts(equations)[p.name][list(axes)] for p in equations.particles])
+    drawn = np.array([place_of(sketch, p.name) for p in equations.system.particles])
+    true = np.array([starts(equations)[p.name][list(axes)] for p in equations.system.particles])
     drawn, true = drawn - drawn[0], true - true[0]
     scale = np.abs(drawn).max() / max(np.abs(true).max(), 1e-300)
     assert np.allclose(drawn, scale * true if np.abs(true).max() > 0 else 0, atol=3e-3)
@@ -434,13 +437,13 @@ def test_without_a_start_the_picture_says_what_it_shows():
     definitions: {x: l*cos(phi), z: l*sin(phi)}
     """
     equations = loads(text).derive().equations
-    assert equations.initial is None
+    assert equations.system.initial is None
     sketch = sketch_of(equations)
-    state = equations.sources.state
+    state = equations.derivation.sources.state
     assert (
         sketch.remarks[0] == "the scene gives no start: a configuration that its constraints allow"
     )
-    assert f"phi = {float(state[equations.coordinates[0].q]):.6g}" in sketch.remarks[1]
+    assert f"phi = {float(state[equations.system.coordinates[0].q]):.6g}" in sketch.remarks[1]
     assert "l = " in sketch.remarks[2]
     assert strokes(sketch, "curve")
     tikz = next(iter(EMITTERS["tikz"].emit(equations).values()))
@@ -565,7 +568,7 @@ def test_every_shipped_scene_with_particles_is_drawn(name):
     assert "nan" not in tikz
     sketch = sketch_of(equations)
     masses = [dot for dot in sketch.dots if dot.kind == "mass"]
-    assert [dot.name for dot in masses] == [p.name for p in equations.particles]
+    assert [dot.name for dot in masses] == [p.name for p in equations.system.particles]
     assert max(np.abs([*sketch.low, *sketch.high])) < 15
 
 

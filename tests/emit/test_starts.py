@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -17,6 +16,7 @@ from lagrange_cli.scene import read_text
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import WARNINGS, compiler, run, write
+from tests.parts import changed
 
 pytestmark = pytest.mark.slow
 
@@ -111,7 +111,7 @@ def test_rates_by_names_of_velocities():
     """What is the integral of a rate is known of the derivation, not from its text."""
     named = "definitions: {u: dot(s), w: dot(phi)}\n"
     equations = derive(read_text(WHEEL.replace("dot(s) = R*dot(phi)", "u = R*w") + named))
-    (roll,) = equations.closures
+    (roll,) = equations.system.closures
     assert (roll.kind, roll.text) == ("position", "u = R*w")
     for to in ("c", "python"):
         text = "".join(EMITTERS[to].emit(equations).values())
@@ -205,7 +205,7 @@ def test_other_number_types(real, tmp_path):
 @pytest.mark.compiler
 def test_a_zero_with_rounding_in_float(tmp_path):
     initial = systems.InitialState((2.0, 1e-66), (0.0, -1e-66))
-    (program,) = c_program(replace(closures.pendulum(), initial=initial), tmp_path, "float")
+    (program,) = c_program(changed(closures.pendulum(), initial=initial), tmp_path, "float")
     assert first(run(program, "until=0.1").splitlines()) == [2.0, 0.0, 0.0, 0.0]
 
 

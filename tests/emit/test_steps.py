@@ -61,7 +61,7 @@ def printed(equations: Equations) -> list[str]:
 
 
 def is_certified(equations: Equations) -> bool:
-    steps = equations.steps
+    steps = equations.derivation.steps
     return steps is not None and steps.states == 8 and max(steps.mismatch, steps.difference) < 1e-25
 
 
@@ -235,7 +235,7 @@ forces: {"push": {on: bob, force: [F, 0, 0]}}
 def test_numbers_of_the_report_read_back() -> None:
     """Expressions of JSON are in the scene language: read, they are those of the steps."""
     equations = stepped("double_pendulum", "lagrange")
-    steps = equations.steps
+    steps = equations.derivation.steps
     assert steps is not None
     report = derivation_report(equations)["steps"]
     for shown, parts in zip(report["coordinates"], steps.coordinates, strict=True):

@@ -123,7 +123,7 @@ def test_values_and_derivatives(name, style):
 def test_every_scene(name, style):
     """A scene that a style cannot hold is refused."""
     equations = derived(name)
-    if equations.contacts or name in ("seismometer", "hanging_net"):
+    if equations.system.contacts or name in ("seismometer", "hanging_net"):
         with pytest.raises(InputError, match=f"style '{style}' does not suit this scene"):
             module(equations, style)
     else:

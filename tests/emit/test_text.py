@@ -25,6 +25,7 @@ from tests.emit.emit_scenes import (
     masses_through_hole,
     parameters,
 )
+from tests.parts import changed
 
 PAGE = """\
 masses_through_hole: Mass on a table tied through a hole to a hanging mass
@@ -128,7 +129,7 @@ def test_long_systems_keep_the_width(n, ascii_only, form):
 def test_account_wording():
     masses = masses_through_hole()
     account = replace(
-        masses.account,
+        masses.derivation.account,
         extra=1,
         implied=2,
         chosen_automatically=True,
@@ -138,7 +139,7 @@ def test_account_wording():
             ConstraintLine("drive", ("x = A*cos(t)",), "independent", (), True),
         ),
     )
-    text = derivation_text(replace(masses, account=account))
+    text = derivation_text(changed(masses, account=account))
     assert "Degrees of freedom   3N = 6, 1 further coordinate, K = 4, DOF = 2\n" in text
     assert "  rod         x^2 + z^2 = l^2   (satisfied by the definitions)\n" in text
     assert "  again       z1 = 0   (redundant, implied by table, rope)\n" in text
@@ -162,16 +163,16 @@ def test_generalized_potential_is_called_u():
     kinetic = HALF * m * (x.v**2 + y.v**2)
     particle = build("charge", given, chosen, kinetic, charge * field * y.q * x.v)
     energy = Conserved("energy", "energy", kinetic, "L does not depend on t")
-    text = derivation_text(replace(particle, conserved=(energy,)))
+    text = derivation_text(changed(particle, conserved=(energy,)))
     assert "U = q B y ẋ\n" in text
     assert "  E = ½ m (ẋ² + ẏ²)     L does not depend on t\n" in text
 
 
 def test_jacobi_integral_is_called_h():
     masses = masses_through_hole()
-    r = masses.coordinates[0]
+    r = masses.system.coordinates[0]
     h = Conserved("jacobi", "jacobi", r.v**2 - r.q**2, "L does not depend on t")
-    assert "  h = ṙ² - r²     L does" in derivation_text(replace(masses, conserved=(h,)))
+    assert "  h = ṙ² - r²     L does" in derivation_text(changed(masses, conserved=(h,)))
 
 
 def test_quantities_make_way_for_the_scenes_own_letters():
@@ -194,11 +195,12 @@ def test_nothing_left_to_move():
 
 @pytest.mark.parametrize("ascii_only", [False, True])
 def test_hostile_text_is_escaped(ascii_only):
-    hostile = replace(
+    hostile = changed(
         bead_on_parabola(),
         title="a\x1b[31mred\nnew \u202e line é",
         account=replace(
-            bead_on_parabola().account, lines=(ConstraintLine("p", ("x = \x1b]0;own\x07",)),)
+            bead_on_parabola().derivation.account,
+            lines=(ConstraintLine("p", ("x = \x1b]0;own\x07",)),),
         ),
     )
     text = derivation_text(hostile, ascii=ascii_only)

@@ -21,6 +21,7 @@ from tests.emit.emit_scenes import (
 )
 from tests.emit.test_latex import strange
 from tests.notation.test_typst import HOSTILE, printed
+from tests.parts import changed
 from tests.typst_compiler import pages, text_of, typst
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -53,7 +54,7 @@ def test_a_document_says_what_a_reader_asks():
 @pytest.mark.parametrize(
     "equations",
     [chain_pendulum(6), damped_driven(), strange(), build("fixed", (), (), sympy.S(0), sympy.S(0))],
-    ids=lambda e: e.name,
+    ids=lambda e: e.presentation.name,
 )
 @pytest.mark.parametrize("form", ["lagrange", "explicit"])
 def test_documents_compile_and_stay_on_the_page(equations, form, displays_too_wide):
@@ -112,19 +113,19 @@ def test_a_long_table_runs_over_pages():
 
 def hostile_scene(text):
     masses = masses_through_hole()
-    first, *others = masses.parameters
-    one, *more = masses.coordinates
-    puck, *rest = masses.particles
+    first, *others = masses.system.parameters
+    one, *more = masses.system.coordinates
+    puck, *rest = masses.system.particles
     line = ConstraintLine(text, (text,), "redundant", (text,))
-    return replace(
+    return changed(
         masses,
         title=text,
         description=text,
         parameters=(replace(first, description=text, unit=text), *others),
         coordinates=(replace(one, description=text, unit=text), *more),
         particles=(replace(puck, name=text), *rest),
-        account=replace(masses.account, lines=(line,)),
-        conserved=tuple(replace(c, reason=text) for c in masses.conserved),
+        account=replace(masses.derivation.account, lines=(line,)),
+        conserved=tuple(replace(c, reason=text) for c in masses.derivation.conserved),
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from itertools import product
 
@@ -14,6 +13,7 @@ from tests.emit import contact_systems as contacts
 from tests.emit import emit_closures as closures
 from tests.emit.emitted_c import TYPES
 from tests.emit.test_emitted_contacts import Moded, python_of
+from tests.parts import changed
 from tests.zero_floors import SCENES
 
 pytestmark = [pytest.mark.compiler, pytest.mark.slow]
@@ -29,10 +29,10 @@ def derived(name, shift):
 
 def states(equations):
     """States a little off the closures, with every way in which contacts are closed."""
-    initial, generator = equations.initial, np.random.default_rng(3)
+    initial, generator = equations.system.initial, np.random.default_rng(3)
     start = np.array([*initial.positions, *initial.velocities], dtype=float)
     for off in OFF:
-        for mode in product((0, 1), repeat=len(equations.contacts)):
+        for mode in product((0, 1), repeat=len(equations.system.contacts)):
             yield mode, start + off * generator.uniform(-1, 1, len(start))
 
 
@@ -42,7 +42,7 @@ def kept(equations, compiled, y, mode):
         "constraints", 0.0, y, compiled.defaults, mode, compiled.macro("CONSTRAINTS")
     )
     assert status == 0
-    of = np.array([1] * len(equations.closures) + list(mode))
+    of = np.array([1] * len(equations.system.closures) + list(mode))
     return np.abs(out[: len(of)] * of).max()
 
 
@@ -56,7 +56,7 @@ def test_projection_to_a_floor_at_zero_in_c(name, real, tmp_path):
     compiled = Moded(equations, tmp_path, real)
     (tmp_path / "lifted").mkdir()
     lifted = Moded(derived(name, SHIFT), tmp_path / "lifted", real)
-    shift = np.array([SHIFT * (c.name in SCENES[name][1]) for c in equations.coordinates])
+    shift = np.array([SHIFT * (c.name in SCENES[name][1]) for c in equations.system.coordinates])
     shift = np.concatenate([shift, np.zeros_like(shift)])
     rounding = float(np.finfo(compiled.type).eps)
     for mode, y in states(equations):
@@ -86,7 +86,7 @@ def test_what_no_state_obeys_is_no_rounding(real, tmp_path):
     x, z = free.coordinates
     nowhere = closures.closure("rod", x.q**2 + z.q**2 + 1, [x, z])
     equations = contacts.with_contacts(
-        replace(free, closures=(nowhere,)), contacts.contact("floor", z.q, [x, z])
+        changed(free, closures=(nowhere,)), contacts.contact("floor", z.q, [x, z])
     )
     compiled = Moded(equations, tmp_path, real)
     for z_at in (0.0, 1e-20, 1e-3):

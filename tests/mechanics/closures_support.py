@@ -16,38 +16,38 @@ State = dict[sp.Symbol, mpf]
 
 def solved(e: Equations, state: Mapping[sp.Symbol, mpf]) -> tuple[dict[str, mpf], dict[str, mpf]]:
     """Accelerations and multipliers of [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]."""
-    n, m = len(e.coordinates), len(e.closures)
+    n, m = len(e.system.coordinates), len(e.system.closures)
     matrix, right = mpmath.zeros(n + m), mpmath.zeros(n + m, 1)
     for i in range(n):
-        right[i] = number(e.forcing[i], state)
+        right[i] = number(e.system.forcing[i], state)
         for j in range(n):
-            matrix[i, j] = number(e.mass_matrix[i][j], state)
-        for k, closure in enumerate(e.closures):
+            matrix[i, j] = number(e.system.mass_matrix[i][j], state)
+        for k, closure in enumerate(e.system.closures):
             matrix[n + k, i] = number(closure.gradient[i], state)
             matrix[i, n + k] = -matrix[n + k, i]
-    for k, closure in enumerate(e.closures):
+    for k, closure in enumerate(e.system.closures):
         right[n + k] = -number(closure.bias, state)
     found = mpmath.lu_solve(matrix, right)
-    a = {c.name: found[i] for i, c in enumerate(e.coordinates)}
-    return a, {c.name: found[n + k] for k, c in enumerate(e.closures)}
+    a = {c.name: found[i] for i, c in enumerate(e.system.coordinates)}
+    return a, {c.name: found[n + k] for k, c in enumerate(e.system.closures)}
 
 
 def state_of(e: Equations, **values: object) -> State:
     """A state by names, ``v_x`` for the velocity of x, with the parameters' values."""
-    state = {p.symbol: mpf("9.81") if p.name == "g" else mpf(p.value) for p in e.parameters}
-    state[e.t] = mpf(values.pop("t", 0))
-    for c in e.coordinates:
+    state = {p.symbol: mpf("9.81") if p.name == "g" else mpf(p.value) for p in e.system.parameters}
+    state[e.system.t] = mpf(values.pop("t", 0))
+    for c in e.system.coordinates:
         state[c.q], state[c.v] = mpf(values[c.name]), mpf(values["v_" + c.name])
     return state
 
 
 def holds(e: Equations, state: State) -> None:
     """The state satisfies every closure: positions in their rate too."""
-    for closure in e.closures:
+    for closure in e.system.closures:
         assert abs(number(closure.expression, state)) < mpf(10) ** -25
         products = [
             number(g, state) * state[c.v]
-            for g, c in zip(closure.gradient, e.coordinates, strict=True)
+            for g, c in zip(closure.gradient, e.system.coordinates, strict=True)
         ]
         assert abs(sum(products) + number(closure.rate, state)) < mpf(10) ** -24
 

@@ -33,12 +33,12 @@ potentials: {weight: m*g*z1}
 
 
 def printed(equations: Equations) -> list[sp.Expr]:
-    shown = [c * f for e in equations.shown for c, f in e.terms]
-    matrix = [e for row in equations.mass_matrix for e in row]
-    closures = [e for c in equations.closures for e in (c.expression, c.bias, *c.gradient)]
-    energies = [equations.kinetic, equations.potential]
-    names = [e for c in equations.cartesian_names for e in (c.position, c.velocity)]
-    return [*shown, *matrix, *closures, *energies, *names, *equations.forcing]
+    shown = [c * f for e in equations.derivation.shown for c, f in e.terms]
+    matrix = [e for row in equations.system.mass_matrix for e in row]
+    closures = [e for c in equations.system.closures for e in (c.expression, c.bias, *c.gradient)]
+    energies = [equations.system.kinetic, equations.system.potential]
+    names = [e for c in equations.system.cartesian_names for e in (c.position, c.velocity)]
+    return [*shown, *matrix, *closures, *energies, *names, *equations.system.forcing]
 
 
 def has_roots(e: sp.Expr) -> bool:
@@ -53,17 +53,17 @@ def test_there_are_no_roots_of_squares(scene: str) -> None:
 
 
 def test_a_positive_coordinate_is_divided_out() -> None:
-    azimuth = derived(CENTRAL).shown[1]
-    r = derived(CENTRAL).coordinates[0].q
+    azimuth = derived(CENTRAL).derivation.shown[1]
+    r = derived(CENTRAL).system.coordinates[0].q
     assert azimuth.divided_by.has(r)
     signed = derived(CENTRAL.replace("{positive: true}", "{}"))
-    assert not signed.shown[1].divided_by.has(signed.coordinates[0].q)
+    assert not signed.derivation.shown[1].divided_by.has(signed.system.coordinates[0].q)
 
 
 def test_nothing_is_singular_where_it_never_is() -> None:
-    assert derived(CENTRAL).singular == ()
+    assert derived(CENTRAL).derivation.singular == ()
     signed = derived(CENTRAL.replace("{positive: true}", "{}"))
-    assert [place.where for place in signed.singular] == [signed.coordinates[0].q]
+    assert [place.where for place in signed.derivation.singular] == [signed.system.coordinates[0].q]
 
 
 def test_a_zero_of_the_inertia_above_zero_is_singular() -> None:
@@ -72,10 +72,10 @@ parameters: {m: 1, a: {value: 2, positive: true}}
 coordinates: {r: {positive: true}, theta: {}}
 kinetic: {spin: m*dot(r)^2/2 + m*(r - a)^2*dot(theta)^2/2}
 """
-    (place,) = derived(scene).singular
-    r, a = derived(scene).coordinates[0].q, derived(scene).parameters[1].symbol
+    (place,) = derived(scene).derivation.singular
+    r, a = derived(scene).system.coordinates[0].q, derived(scene).system.parameters[1].symbol
     assert sp.expand(place.where**2 - (r - a) ** 2) == 0
-    assert derived(scene.replace("r - a", "r + a")).singular == ()
+    assert derived(scene.replace("r - a", "r + a")).derivation.singular == ()
 
 
 @pytest.mark.parametrize("value", ["0", "-1", "-m"])
@@ -88,7 +88,7 @@ def test_values_that_are_not_positive_are_refused_at_their_place(value: str, sec
 
 
 def test_a_start_in_cartesian_values_has_the_sign() -> None:
-    state = derived(CENTRAL + "initial: {x: -3, y: 4}").initial
+    state = derived(CENTRAL + "initial: {x: -3, y: 4}").system.initial
     assert state is not None
     assert state.positions[0] == pytest.approx(5)
 
@@ -103,7 +103,7 @@ initial: {x_p: VALUE}
     problem = refusal(scene.replace("VALUE", "0.5"))
     assert problem.rule == "not-positive"
     assert "s = -0.5" in problem.message
-    start = derived(scene.replace("VALUE", "1.5")).initial
+    start = derived(scene.replace("VALUE", "1.5")).system.initial
     assert start is not None
     assert start.positions == (0.5,)
 
@@ -117,8 +117,8 @@ constraints: {track: r*(y - a*r) = 0}
 coordinates: {r: {positive: true}}
 definitions: {x: 3*r}
 """
-    positions = {c.name: c.position for c in derived(scene).cartesian_names}
-    r, a = derived(scene).coordinates[0].q, derived(scene).parameters[1].symbol
+    positions = {c.name: c.position for c in derived(scene).system.cartesian_names}
+    r, a = derived(scene).system.coordinates[0].q, derived(scene).system.parameters[1].symbol
     assert positions["y"] == a * r
 
 
@@ -133,7 +133,7 @@ definitions: {x: s*cos(phi), y: s*sin(phi)}
 initial: {s: 1, phi: 0}
 """
     minimal = loads(scene).derive(formulation="minimal").equations
-    ((name, above),) = minimal.positive
+    ((name, above),) = minimal.system.positive
     assert name in {"s", "phi"}
     assert {s.name for s in above.free_symbols} & {"s", "phi"}
 
@@ -150,7 +150,7 @@ constraints:
 coordinates: {x1: {positive: true}, z1: {}, x2: {}, z2: {}}
 initial: {z1: 1, x1: 1, z2: 1, x2: -1}
 """
-    start = derived(scene).initial
+    start = derived(scene).system.initial
     assert start is not None
     assert start.positions[0] > 0 > start.positions[2]
 

@@ -59,7 +59,7 @@ def with_function(name, body=None):
 def put_in(expression, equations, body):
     """Replace each unknown function, with its derivatives, by SymPy's of a body."""
     place = sp.Dummy(real=True)
-    symbols = {p.name: p.symbol for p in equations.parameters}
+    symbols = {p.name: p.symbol for p in equations.system.parameters}
     value = sp.sympify(body.format("place_"), locals={**symbols, "place_": place}, rational=True)
 
     def replaced(call):
@@ -74,10 +74,11 @@ def put_in(expression, equations, body):
 def test_a_given_function_in_place_of_the_unknown_one(name, body):
     unknown, given = with_function(name), with_function(name, body)
     symbols = {
-        p.symbol: q.symbol for p, q in zip(unknown.parameters, given.parameters, strict=True)
+        p.symbol: q.symbol
+        for p, q in zip(unknown.system.parameters, given.system.parameters, strict=True)
     }
-    pairs = [*zip(unknown.forcing, given.forcing, strict=True)]
-    for row, other in zip(unknown.mass_matrix, given.mass_matrix, strict=True):
+    pairs = [*zip(unknown.system.forcing, given.system.forcing, strict=True)]
+    for row, other in zip(unknown.system.mass_matrix, given.system.mass_matrix, strict=True):
         pairs += zip(row, other, strict=True)
     for general, special in pairs:
         difference = put_in(general, unknown, body).xreplace(symbols) - special

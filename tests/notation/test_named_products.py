@@ -38,22 +38,22 @@ def equations():
 )
 def test_a_name_stands_for_its_factors(equations, powers, expected):
     words = vocabulary(equations, abbreviating=True)
-    m1, m2, *_ = (p.symbol for p in equations.parameters)
+    m1, m2, *_ = (p.symbol for p in equations.system.parameters)
     first, second, sums = powers
-    product = m1**first * m2**second * (m1 + m2) ** sums * equations.coordinates[0].q
+    product = m1**first * m2**second * (m1 + m2) ** sums * equations.system.coordinates[0].q
     assert UnicodePrinter().inline(display(product, words)) == expected
     assert UnicodePrinter().inline(display(-product, words)) == f"-{expected}"
 
 
 def test_names_of_roots_and_equations(equations):
     words = vocabulary(equations, abbreviating=True)
-    k, c = (p.symbol for p in equations.parameters[2:])
-    text = UnicodePrinter().inline(display(k * equations.coordinates[0].q / c, words))
+    k, c = (p.symbol for p in equations.system.parameters[2:])
+    text = UnicodePrinter().inline(display(k * equations.system.coordinates[0].q / c, words))
     assert text == "w² x"
     assert api.loads(SCENE).derive().text().count("μ ẍ + w² x = 0") == 1
 
 
 def test_without_names_products_are_written_out(equations):
-    m1, m2, *_ = (p.symbol for p in equations.parameters)
+    m1, m2, *_ = (p.symbol for p in equations.system.parameters)
     node = display(sp.Mul(m1, m2, 1 / (m1 + m2)), vocabulary(equations))
     assert UnicodePrinter().inline(node) == "m1 m2 / (m1 + m2)"

@@ -26,18 +26,18 @@ SCENES = [
 
 
 def _formulas(equations, words):
-    yield display(equations.kinetic, words), equations.kinetic
-    yield display(equations.potential, words), equations.potential
-    for shown in equations.shown:
+    yield display(equations.system.kinetic, words), equations.system.kinetic
+    yield display(equations.system.potential, words), equations.system.potential
+    for shown in equations.derivation.shown:
         yield display_row(shown, words), shown.residual
-    for quantity in equations.conserved:
+    for quantity in equations.derivation.conserved:
         yield display(quantity.expression, words), quantity.expression
 
 
 def _values(printer, equations, words, point):
     """Value of each symbol as it is printed, those of abbreviations among them."""
     values = {printer.inline(node): point[symbol] for symbol, node in words.atoms.items()}
-    for name, expression in equations.abbreviations:
+    for name, expression in equations.presentation.abbreviations:
         try:
             values[printer.symbol(name)] = float(evaluate([expression], point)[0])
         except (ArithmeticError, ValueError):
@@ -47,7 +47,9 @@ def _values(printer, equations, words, point):
 
 def _rates(equations, words, printer, begin):
     """Momenta that an equation says to take the rate of, as they are printed."""
-    for momentum in (shown.momentum for shown in equations.shown if shown.momentum is not None):
+    for momentum in (
+        shown.momentum for shown in equations.derivation.shown if shown.momentum is not None
+    ):
         text = joined(printer.rate(display(momentum, words)))
         assert text.startswith(begin)
         assert text.endswith(")")

@@ -1,7 +1,6 @@
 """What is printed in the scene language reads back as the same number."""
 
 import random
-from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -28,6 +27,7 @@ from tests.emit.emit_scenes import (
     parameters,
 )
 from tests.notation.scene_numbers import evaluate
+from tests.parts import changed
 
 GIVEN = parameters(m=1.0, E=2.0, beta=0.5)
 CHOSEN = coordinates("x", "theta")
@@ -46,9 +46,9 @@ def numbers(symbols, seed, low=0.3, high=0.9):
 
 def all_symbols(equations):
     return [
-        *(p.symbol for p in equations.parameters),
-        equations.t,
-        *(s for c in equations.coordinates for s in (c.q, c.v, c.a)),
+        *(p.symbol for p in equations.system.parameters),
+        equations.system.t,
+        *(s for c in equations.system.coordinates for s in (c.q, c.v, c.a)),
     ]
 
 
@@ -98,24 +98,24 @@ def test_reciprocal_functions_are_written_as_quotients(name):
 def test_reports_read_back(equations, form):
     report = derivation_report(equations, form)
     values = numbers(all_symbols(equations), 11)
-    accelerations = sympy.Matrix([c.a for c in equations.coordinates])
-    mass = sympy.Matrix(equations.mass_matrix)
-    unscaled = mass * accelerations - sympy.Matrix(equations.forcing)
-    solved = accelerations - mass.LUsolve(sympy.Matrix(equations.forcing))
+    accelerations = sympy.Matrix([c.a for c in equations.system.coordinates])
+    mass = sympy.Matrix(equations.system.mass_matrix)
+    unscaled = mass * accelerations - sympy.Matrix(equations.system.forcing)
+    solved = accelerations - mass.LUsolve(sympy.Matrix(equations.system.forcing))
     for i, row in enumerate(report["equations"]):
         if form == "lagrange":
-            expected = equations.shown[i].residual
+            expected = equations.derivation.shown[i].residual
         else:
-            expected = solved[i] if len(equations.coordinates) <= 2 else unscaled[i]
+            expected = solved[i] if len(equations.system.coordinates) <= 2 else unscaled[i]
         assert same(row["residual"], expected, values)
-    assert same(report["kinetic"], equations.kinetic, values)
-    assert same(report["potential"], equations.potential, values)
-    assert same(report["lagrangian"], equations.lagrangian, values)
+    assert same(report["kinetic"], equations.system.kinetic, values)
+    assert same(report["potential"], equations.system.potential, values)
+    assert same(report["lagrangian"], equations.system.lagrangian, values)
     for i, row in enumerate(report["mass_matrix"]):
         for j, entry in enumerate(row):
-            assert same(entry, equations.mass_matrix[i][j], values)
-        assert same(report["forcing"][i], equations.forcing[i], values)
-    for quantity, entry in zip(equations.conserved, report["conserved"], strict=True):
+            assert same(entry, equations.system.mass_matrix[i][j], values)
+        assert same(report["forcing"][i], equations.system.forcing[i], values)
+    for quantity, entry in zip(equations.derivation.conserved, report["conserved"], strict=True):
         assert same(entry["expression"], quantity.expression, values)
 
 
@@ -140,7 +140,7 @@ def test_forms(expression, text):
 
 def test_literals_read_back_exactly():
     literals = ((Fraction(981, 100), "9.81"), (Fraction(1, 10**31), "1e-31"))
-    equations = replace(SMALL, literals=literals)
+    equations = changed(SMALL, literals=literals)
     x = CHOSEN[0].q
     assert to_scene_language(Rational(981, 100) * x**2, equations) == "9.81*x^2"
     tiny = Rational(1, 10**31)

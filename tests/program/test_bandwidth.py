@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import sympy as sp
 
 from lagrange_cli.emit.python.functions import module_source
-from lagrange_cli.mechanics.equations import Closure, TextbookForm
+from lagrange_cli.mechanics.equations import TextbookForm
 from lagrange_cli.mechanics.sparse import ExpressionRow
+from lagrange_cli.mechanics.system import Closure
 from lagrange_cli.program import program as programs_of
 from lagrange_cli.program.emitted_functions import constraint_programs
 from lagrange_cli.program.program import build_program
@@ -19,6 +18,7 @@ from lagrange_cli.program.solvers.sparse_factorization import bandwidth, elimina
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import Compiled
+from tests.parts import changed
 
 M, L, G = (systems.parameter(n, v, positive=True) for n, v in (("m", 1.5), ("l", 0.5), ("g", 9.81)))
 
@@ -56,7 +56,7 @@ def truss(count, rods, name="truss"):
     base = closures.pendulum()
     zero, n = sp.Integer(0), 2 * count
     mass = tuple(ExpressionRow(n, {i: M.symbol}) for i in range(n))
-    return replace(
+    return changed(
         base,
         name=name,
         parameters=(M, L, G),
@@ -111,7 +111,7 @@ CASES = {
 
 def state(equations, seed):
     generator = np.random.default_rng(seed)
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     return generator.uniform(-2, 2, 2 * n)
 
 
@@ -133,7 +133,7 @@ def test_a_band_gives_what_pivoting_gives(name, tmp_path, monkeypatch, straight)
     monkeypatch.setattr(solve, "is_banded", lambda *_: False)
     programs, whole = python_functions(equations)
     assert not any(b.band is not None for b in programs["rhs"].blocks)
-    n, m = len(equations.coordinates), len(equations.closures)
+    n, m = len(equations.system.coordinates), len(equations.system.closures)
     p = compiled.defaults
     for seed in range(3):
         y = state(equations, seed)

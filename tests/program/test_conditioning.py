@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import mpmath
@@ -27,6 +26,7 @@ from lagrange_cli.program.program import build_program
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference
 from tests.emit.emitted_c import Compiled
+from tests.parts import changed
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 ROUNDING = 2.0**-53
@@ -73,7 +73,7 @@ INERTIAS = {"M", "m", *(f"{k}{i}" for k in "mI" for i in range(9))}
 def python(equations):
     namespace = {}
     exec(right_hand_side_source(equations, ("rhs",)), namespace)
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     return lambda y, p: namespace["rhs"](0.3, np.asarray(y), list(p))[n:]
 
 
@@ -83,11 +83,11 @@ def hard_states(equations, kind, count, seed=5):
     ``close``: all coordinates nearly equal; ``small``: all near zero.
     """
     random = np.random.default_rng(seed)
-    n = len(equations.coordinates)
-    heavy = [k for k, p in enumerate(equations.parameters) if p.name in INERTIAS]
+    n = len(equations.system.coordinates)
+    heavy = [k for k, p in enumerate(equations.system.parameters) if p.name in INERTIAS]
     for _ in range(count):
         y = random.uniform(-2, 2, 2 * n)
-        p = random.uniform(0.5, 2, len(equations.parameters))
+        p = random.uniform(0.5, 2, len(equations.system.parameters))
         p[heavy] = 10.0 ** random.uniform(-12, 12, len(heavy))
         if kind == "close":
             y[1:n] = y[0] + 10.0 ** random.uniform(-14, -1, n - 1)
@@ -132,7 +132,7 @@ def _digits(monkeypatch):
 @pytest.mark.parametrize("name", NAMED)
 def test_errors_are_those_of_the_data(name, kind):
     equations = NAMED[name]()
-    bound = FACTOR_OF_THREE if len(equations.coordinates) > 2 else FACTOR
+    bound = FACTOR_OF_THREE if len(equations.system.coordinates) > 2 else FACTOR
     assert worst(equations, python(equations), kind) < bound
 
 
@@ -142,7 +142,7 @@ def test_errors_are_those_of_the_data(name, kind):
 def test_compiled_code_is_as_accurate(name, tmp_path):
     equations = NAMED[name]()
     compiled = Compiled(equations, tmp_path)
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
 
     def evaluate(y, p):
         status, dydt = compiled("rhs", 0.3, y, p, 2 * n)
@@ -167,7 +167,7 @@ def every_system():
         if path.parent.name != "refused":
             yield path.stem, functools.partial(scene, f"{path.parent.name}/{path.stem}")
     for make in (*systems.ALL, lambda: coupled(3)):
-        yield make().name, make
+        yield make().presentation.name, make
 
 
 def blocks_of(equations):
@@ -187,9 +187,9 @@ def test_the_exact_solution_solves_the_equations_and_its_pivots_hold_no_differen
             continue
         of = block.coordinates
         solution = solve_exactly(
-            [[equations.mass_matrix[i][j] for j in of] for i in of],
-            [equations.forcing[i] for i in of],
-            [c.q for c in equations.coordinates],
+            [[equations.system.mass_matrix[i][j] for j in of] for i in of],
+            [equations.system.forcing[i] for i in of],
+            [c.q for c in equations.system.coordinates],
         )
         assert block.exact == (solution is not None)
         if solution is None:
@@ -207,9 +207,11 @@ def test_the_exact_solution_solves_the_equations_and_its_pivots_hold_no_differen
 
 def evaluated(solution, equations, y, p):
     """The accelerations that the steps give, in high precision."""
-    n = len(equations.coordinates)
-    symbols = [c.q for c in equations.coordinates] + [c.v for c in equations.coordinates]
-    symbols += [*(x.symbol for x in equations.parameters), equations.t]
+    n = len(equations.system.coordinates)
+    symbols = [c.q for c in equations.system.coordinates] + [
+        c.v for c in equations.system.coordinates
+    ]
+    symbols += [*(x.symbol for x in equations.system.parameters), equations.system.t]
     numbers = [*y[:n], *y[n:], *p, 0.3]
     found = {}
     with mpmath.workdps(DIGITS):
@@ -241,7 +243,11 @@ def test_what_is_too_long_or_not_proven_is_eliminated_numerically():
 
 def test_a_wrong_solution_is_never_used(monkeypatch):
     equations = scene("pendulums/pendulum_on_cart")
-    parts = equations.mass_matrix, equations.forcing, [c.q for c in equations.coordinates]
+    parts = (
+        equations.system.mass_matrix,
+        equations.system.forcing,
+        [c.q for c in equations.system.coordinates],
+    )
     monkeypatch.setattr(solving, "scaled", lambda number, rest: -number * rest)
     with pytest.raises(InternalError, match="does not solve"):
         solve_exactly(*parts)
@@ -274,9 +280,9 @@ def test_squares_stay_squares_unless_products_must_be_multiplied_out():
 @pytest.mark.compiler
 @pytest.mark.parametrize("ratio", [1e-18, 1e-12, 1e12, 1e18])
 def test_an_extreme_ratio_of_masses_is_not_singular(ratio, tmp_path):
-    equations = replace(scene("pendulums/double_pendulum"), name="ratio")
+    equations = changed(scene("pendulums/double_pendulum"), name="ratio")
     compiled, evaluate = Compiled(equations, tmp_path), python(equations)
-    order = [p.name for p in equations.parameters]
+    order = [p.name for p in equations.system.parameters]
     values = {"m1": 1.0, "m2": ratio, "l1": 1.0, "l2": 1.0, "g": 9.81}
     p = [values[name] for name in order]
     y = [1.0, 1.0, 0.0, 0.0]
@@ -303,8 +309,8 @@ def test_an_extreme_ratio_of_masses_is_not_singular(ratio, tmp_path):
     ],
 )
 def test_a_singular_mass_matrix_is_refused(name, zero, y, tmp_path):
-    equations = replace(scene(name), name="singular")
-    p = [0.0 if x.name in zero.split() else 1.0 for x in equations.parameters]
+    equations = changed(scene(name), name="singular")
+    p = [0.0 if x.name in zero.split() else 1.0 for x in equations.system.parameters]
     assert Compiled(equations, tmp_path)("rhs", 0.3, y, p, len(y))[0] == 1
     assert np.isnan(python(equations)(y, p)).all()
 
@@ -315,7 +321,10 @@ def test_a_singular_mass_matrix_is_refused(name, zero, y, tmp_path):
 def test_larger_blocks_are_judged_alike_in_python_and_c(light, tmp_path):
     """With its mass at the tip alone, a straight chain has inertia in one direction alone."""
     equations = systems.collected_chain(6)
-    p = [light if x.name in ("m0", "m1", "m2", "m3", "m4") else 1.0 for x in equations.parameters]
+    p = [
+        light if x.name in ("m0", "m1", "m2", "m3", "m4") else 1.0
+        for x in equations.system.parameters
+    ]
     y = [*[0.5] * 6, *np.zeros(6)]
     got = python(equations)(y, p)
     status, dydt = Compiled(equations, tmp_path)("rhs", 0.3, y, p, 12)

@@ -18,7 +18,7 @@ SYSTEMS = Path(__file__).parents[2] / "systems"
 
 def derived(scene):
     equations = derive(read_file(SYSTEMS / scene))
-    return with_contact_flags(equations) if equations.contacts else equations
+    return with_contact_flags(equations) if equations.system.contacts else equations
 
 
 CLOSED = ["chains/chain_of_rods", "constraints/slider_crank", "rolling/chaplygin_sleigh"]

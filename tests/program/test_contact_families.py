@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 def chain_over_floors(n: int):
     """A chain of rods with a floor below each mass, some of them steep."""
     equations = closures.chain(n)
-    of = equations.coordinates
+    of = equations.system.coordinates
     floors = [
         contacts.contact(f"floor{i}", of[2 * i + 1].q + of[2 * i].q / (2 + i % 2) + 3, of)
         for i in range(n)
@@ -41,10 +41,10 @@ def chain():
 
 def states(equations, count=6):
     generator = np.random.default_rng(11)
-    u = len(equations.contacts)
+    u = len(equations.system.contacts)
     for k in range(count):
-        y = generator.uniform(-1, 1, 2 * len(equations.coordinates))
-        p = generator.uniform(0.5, 2, len(equations.parameters))
+        y = generator.uniform(-1, 1, 2 * len(equations.system.coordinates))
+        p = generator.uniform(0.5, 2, len(equations.system.parameters))
         flags = generator.integers(0, 2, u).astype(float) * (k > 0)
         yield generator.uniform(0, 2), y, p, flags, generator.normal(size=u)
 
@@ -88,7 +88,7 @@ def test_loops_compute_what_statements_do(chain, language, monkeypatch, tmp_path
 def test_many_that_land_at_once(tmp_path):
     """All masses of a chain come down on one floor, at random speeds; then what rests on it."""
     equations = closures.chain(12)
-    of = equations.coordinates
+    of = equations.system.coordinates
     floors = [contacts.contact(f"floor{i}", of[2 * i + 1].q + 3, of) for i in range(12)]
     equations = contacts.with_contacts(equations, *floors, name="landing")
     machine, python = contacts.Machine(equations, tmp_path), contacts.Interpreted(equations)

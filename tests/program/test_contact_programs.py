@@ -40,12 +40,16 @@ def reference(equations):
 def states(equations, count=2):
     generator = np.random.default_rng(7)
     for _ in range(count):
-        y = generator.uniform(-1.5, 1.5, 2 * len(equations.coordinates))
-        yield generator.uniform(0, 2), y, generator.uniform(0.5, 2, len(equations.parameters))
+        y = generator.uniform(-1.5, 1.5, 2 * len(equations.system.coordinates))
+        yield (
+            generator.uniform(0, 2),
+            y,
+            generator.uniform(0.5, 2, len(equations.system.parameters)),
+        )
 
 
 def masks(equations):
-    every = list(product((0.0, 1.0), repeat=len(equations.contacts)))
+    every = list(product((0.0, 1.0), repeat=len(equations.system.contacts)))
     return [np.array(mask) for mask in (every if len(every) <= 8 else [*every[:3], *every[-3:]])]
 
 
@@ -67,8 +71,8 @@ def solvable(rows, closed):
 def test_each_set_of_contacts(system):
     equations, *codes = system
     values = reference(equations)
-    n, m = len(equations.coordinates), len(equations.closures)
-    size = m + len(equations.contacts)
+    n, m = len(equations.system.coordinates), len(equations.system.closures)
+    size = m + len(equations.system.contacts)
     checked = 0
     for t, y, p in states(equations):
         mass, forcing, rows = values(t, y, p)
@@ -82,7 +86,7 @@ def test_each_set_of_contacts(system):
             multipliers = np.zeros(size)
             multipliers[closed] = found[n:]
             events = np.where(flags > 0, multipliers[m:], phi[m:])
-            kinds = [k.kind == "position" for k in equations.closures]
+            kinds = [k.kind == "position" for k in equations.system.closures]
             positions = [*(phi[:m][kinds] if m else []), *(flags * phi[m:])]
             rates = (gradient @ y[n:] + rate) * closed
             targets = np.linspace(-1, 2, size - m)
@@ -108,12 +112,17 @@ def test_each_set_of_contacts(system):
 def test_gaps_and_their_terms(system):
     equations, *codes = system
     values = reference(equations)
-    n, m, u = len(equations.coordinates), len(equations.closures), len(equations.contacts)
-    names = [p.symbol for p in equations.parameters]
+    n, m, u = (
+        len(equations.system.coordinates),
+        len(equations.system.closures),
+        len(equations.system.contacts),
+    )
+    names = [p.symbol for p in equations.system.parameters]
     for t, y, p in states(equations):
         _, _, rows = values(t, y, p)
         restitution = [
-            float(k.restitution.subs(dict(zip(names, p, strict=True)))) for k in equations.contacts
+            float(k.restitution.subs(dict(zip(names, p, strict=True))))
+            for k in equations.system.contacts
         ]
         expected = [*rows[m:, :n].ravel(), *rows[m:, n], *rows[m:, n + 1], *restitution]
         flags = np.ones(u)
@@ -129,7 +138,7 @@ def test_gaps_and_their_terms(system):
 @pytest.mark.compiler
 def test_machine_code_and_python_agree(system):
     equations, machine, python = system
-    n, u = len(equations.coordinates), len(equations.contacts)
+    n, u = len(equations.system.coordinates), len(equations.system.contacts)
     for t, y, p in states(equations, 4):
         for flags in masks(equations):
             for function, size in {"contact_rhs": 2 * n, "events": u}.items():
@@ -143,8 +152,8 @@ def test_machine_code_and_python_agree(system):
 @pytest.mark.parametrize("name", ["particle_on_sphere", "pendulum_at_wall", "ladder"])
 def test_projection_meets_closed_contacts_alone(name, tmp_path):
     equations = contacts.CASES[name]()
-    p, u = contacts.defaults(equations), len(equations.contacts)
-    n = len(equations.coordinates)
+    p, u = contacts.defaults(equations), len(equations.system.contacts)
+    n = len(equations.system.coordinates)
     start = {
         "particle_on_sphere": [0.9, 1.2, 0.8, -0.6],
         "pendulum_at_wall": [0.5, -np.sqrt(3.75), 0.0, 0.0],
@@ -154,10 +163,10 @@ def test_projection_meets_closed_contacts_alone(name, tmp_path):
     for code in (contacts.Machine(equations, tmp_path), contacts.Interpreted(equations)):
         for flags in masks(equations):
             y = code.project(0.0, off, p, flags)
-            count = sum(1 + (k.kind == "position") for k in equations.closures) + 2 * u
+            count = sum(1 + (k.kind == "position") for k in equations.system.closures) + 2 * u
             constraints = code("contact_constraints", 0.0, y, p, flags, size=count)
             assert np.abs(constraints).max() < 1e-14
-            if not flags.any() and not equations.closures:
+            if not flags.any() and not equations.system.closures:
                 assert (y == off).all()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
 import mpmath
@@ -15,6 +14,7 @@ from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.program import build_program
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference, states
+from tests.parts import changed
 from tests.program.test_program import one_coordinate, run, x
 
 
@@ -83,7 +83,7 @@ def of_differences(count):
         for f, sign in ((sp.sin, -1), (sp.cos, -1), (sp.sin, 1))
     ]
     cartesian = tuple(systems.CartesianName(f"c{k}", e, 0) for k, e in enumerate(found))
-    return replace(base, coordinates=tuple(angles), cartesian_names=cartesian)
+    return changed(base, coordinates=tuple(angles), cartesian_names=cartesian)
 
 
 def test_few_differences_keep_their_own_sines():
@@ -99,8 +99,8 @@ def test_many_differences_of_few_angles_become_products():
     state = [mpmath.mpf(k * k - 20) / 7 for k in range(12)]
     with mpmath.workdps(40):
         got = run(program, 0, [*state, *state], (1, 1, 1, 1))["positions"]
-        known = dict(zip((c.q for c in equations.coordinates), state, strict=True))
-        for number, name in zip(got, equations.cartesian_names, strict=True):
+        known = dict(zip((c.q for c in equations.system.coordinates), state, strict=True))
+        for number, name in zip(got, equations.system.cartesian_names, strict=True):
             exact = mpmath.mpf(str(name.position.evalf(45, subs=known)))
             assert abs(number - exact) < mpmath.mpf(10) ** -35
 
@@ -113,5 +113,5 @@ def test_sums_within_sums_are_computed_once():
     tails = [sp.Add(*masses[k:]) * sp.sin((k + 1) * x) for k in range(29)]
     tails += [-3 * sp.Add(*masses[k:]) * sp.cos((k + 1) * x) for k in range(29)]
     cartesian = tuple(systems.CartesianName(f"c{k}", e, 0) for k, e in enumerate(tails))
-    equations = replace(base, parameters=tuple(parameters), cartesian_names=cartesian)
+    equations = changed(base, parameters=tuple(parameters), cartesian_names=cartesian)
     assert count_operations(build_program(equations, ["positions"])).additions == 29

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +34,7 @@ from lagrange_cli.simulate.native.rounding_model import perturb
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import Compiled, write
+from tests.parts import changed
 from tests.program.test_bandwidth import (
     M,
     chain,
@@ -66,12 +66,14 @@ def braced(columns):
 
 def meshed(equations):
     """The same with masses of their own."""
-    masses = [systems.parameter(f"m{k}", 1 + 0.1 * k) for k in range(len(equations.coordinates))]
+    masses = [
+        systems.parameter(f"m{k}", 1 + 0.1 * k) for k in range(len(equations.system.coordinates))
+    ]
     n = len(masses)
     rows = tuple(ExpressionRow(n, {i: masses[i // 2].symbol}) for i in range(n))
-    return replace(
+    return changed(
         equations,
-        parameters=(M, *equations.parameters[1:], *masses[: n // 2]),
+        parameters=(M, *equations.system.parameters[1:], *masses[: n // 2]),
         mass_matrix=rows,
     )
 
@@ -137,7 +139,7 @@ def test_emitted_code_gives_what_a_dense_solution_gives(name, tmp_path):
     compiled, reference = Compiled(equations, tmp_path), dense(equations)
     programs, python = python_functions(equations)
     assert all(program.parts for program in programs.values())
-    n, m = len(equations.coordinates), len(equations.closures)
+    n, m = len(equations.system.coordinates), len(equations.system.closures)
     p = compiled.defaults
     for seed in range(3):
         y = near_rest(state(equations, seed))
@@ -167,13 +169,13 @@ def test_emitted_code_gives_what_a_dense_solution_gives(name, tmp_path):
 @pytest.mark.parametrize("name", ["net", "own_masses", "braced"])
 def test_all_functions_are_those_of_straight_code(name, tmp_path, monkeypatch):
     equations = CASES[name]()
-    energy = sp.Add(*(M.symbol * c.v**2 / 2 for c in equations.coordinates))
-    energy += sp.Add(*(M.symbol * 9 * c.q for c in equations.coordinates[1::2]))
-    equations = replace(
+    energy = sp.Add(*(M.symbol * c.v**2 / 2 for c in equations.system.coordinates))
+    energy += sp.Add(*(M.symbol * 9 * c.q for c in equations.system.coordinates[1::2]))
+    equations = changed(
         equations,
         energy=energy,
         kinetic=energy,
-        outputs=(("mean", sp.sqrt(1 + energy**2)), ("time", equations.t)),
+        outputs=(("mean", sp.sqrt(1 + energy**2)), ("time", equations.system.t)),
     )
     (kernels := tmp_path / "kernels").mkdir()
     (straight := tmp_path / "straight").mkdir()
@@ -181,7 +183,7 @@ def test_all_functions_are_those_of_straight_code(name, tmp_path, monkeypatch):
     monkeypatch.setattr(programs_of, "is_large_system", lambda _: False)
     plain = Compiled(equations, straight)
     y = state(equations, 5)
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     sizes = {"mass_matrix": n * n, "forcing": n, "energy": 3, "outputs": 2}
     for function, size in sizes.items():
         found = loops(function, 0.5, y, loops.defaults, size)
@@ -310,8 +312,10 @@ def test_a_net_has_the_same_loops_whatever_its_size():
 @pytest.mark.compiler
 def test_sums_of_pairs_are_those_of_floats(tmp_path):
     equations = chain(30)
-    energy = sp.Add(*(c.v**2 * sp.Rational(1, 3 + k) for k, c in enumerate(equations.coordinates)))
-    equations = replace(equations, energy=energy, kinetic=energy)
+    energy = sp.Add(
+        *(c.v**2 * sp.Rational(1, 3 + k) for k, c in enumerate(equations.system.coordinates))
+    )
+    equations = changed(equations, energy=energy, kinetic=energy)
     y = state(equations, 4)
     for real, close in (("float", 1e-6), ("double", 1e-15), ("long-double", 1e-15)):
         (folder := tmp_path / real).mkdir()
@@ -348,9 +352,9 @@ def test_disturbed_programs_have_a_factor_for_each_operation():
     off = perturb(program)
     namespace = {}
     exec(module_source({"rhs": program, "disturbed": off}), namespace)  # over dummy names
-    p = [x.value for x in equations.parameters]
+    p = [x.value for x in equations.system.parameters]
     factors_of = off.parameters - program.parameters
-    assert factors_of > 5 * len(equations.closures)
+    assert factors_of > 5 * len(equations.system.closures)
     y = state(equations, 2)
     rhs = namespace["rhs"](0.0, y, p)
     assert (namespace["disturbed"](0.0, y, [*p, *[1.0] * factors_of]) == rhs).all()

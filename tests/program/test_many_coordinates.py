@@ -38,25 +38,25 @@ def chain(links, support="0"):
 
 def a_state(equations, seed):
     generator = np.random.default_rng(seed)
-    return generator.uniform(-2, 2, 2 * len(equations.coordinates))
+    return generator.uniform(-2, 2, 2 * len(equations.system.coordinates))
 
 
 def values_of(equations):
-    return [p.value for p in equations.parameters]
+    return [p.value for p in equations.system.parameters]
 
 
 def assert_energy_is_that_shown(equations, program, seed):
     """At a random state, with 30 digits."""
-    n, t = len(equations.coordinates), 0.7
+    n, t = len(equations.system.coordinates), 0.7
     y, p = a_state(equations, seed), values_of(equations)
-    numbers = {equations.t: t}
-    numbers |= {x.symbol: value for x, value in zip(equations.parameters, p, strict=True)}
-    numbers |= {c.q: x for c, x in zip(equations.coordinates, y, strict=False)}
-    numbers |= {c.v: x for c, x in zip(equations.coordinates, y[n:], strict=True)}
+    numbers = {equations.system.t: t}
+    numbers |= {x.symbol: value for x, value in zip(equations.system.parameters, p, strict=True)}
+    numbers |= {c.q: x for c, x in zip(equations.system.coordinates, y, strict=False)}
+    numbers |= {c.v: x for c, x in zip(equations.system.coordinates, y[n:], strict=True)}
     with mpmath.workdps(30):
         ((energy,),) = run(program, t, y, p).values()
         known = map(mpmath.mpf, numbers.values())
-        shown = sp.lambdify(list(numbers), equations.energy, "mpmath")(*known)
+        shown = sp.lambdify(list(numbers), equations.system.energy, "mpmath")(*known)
         assert abs(energy - shown) < 1e-20 * abs(shown)
 
 
@@ -73,7 +73,7 @@ def test_a_right_hand_side_of_many_links_is_that_of_newton():
     equations = chain(20)
     program = build_program(equations, ["mass_matrix"])
     y, p = a_state(equations, 2), values_of(equations)
-    of = {x.name: x.value for x in equations.parameters}
+    of = {x.name: x.value for x in equations.system.parameters}
     (entries,) = run(program, 0.0, y, p).values()
     pairs = [(i, j) for i in range(20) for j in range(i, 20)]
     for (i, j), entry in zip(pairs, entries, strict=True):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import random
-from dataclasses import replace
 
 import pytest
 import sympy as sp
 
 from lagrange_cli.emit.python.functions import module_source, program_of
 from tests.emit import emit_systems as systems
+from tests.parts import changed
 
 M, G = (systems.parameter(name, value, positive=True) for name, value in (("m", 1.7), ("g", 9.81)))
 X, Z = systems.coordinate("x"), systems.coordinate("z")
@@ -23,7 +23,7 @@ AT = dict(zip((x, z, u, w, m, g), (*STATE, *PARAMETERS), strict=True))
 def difference(expression):
     """How far the program of an expression is from SymPy's value, beside the size of that."""
     functions = {}
-    programs = {"energy": program_of(replace(PLANE, energy=expression), "energy")}
+    programs = {"energy": program_of(changed(PLANE, energy=expression), "energy")}
     exec(compile(module_source(programs), "<program>", "exec"), functions)
     exact = float(expression.subs(AT))
     return abs(functions["energy"](0.0, STATE, PARAMETERS) - exact) / (1 + abs(exact))

@@ -30,4 +30,4 @@ def test_derivatives_take_at_most_n_plus_3_right_hand_sides(name):
     once = count_operations(build_program(equations, ["acceleration"])).total
     derivatives = count_operations(build_jacobian(equations, "state")).total
     assert derivatives > 0
-    assert once + derivatives <= (len(equations.coordinates) + 3) * once
+    assert once + derivatives <= (len(equations.system.coordinates) + 3) * once

@@ -22,6 +22,7 @@ from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.program import OUTPUTS, build_program
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference, states
+from tests.parts import changed
 
 CALLS = {
     "abs": abs,
@@ -70,14 +71,14 @@ def one_coordinate(*expressions):
         systems.CartesianName(f"c{k}", sp.sympify(e), sp.Integer(0))
         for k, e in enumerate(expressions)
     )
-    return replace(systems.bead_on_parabola(), cartesian_names=names)
+    return changed(systems.bead_on_parabola(), cartesian_names=names)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("make", systems.ALL)
 def test_every_output_has_the_value_of_its_expression(make):
     equations = make()
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     program = build_program(equations, list(OUTPUTS))
     reference = Reference(equations)
     for t, y, p in states(equations, count=3):
@@ -133,10 +134,10 @@ def larger(children):
 @given(st.lists(st.recursive(atoms, larger, max_leaves=12), min_size=1, max_size=5))
 def test_sharing_and_factoring_change_no_value(expressions):
     base = systems.charged_particle()
-    x, y, z = (c.q for c in base.coordinates)
+    x, y, z = (c.q for c in base.system.coordinates)
     moved = [sp.sympify(e).subs(dict(zip(symbols, (x, y, z), strict=True))) for e in expressions]
     names = tuple(systems.CartesianName(f"c{k}", e, 0) for k, e in enumerate(moved))
-    program = build_program(replace(base, cartesian_names=names), ["positions"])
+    program = build_program(changed(base, cartesian_names=names), ["positions"])
     point = dict(
         zip((x, y, z), (sp.Rational(3, 10), sp.Rational(-7, 5), sp.Rational(9, 8)), strict=True)
     )
@@ -193,11 +194,11 @@ def test_functions_of_one_argument_are_called_once():
 
 def test_parts_made_of_parameters_come_together():
     base = systems.pendulum_chain(2)
-    _, m2, l1, l2, _ = (p.symbol for p in base.parameters)
-    q1, q2 = (c.q for c in base.coordinates)
+    _, m2, l1, l2, _ = (p.symbol for p in base.system.parameters)
+    q1, q2 = (c.q for c in base.system.coordinates)
     rows = [m2 * l1 * l2 * sp.sin(q1), m2 * l1 * l2 * sp.cos(q2), m2 * l1 * l2 * q1 * q2]
     names = tuple(systems.CartesianName(f"c{k}", e, 0) for k, e in enumerate(rows))
-    program = build_program(replace(base, cartesian_names=names), ["positions"])
+    program = build_program(changed(base, cartesian_names=names), ["positions"])
     assert count_operations(program).multiplications == 2 + 1 + 1 + 2
 
 
@@ -225,7 +226,7 @@ def test_blocks_follow_the_zeros_of_the_mass_matrix():
 def test_a_proven_diagonal_matrix_needs_no_visible_zeros():
     equations = systems.bead_on_parabola()
     two = systems.pendulum_chain(2)
-    diagonal = replace(two, facts=replace(two.facts, diagonal_mass_matrix=True))
+    diagonal = changed(two, facts=replace(two.derivation.facts, diagonal_mass_matrix=True))
     assert [b.coordinates for b in build_program(diagonal, ["acceleration"]).blocks] == [(0,), (1,)]
     assert count_operations(build_program(equations, ["acceleration"])).divisions == 1
 

@@ -215,7 +215,7 @@ def test_the_origin_needs_no_declaration() -> None:
     implied, stated = read_text(ORIGIN), read_text(declared)
     assert [e.text for e in implied.expressions()] == [e.text for e in stated.expressions()]
     assert [p.name for p in implied.points] == ["origin"]
-    assert derive(implied).forcing == derive(stated).forcing
+    assert derive(implied).system.forcing == derive(stated).system.forcing
 
 
 def test_a_point_called_origin_may_lie_elsewhere() -> None:

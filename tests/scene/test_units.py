@@ -22,7 +22,7 @@ initial: {theta: 1}
 
 def units(mass="{value: 1, unit: kg}", length="{value: 1, unit: m}"):
     scene = PENDULUM.replace("MASS", mass).replace("LENGTH", length)
-    return loads(scene).derive().equations.units
+    return loads(scene).derive().equations.presentation.units
 
 
 def test_units_of_a_pendulum_in_the_si():
@@ -49,7 +49,11 @@ def test_units_that_may_not_fit_together_are_not_made_up(length):
 
 def test_a_scene_without_units_has_none_but_radians():
     scene = PENDULUM.replace("{value: 9.81, unit: m/s^2}", "9.81")
-    found = loads(scene.replace("MASS", "1").replace("LENGTH", "1")).derive().equations.units
+    found = (
+        loads(scene.replace("MASS", "1").replace("LENGTH", "1"))
+        .derive()
+        .equations.presentation.units
+    )
     assert found.units == {"theta": "rad"}
 
 
@@ -59,7 +63,7 @@ def test_numbers_in_a_scene_leave_its_positions_lengths():
         + "constraints: {a: y = 0, b: z = x^2}\ncoordinates: {x: {unit: m}}\n"
         + "potentials: {v: 9.81*z}\ninitial: {x: 1}\n"
     )
-    found = found.derive().equations.units
+    found = found.derive().equations.presentation.units
     assert {name: found.dimensions[name] for name in ("x", "y", "z", "dot(x)")} == {
         "x": "m",
         "y": "m",
@@ -79,5 +83,5 @@ def test_derived_dimensions_are_those_that_scenes_declare(path):
     text = (SYSTEMS / f"{path}.yaml").read_text()
     bare = text.replace("{unit: m, desc", "{desc").replace("{unit: rad, desc", "{desc")
     assert bare != text
-    found = loads(bare).derive().equations.units
+    found = loads(bare).derive().equations.presentation.units
     assert {name: found.units[name] for name in declared} == declared

@@ -14,6 +14,7 @@ from lagrange_cli.api import loads
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.findings import Conserved
 from lagrange_cli.scene import read_text
+from tests.parts import changed
 
 pytestmark = pytest.mark.slow
 
@@ -40,10 +41,10 @@ def test_numbers_convict_facts_that_are_planted(monkeypatch: pytest.MonkeyPatch)
     term = module.Term("potential", stop, "1", {"x": 1}, "3", "0.1")
     case = module.Case("line", [term])
     equations = derive(read_text(case.scene()))
-    assert [c.name for c in equations.conserved] == ["energy"]
-    energy = replace(equations.conserved[0], expression=equations.kinetic)
-    momentum = Conserved("p_x", "momentum", equations.coordinates[0].v, "x is cyclic", "x")
-    planted = replace(equations, cyclic=("x",), conserved=(momentum, energy))
+    assert [c.name for c in equations.derivation.conserved] == ["energy"]
+    energy = replace(equations.derivation.conserved[0], expression=equations.system.kinetic)
+    momentum = Conserved("p_x", "momentum", equations.system.coordinates[0].v, "x is cyclic", "x")
+    planted = changed(equations, cyclic=("x",), conserved=(momentum, energy))
     source = random.Random(3)
     assert not set(module.false_facts(case, equations, source))
     assert set(module.false_facts(case, planted, source)) == {"cyclic x", "p_x"}

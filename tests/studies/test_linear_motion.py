@@ -26,12 +26,12 @@ from tests.systems.shipped import SYSTEMS
 def test_matrices_are_derivatives_of_the_equations(scene):
     derivation = load(f"{SYSTEMS}/{scene}.yaml").derive()
     found = derivation.linearize(until=2.0, samples=5)
-    n = len(derivation.equations.coordinates)
+    n = len(derivation.equations.system.coordinates)
     assert found.status == "ok"
     for k in range(5):
         y = found.y[k]
         by_state, by_inputs, _ = AccelerationReference(derivation.equations, ()).derivatives(
-            found.t[k], y, found.u[k], [p.value for p in derivation.equations.parameters]
+            found.t[k], y, found.u[k], [p.value for p in derivation.equations.system.parameters]
         )
         a, b = found.matrices["A"][k], found.matrices["B"][k]
         assert_allclose(a[:n], np.eye(n, 2 * n, n), atol=0)

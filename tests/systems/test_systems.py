@@ -29,7 +29,8 @@ from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import interpret
-from lagrange_cli.mechanics.equations import Equations, Input
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.system import Input
 from lagrange_cli.scene import parse_expression, read_file
 from tests.emit.emitted_c import shared_library
 from tests.systems import lagranges_method

@@ -72,7 +72,7 @@ def find_branches(system: RestSystem, varied: Varied) -> Branches:
 
 
 def _require_branches(system: RestSystem) -> None:
-    if any(c.kind == "velocity" for c in system.equations.closures):
+    if any(c.kind == "velocity" for c in system.equations.system.closures):
         message = Phrase("with constraints between velocities equilibria come in continua")
         raise InputError(Problem(message, rule="analysis-branches"))
     size = len(system.unknowns)
@@ -91,7 +91,7 @@ def _require_branches(system: RestSystem) -> None:
 
 def _seeds(system: RestSystem, varied: Varied) -> tuple[list[Matrix], int, RestSystem]:
     """Search for equilibria at values of the parameter; return the last system, too."""
-    moving = [k for k in range(len(system.equations.coordinates)) if k not in system.free]
+    moving = [k for k in range(len(system.equations.system.coordinates)) if k not in system.free]
     seeds, starts, valued = [], 0, system
     for part in _PLACES:
         with mpmath.workdps(DIGITS):
@@ -113,7 +113,7 @@ def _seeds(system: RestSystem, varied: Varied) -> tuple[list[Matrix], int, RestS
 def _space(
     system: RestSystem, varied: Varied, functions: BranchFunctions, seeds: Sequence[Matrix]
 ) -> Space:
-    coordinates = [system.equations.coordinates[k] for k in functions.moving]
+    coordinates = [system.equations.system.coordinates[k] for k in functions.moving]
     length = usual_length(system)
     sizes = [1.0 if c.is_angle or c.unit == "rad" else length for c in coordinates]
     width = float(varied.high - varied.low)
@@ -161,7 +161,7 @@ def _gathered(
     ordered = sorted(marks.values(), key=lambda m: (float(m.y[-1]), m.y.tolist()))
     told = tuple(judge.marked(mark) for mark in ordered)
     numbers = {id(mark): k for k, mark in enumerate(ordered)}
-    names = [c.name for c in system.equations.coordinates]
+    names = [c.name for c in system.equations.system.coordinates]
     branches = tuple(
         _branch(system, tracing.space, branch, numbers, parts)
         for branch, parts in zip(tracing.branches, stretches, strict=True)

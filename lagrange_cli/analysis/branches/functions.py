@@ -94,7 +94,7 @@ class BranchFunctions:
         self, system: RestSystem, parameter: sp.Symbol, follows: Mapping[sp.Symbol, sp.Expr]
     ) -> None:
         equations = system.equations
-        coordinates, closures = equations.coordinates, equations.closures
+        coordinates, closures = equations.system.coordinates, equations.system.closures
         self._put = {**follows}
         self._inputs = {u: e.xreplace(self._put) for u, e in system.inputs.items()}
         self.moving = tuple(k for k in range(len(coordinates)) if k not in system.free)
@@ -103,7 +103,7 @@ class BranchFunctions:
         self.size = len(unknown)
         velocities = [c.v for c in coordinates]
         fixed = [coordinates[k].q for k in system.free]
-        known = {equations.t: mpf(0), **system.known}
+        known = {equations.system.t: mpf(0), **system.known}
         known |= {coordinates[k].q: system.start[k] for k in system.free}
         known |= {v: mpf(0) for v in velocities}
         varying = {parameter, *follows, *system.inputs}
@@ -154,19 +154,19 @@ class BranchFunctions:
     ) -> tuple[_Entries, ...]:
         """Prepare M, C, K and the gradients of closures between positions."""
         equations = system.equations
-        n = len(equations.coordinates)
-        reactions = list(equations.forcing)
-        for closure in equations.closures:
+        n = len(equations.system.coordinates)
+        reactions = list(equations.system.forcing)
+        for closure in equations.system.closures:
             for j, entry in entries(closure.gradient).items():
                 reactions[j] += closure.multiplier * entry
         forces = self._converted(reactions)
         by_place = derivatives(self._graph, forces, self._by_unknown)
         by_rate = derivatives(self._graph, forces, self._seeds(velocities))
-        closures = self._converted([c.expression for c in equations.closures])
+        closures = self._converted([c.expression for c in equations.system.closures])
         gradients = derivatives(self._graph, closures, self._by_unknown)
         masses: _Nodes = {
             (i, j): self._converted([entry])[0]
-            for i, row in enumerate(equations.mass_matrix)
+            for i, row in enumerate(equations.system.mass_matrix)
             for j, entry in entries(row).items()
         }
         return (

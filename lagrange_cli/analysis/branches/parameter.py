@@ -20,7 +20,8 @@ from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.language.families import read_expression
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Equations, Parameter
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Parameter
     from lagrange_cli.scene.model import Scene
 
 _DIGITS = 50
@@ -105,8 +106,8 @@ def varied(
 
 
 def _parameter(equations: Equations, name: str, mark: Mark) -> Parameter:
-    known = {p.name: p for p in equations.parameters}
-    sizes = dict(equations.sizes)
+    known = {p.name: p for p in equations.system.parameters}
+    sizes = dict(equations.presentation.sizes)
     if name in sizes:
         message = f"'{name}' is a size, which is a whole number and does not vary"
         raise InputError(Problem(message, mark, f"-p {name}={sizes[name] + 1}", "unknown-name"))
@@ -115,16 +116,16 @@ def _parameter(equations: Equations, name: str, mark: Mark) -> Parameter:
         hint = nearest_name(name, known) or f"parameters are {', '.join(sorted(known))}"
         hint = hint if known else "this scene has no parameters"
         raise InputError(Problem(f"'{name}' is {kind}", mark, hint, "unknown-name"))
-    if name in equations.facts.unused_parameters:
+    if name in equations.derivation.facts.unused_parameters:
         message = f"no equation of motion depends on '{name}'"
         raise InputError(Problem(message, mark, rule="unused"))
     return known[name]
 
 
 def _other_kind(equations: Equations, name: str) -> str:
-    if name in {c.name for c in equations.coordinates}:
+    if name in {c.name for c in equations.system.coordinates}:
         return "a coordinate, no parameter"
-    if name in {u.name for u in equations.inputs}:
+    if name in {u.name for u in equations.system.inputs}:
         return "an input, no parameter"
     return "no parameter"
 
@@ -133,7 +134,9 @@ def _value(equations: Equations, text: str, place: Mark) -> Mpf:
     expression = interpret(equations, read_expression(text, place))
     with mpmath.workdps(_DIGITS):
         known = {
-            p.symbol: mpf(p.decimal or p.value) for p in equations.parameters if p.value is not None
+            p.symbol: mpf(p.decimal or p.value)
+            for p in equations.system.parameters
+            if p.value is not None
         }
         if expression.free_symbols <= known.keys():
             try:
@@ -153,7 +156,7 @@ def _followers(
     equations: Equations, scene: Scene, parameter: Parameter
 ) -> Mapping[sp.Symbol, sp.Expr]:
     """Find the parameters that the scene gives as expressions in one, also over others."""
-    symbols = {p.name: p.symbol for p in equations.parameters}
+    symbols = {p.name: p.symbol for p in equations.system.parameters}
     written = {p.name: p.value for p in scene.parameters if p.value is not None}
     follows: dict[sp.Symbol, sp.Expr] = {}
     while True:

@@ -96,7 +96,7 @@ def equilibrium(system: RestSystem, space: Space, at: Located) -> Equilibrium:
     position = list(system.start)
     for k, x in zip(moving, at.y, strict=False):
         position[k] = x
-    free = tuple(system.equations.coordinates[k].name for k in system.free)
+    free = tuple(system.equations.system.coordinates[k].name for k in system.free)
     multipliers = at.y[len(moving) : -1]
     return Equilibrium(tuple(position), tuple(multipliers), free=free)
 
@@ -203,7 +203,7 @@ class CrossingSearch:
         a = first_order(system, place, linear)
         k = len(linear.independent)
         kept = a.rows - k
-        names = [c.name for c in system.equations.coordinates]
+        names = [c.name for c in system.equations.system.coordinates]
         rows = [kept + i for i, j in enumerate(linear.independent) if names[j] not in place.free]
         with mpmath.workdps(DIGITS):
             square = mpmath.matrix([[-a[row, column] for column in range(kept)] for row in rows])

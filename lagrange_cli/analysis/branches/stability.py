@@ -154,7 +154,7 @@ class Judge:
         self, start: Matrix, end: Matrix, one: Matrix, other: Matrix, *, is_flutter: bool
     ) -> Mark | None:
         """Find a crossing in digits, in an interval or, if poles move slowly, around it."""
-        if 2 * len(self.system.equations.coordinates) > MOST_STATES:
+        if 2 * len(self.system.equations.system.coordinates) > MOST_STATES:
             return self._in_doubles(one, other, "flutter" if is_flutter else "divergence")
         search = CrossingSearch(self.space, self.system_at)
         for more in (1.0, 1e3, np.inf):

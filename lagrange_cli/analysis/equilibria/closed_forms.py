@@ -86,7 +86,7 @@ class _Solver:
 
     def __init__(self, system: RestSystem) -> None:
         self.system = system
-        coordinates = system.equations.coordinates
+        coordinates = system.equations.system.coordinates
         self.angles = {c.q for c in coordinates if c.is_angle}
         self.branches = 0
         # Of an angle that does not only stand in sines and cosines, one turn alone is looked at.
@@ -251,7 +251,7 @@ def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | Absent
     for unknown, value in branch.values:
         values[unknown] = value.xreplace(values)
     open_ones = [u for u in branch.unknowns if u not in values]
-    coordinates, closures = system.equations.coordinates, system.equations.closures
+    coordinates, closures = system.equations.system.coordinates, system.equations.system.closures
     multipliers = [c.multiplier for c in closures]
     shared = {u for u in multipliers if u in open_ones}
     if any(not shared.isdisjoint(values.get(c.q, c.q).free_symbols) for c in coordinates):

@@ -56,8 +56,8 @@ def configuration_at(
     InputError
         Located: a name is none of these, or a value is no number.
     """
-    coordinates = {c.name for c in equations.coordinates}
-    inputs = {u.name for u in equations.inputs}
+    coordinates = {c.name for c in equations.system.coordinates}
+    inputs = {u.name for u in equations.system.inputs}
     values: dict[str, Mpf] = {}
     held: dict[str, sp.Expr] = {}
     marks: dict[str, Mark] = {}
@@ -86,7 +86,9 @@ def configuration_at(
 def _value(equations: Equations, expression: sp.Expr, place: Mark) -> Mpf:
     with mpmath.workdps(_DIGITS):
         known = {
-            p.symbol: mpf(p.decimal or p.value) for p in equations.parameters if p.value is not None
+            p.symbol: mpf(p.decimal or p.value)
+            for p in equations.system.parameters
+            if p.value is not None
         }
         if expression.free_symbols <= known.keys():
             try:
@@ -139,7 +141,7 @@ def _none(system: RestSystem, equilibria: Equilibria) -> str:
 def _at(system: RestSystem, equilibria: Equilibria, configuration: Configuration) -> Equilibrium:
     """Choose the known equilibrium that is named, or one that Newton's method reaches from it."""
     system.require_values()
-    coordinates = system.equations.coordinates
+    coordinates = system.equations.system.coordinates
     given = {
         k: configuration.coordinates[c.name]
         for k, c in enumerate(coordinates)
@@ -157,7 +159,7 @@ def _at(system: RestSystem, equilibria: Equilibria, configuration: Configuration
         start = system.start
         return min(near, key=lambda p: distance(system, p.position or (), start))
     place = [float(given.get(k, x)) for k, x in enumerate(system.start)]
-    reached = polished(system, [*place, *[0.0] * len(system.equations.closures)])
+    reached = polished(system, [*place, *[0.0] * len(system.equations.system.closures)])
     if reached is not None and gap(reached) <= _TYPED:
         return reached
     name = next(iter(configuration.coordinates))

@@ -29,7 +29,7 @@ _SAME = mpf(10) ** -9
 
 def distance(system: RestSystem, one: Sequence[Mpf], other: Sequence[Mpf]) -> Mpf:
     """Measure the largest difference between two configurations but for free coordinates."""
-    numbers = range(len(system.equations.coordinates))
+    numbers = range(len(system.equations.system.coordinates))
     pairs = [(k, one[k], other[k]) for k in numbers if k not in system.free]
     return _difference(system, pairs)
 
@@ -75,15 +75,15 @@ class _Places:
     def __init__(self, system: RestSystem) -> None:
         self.system = system
         equations = system.equations
-        still = {equations.t: sp.S.Zero}
+        still = {equations.system.t: sp.S.Zero}
         self.positions = [
-            x.xreplace(still) for particle in equations.particles for x in particle.position
+            x.xreplace(still) for particle in equations.system.particles for x in particle.position
         ]
         symbols = set().union(*(x.free_symbols for x in self.positions))
         # Windings of a torsion spring show in no place.
         self.others = [
             k
-            for k, c in enumerate(equations.coordinates)
+            for k, c in enumerate(equations.system.coordinates)
             if k not in system.free
             and (c.q not in symbols or (c.is_angle and k not in system.periodic))
         ]
@@ -95,7 +95,7 @@ class _Places:
         pairs = [
             (k, a, b)
             for k, (a, b) in enumerate(zip(one.position or (), other.position or (), strict=True))
-            if self.system.equations.coordinates[k].name not in other.free
+            if self.system.equations.system.coordinates[k].name not in other.free
         ]
         return bool(_difference(self.system, pairs) < _SAME)
 
@@ -103,7 +103,7 @@ class _Places:
         """Evaluate the places; None if they have no values."""
         if point.position is None:
             return None
-        coordinates = self.system.equations.coordinates
+        coordinates = self.system.equations.system.coordinates
         pairs = zip(coordinates, point.position, strict=True)
         known = {**self.system.known, **{c.q: x for c, x in pairs}}
         with mpmath.workdps(_DIGITS):

@@ -109,14 +109,14 @@ class RestFunctions:
 
     def __init__(self, equations: Equations, known: Mapping[sp.Symbol, Mpf]) -> None:
         self._known = known
-        closures, n = equations.closures, len(equations.coordinates)
+        closures, n = equations.system.closures, len(equations.system.coordinates)
         moving = [
-            *(c.q for c in equations.coordinates),
-            *(c.v for c in equations.coordinates),
+            *(c.q for c in equations.system.coordinates),
+            *(c.v for c in equations.system.coordinates),
             *(c.multiplier for c in closures),
-            *(u.symbol for u in equations.inputs),
+            *(u.symbol for u in equations.system.inputs),
         ]
-        self._fixed = [equations.t, *(p.symbol for p in equations.parameters)]
+        self._fixed = [equations.system.t, *(p.symbol for p in equations.system.parameters)]
         self._unknown = [*moving[:n], *moving[2 * n : 2 * n + len(closures)]]
         symbols = [*moving, *self._fixed]
         self._names = {s: f"x{k}" for k, s in enumerate(symbols)}
@@ -127,7 +127,7 @@ class RestFunctions:
             self._graph.convert(s)[1]: {k: UNIT} for k, s in enumerate(moving)
         }
         self.n, self.m, self.width = n, len(closures), len(moving)
-        reactions = list(equations.forcing)
+        reactions = list(equations.system.forcing)
         for closure in closures:
             for j, entry in entries(closure.gradient).items():
                 reactions[j] += closure.multiplier * entry
@@ -136,10 +136,10 @@ class RestFunctions:
         self._forces = self._table(reactions)
         self._positions = self._table([c.expression for c in self.positional])
         self._rates = self._table([c.expression for c in self.differential])
-        self._outputs = self._table([e for _, e in equations.outputs])
+        self._outputs = self._table([e for _, e in equations.system.outputs])
         self._masses = {
             (i, j): self._graph.convert(entry)
-            for i, row in enumerate(equations.mass_matrix)
+            for i, row in enumerate(equations.system.mass_matrix)
             for j, entry in entries(row).items()
         }
 

@@ -84,17 +84,17 @@ class RestSystem:
     @property
     def unknowns(self) -> tuple[sp.Symbol, ...]:
         """The coordinates that are sought, then multipliers."""
-        coordinates = self.equations.coordinates
+        coordinates = self.equations.system.coordinates
         sought = (c.q for k, c in enumerate(coordinates) if k not in self.free)
-        return (*sought, *(c.multiplier for c in self.equations.closures))
+        return (*sought, *(c.multiplier for c in self.equations.system.closures))
 
     @property
     def missing(self) -> tuple[str, ...]:
         """Names of parameters without a value."""
-        unused = self.equations.facts.unused_parameters
+        unused = self.equations.derivation.facts.unused_parameters
         return tuple(
             p.name
-            for p in self.equations.parameters
+            for p in self.equations.system.parameters
             if p.symbol not in self.known and p.name not in unused
         )
 
@@ -122,17 +122,17 @@ class RestSystem:
 
     def allows(self, position: Sequence[Mpf]) -> bool:
         """Say whether coordinates that the scene declares positive are positive."""
-        pairs = zip(self.equations.coordinates, position, strict=True)
+        pairs = zip(self.equations.system.coordinates, position, strict=True)
         return all(x > 0 for c, x in pairs if c.q.is_positive)
 
     @cached_property
     def periodic(self) -> frozenset[int]:
         """Numbers of the coordinates of which values a turn apart mean the same."""
         everything = (*self.forces, *self.constraints)
-        turned = {c.q: c.q + 2 * sp.pi for c in self.equations.coordinates if c.is_angle}
+        turned = {c.q: c.q + 2 * sp.pi for c in self.equations.system.coordinates if c.is_angle}
         return frozenset(
             k
-            for k, c in enumerate(self.equations.coordinates)
+            for k, c in enumerate(self.equations.system.coordinates)
             if c.q in turned
             and all(e.xreplace({c.q: turned[c.q]}) == e for e in everything if e.has(c.q))
         )
@@ -141,7 +141,7 @@ class RestSystem:
     def jumps(self) -> bool:
         """Tell whether forces jump somewhere, as dry friction at rest: there they have any value
         between both sides, which may balance others."""
-        return any(e.atoms(sp.sign, sp.Heaviside) for e in self.equations.forcing)
+        return any(e.atoms(sp.sign, sp.Heaviside) for e in self.equations.system.forcing)
 
     @cached_property
     def functions(self) -> RestFunctions:
@@ -165,7 +165,7 @@ class RestSystem:
     @cached_property
     def start(self) -> tuple[Mpf, ...]:
         """The initial configuration, zeros if the scene has none."""
-        initial, n = self.equations.initial, len(self.equations.coordinates)
+        initial, n = self.equations.system.initial, len(self.equations.system.coordinates)
         if initial is None:
             return (mpf(0),) * n
         with mpmath.workdps(_DIGITS):
@@ -191,21 +191,23 @@ def rest_system(equations: Equations, held: Mapping[str, sp.Expr]) -> RestSystem
     """
     _require_small(equations)
     inputs = {
-        u.symbol: _input_value(u.expression, held.get(u.name), equations.t)
-        for u in equations.inputs
+        u.symbol: _input_value(u.expression, held.get(u.name), equations.system.t)
+        for u in equations.system.inputs
     }
     # What an input does is seen when the graph is differentiated; here it has its value.
-    rest = {c.v: _ZERO for c in equations.coordinates} | inputs
-    forces = list(equations.forcing)
-    for closure in equations.closures:
+    rest = {c.v: _ZERO for c in equations.system.coordinates} | inputs
+    forces = list(equations.system.forcing)
+    for closure in equations.system.closures:
         for j, entry in entries(closure.gradient).items():
             forces[j] += closure.multiplier * entry
     stills = tuple(e.xreplace(rest) for e in forces)
-    constraints = tuple(c.expression.xreplace(rest) for c in equations.closures)
+    constraints = tuple(c.expression.xreplace(rest) for c in equations.system.closures)
     _require_autonomous(equations, (*stills, *constraints))
     with mpmath.workdps(_DIGITS):
         known = {
-            p.symbol: mpf(p.decimal or p.value) for p in equations.parameters if p.value is not None
+            p.symbol: mpf(p.decimal or p.value)
+            for p in equations.system.parameters
+            if p.value is not None
         }
     values = known | {
         u: mpf(sp.N(value.subs(known), _DIGITS))
@@ -214,8 +216,8 @@ def rest_system(equations: Equations, held: Mapping[str, sp.Expr]) -> RestSystem
     }
     varying = [
         (u.name, float(values[u.symbol]))
-        for u in equations.inputs
-        if u.name in held or u.expression is None or equations.t in u.expression.free_symbols
+        for u in equations.system.inputs
+        if u.name in held or u.expression is None or equations.system.t in u.expression.free_symbols
     ]
     system = RestSystem(equations, stills, constraints, values, inputs, tuple(varying), ())
     return replace(system, free=_free(system))
@@ -224,9 +226,13 @@ def rest_system(equations: Equations, held: Mapping[str, sp.Expr]) -> RestSystem
 def _free(system: RestSystem) -> tuple[int, ...]:
     """Find the coordinates that neither forces nor constraints depend on."""
     everything = (*system.forces, *system.constraints)
-    coordinates = system.equations.coordinates
+    coordinates = system.equations.system.coordinates
     place = {c.q: x for c, x in zip(coordinates, system.start, strict=True)}
-    point = {**system.known, **place, **{c.multiplier: mpf(1) for c in system.equations.closures}}
+    point = {
+        **system.known,
+        **place,
+        **{c.multiplier: mpf(1) for c in system.equations.system.closures},
+    }
     return tuple(
         k
         for k, c in enumerate(coordinates)
@@ -264,15 +270,15 @@ def _input_value(expression: sp.Expr | None, held: sp.Expr | None, t: sp.Symbol)
 
 
 def _require_small(equations: Equations) -> None:
-    require_given(equations.functions)
-    size = len(equations.coordinates) + len(equations.closures)
-    if equations.contacts:
-        names = ", ".join(f"'{c.name}'" for c in equations.contacts)
+    require_given(equations.system.functions)
+    size = len(equations.system.coordinates) + len(equations.system.closures)
+    if equations.system.contacts:
+        names = ", ".join(f"'{c.name}'" for c in equations.system.contacts)
         message = Phrase(
             "equilibria are not sought where one-sided constraints ({names}) may push", names=names
         )
         raise InputError(
-            Problem(message, equations.contacts[0].closure.mark, rule="analysis-contacts")
+            Problem(message, equations.system.contacts[0].closure.mark, rule="analysis-contacts")
         )
     if size > MOST_UNKNOWNS:
         message = Phrase(
@@ -281,20 +287,20 @@ def _require_small(equations: Equations) -> None:
             most=str(MOST_UNKNOWNS),
         )
         raise InputError(Problem(message, rule="analysis-size"))
-    if not equations.coordinates:
+    if not equations.system.coordinates:
         raise InputError(Problem(Phrase("nothing can move"), rule="analysis-size"))
 
 
 def _require_autonomous(equations: Equations, at_rest: tuple[sp.Expr, ...]) -> None:
     """Refuse equations that depend on time."""
-    others = [e for row in equations.mass_matrix for e in entries(row).values()]
-    for closure in equations.closures:
+    others = [e for row in equations.system.mass_matrix for e in entries(row).values()]
+    for closure in equations.system.closures:
         others += [*entries(closure.gradient).values(), closure.expression]
-    everything = [*at_rest, *equations.forcing, *others]
+    everything = [*at_rest, *equations.system.forcing, *others]
     if any(any(map(is_unknown, e.atoms(sp.Function))) for e in everything):
         raise InputError(Problem(Phrase("a function is not given"), rule="unknown-function"))
-    timed = [e for e in everything if equations.t in e.free_symbols]
-    if not all(does_not_depend(e, equations.t) for e in timed):
+    timed = [e for e in everything if equations.system.t in e.free_symbols]
+    if not all(does_not_depend(e, equations.system.t) for e in timed):
         message = Phrase("nothing stays at rest: the equations depend on {time}", time=("t",))
         hint = "only inputs can be held, with --at NAME=VALUE"
         raise InputError(Problem(message, hint=hint, rule="analysis-time"))
@@ -308,7 +314,7 @@ def kinks_at(system: RestSystem, at: Equilibrium) -> list[tuple[sp.Expr, sp.Expr
     place = _place(system, at)
     return [
         (force, atom)
-        for force in system.equations.forcing
+        for force in system.equations.system.forcing
         for atom in force.atoms(*_KINKED)
         if _changes(system, atom, place)
     ]
@@ -320,7 +326,7 @@ def has_derivatives(system: RestSystem, at: Equilibrium) -> bool:
     They are of a drag c |v| v; they are not of dry friction.
     """
     place = _place(system, at)
-    state = [s for c in system.equations.coordinates for s in (c.q, c.v)]
+    state = [s for c in system.equations.system.coordinates for s in (c.q, c.v)]
     for force, atom in kinks_at(system, at):
         first, second = (force.xreplace({atom: side}) for side in _sides(atom))
         difference = sp.Add(first, -second)
@@ -336,7 +342,7 @@ def has_derivatives(system: RestSystem, at: Equilibrium) -> bool:
 
 
 def _place(system: RestSystem, at: Equilibrium) -> dict[sp.Symbol, Mpf]:
-    coordinates = system.equations.coordinates
+    coordinates = system.equations.system.coordinates
     place = dict(zip((c.q for c in coordinates), at.position or (), strict=False))
     return place | {c.v: mpf(0) for c in coordinates} | dict(system.known)
 

@@ -111,7 +111,7 @@ def _without_continua(system: RestSystem, found: list[Equilibrium]) -> list[Equi
 def _starts(system: RestSystem, count: int) -> Matrix:
     """Draw positions, shape (n, count): the initial ones and zeros first."""
     random = np.random.default_rng(0)
-    coordinates = system.equations.coordinates
+    coordinates = system.equations.system.coordinates
     start = np.array([float(x) for x in system.start])
     length = usual_length(system)
     angles = np.array([c.is_angle or c.unit == "rad" for c in coordinates])
@@ -133,12 +133,14 @@ def _starts(system: RestSystem, count: int) -> Matrix:
 
 def usual_length(system: RestSystem) -> float:
     """Return the largest length in the initial configuration, else among the parameters, else 1."""
-    coordinates = system.equations.coordinates
+    coordinates = system.equations.system.coordinates
     pairs = zip(coordinates, system.start, strict=True)
     lengths = [abs(float(x)) for c, x in pairs if not c.is_angle]
     units = {c.unit for c in coordinates if c.unit and not c.is_angle} - {"rad"}
     lengths += [
-        abs(p.value) for p in system.equations.parameters if p.value is not None and p.unit in units
+        abs(p.value)
+        for p in system.equations.system.parameters
+        if p.value is not None and p.unit in units
     ]
     return max((x for x in lengths if 0 < x < _FAR), default=1.0)
 
@@ -257,7 +259,7 @@ def polished(
         return Equilibrium(
             tuple(map(_rounded, position)),
             tuple(map(_rounded, x[n:])),
-            free=tuple(system.equations.coordinates[k].name for k in system.free),
+            free=tuple(system.equations.system.coordinates[k].name for k in system.free),
             uncertainty=_BLURRED if is_flat else float(_GOOD),
         )
 

@@ -24,9 +24,10 @@ from lagrange_cli.analysis.forms.routhian import Routhian, ignorable, routhian_f
 from lagrange_cli.analysis.values import Equilibrium, Mpf, Turning
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
-from lagrange_cli.mechanics.equations import Equations, InitialState, Parameter
+from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
+from lagrange_cli.mechanics.system import InitialState, Parameter
 
 _DIGITS = 50
 
@@ -117,7 +118,9 @@ class SteadySystem:
 
     def _inertia_at(self, position: Sequence[Mpf]) -> mpmath.matrix:
         n = self.inertia.rows
-        place = {c.q: x for c, x in zip(self.form.equations.coordinates, position, strict=True)}
+        place = {
+            c.q: x for c, x in zip(self.form.equations.system.coordinates, position, strict=True)
+        }
         with mpmath.workdps(_DIGITS):
             try:
                 numbers = evaluate(list(self.inertia), {**self.sought.known, **place})
@@ -127,7 +130,7 @@ class SteadySystem:
 
     def completed(self, points: Sequence[Equilibrium]) -> list[Equilibrium]:
         """Add momenta and rates to steady motions, and leave out those that are turned by half."""
-        coordinates = self.form.equations.coordinates
+        coordinates = self.form.equations.system.coordinates
         turned = [m.coordinate.q for m in self.form.momenta if m.coordinate.is_angle][:_TURNED]
         # (r, θ) and (−r, θ + π) are one motion: any value of θ is passed.
         angles = [
@@ -167,7 +170,7 @@ class SteadySystem:
 def turning_names(equations: Equations) -> list[str]:
     """List the names of momenta and rates that ``--at`` may give."""
     letter = momentum_letter(equations)
-    names = [equations.coordinates[j].name for j in ignorable(equations)]
+    names = [equations.system.coordinates[j].name for j in ignorable(equations)]
     return [*(f"{letter}_{name}" for name in names), *(f"dot({name})" for name in names)]
 
 
@@ -219,7 +222,7 @@ def steady_system(equations: Equations, configuration: Configuration) -> SteadyS
         ),
         rest_system(reduced, configuration.held),
         _turning_of(form, partial, at_rate),
-        sp.Matrix([[equations.mass_matrix[i][j] for j in ignored] for i in ignored]),
+        sp.Matrix([[equations.system.mass_matrix[i][j] for j in ignored] for i in ignored]),
     )
 
 
@@ -243,17 +246,22 @@ def _is_rate(momentum: Momentum, configuration: Configuration) -> bool:
 
 def _at_start(equations: Equations, form: Routhian) -> list[Mpf | None]:
     """Evaluate the momenta of the initial state; None where they have no value."""
-    initial = equations.initial
+    initial = equations.system.initial
     if initial is None:
         return [None] * len(form.momenta)
-    symbols = [*(c.q for c in equations.coordinates), *(c.v for c in equations.coordinates)]
+    symbols = [
+        *(c.q for c in equations.system.coordinates),
+        *(c.v for c in equations.system.coordinates),
+    ]
     given = (*initial.positions, *initial.velocities)
     numbers = initial.decimals or tuple(map(repr, given))
     with mpmath.workdps(_DIGITS):
-        place = {equations.t: mpf(equations.simulate.start)}
+        place = {equations.system.t: mpf(equations.system.simulate.start)}
         place |= {s: mpf(x) for s, x in zip(symbols, numbers, strict=False)}
         place |= {
-            p.symbol: mpf(p.decimal or p.value) for p in equations.parameters if p.value is not None
+            p.symbol: mpf(p.decimal or p.value)
+            for p in equations.system.parameters
+            if p.value is not None
         }
         try:
             return list(evaluate([m.expression for m in form.momenta], place))
@@ -272,7 +280,7 @@ def _partial(equations: Equations, form: Routhian, at_rate: Sequence[Momentum]) 
     if not at_rate:
         return form
     rates = {m.coordinate.name for m in at_rate}
-    numbers = [j for j in ignorable(equations) if equations.coordinates[j].name not in rates]
+    numbers = [j for j in ignorable(equations) if equations.system.coordinates[j].name not in rates]
     return routhian_form(equations, numbers) if numbers else None
 
 
@@ -292,7 +300,11 @@ def _over(
         The reduction whose forces are taken; None for the equations themselves.
     """
     names = [c.name for c in form.coordinates]
-    coordinates, forcing, closures = equations.coordinates, equations.forcing, equations.closures
+    coordinates, forcing, closures = (
+        equations.system.coordinates,
+        equations.system.forcing,
+        equations.system.closures,
+    )
     if source is not None:
         coordinates, forcing, closures = source.coordinates, source.forcing, source.closures
     places = {c.name: k for k, c in enumerate(coordinates)}
@@ -300,9 +312,10 @@ def _over(
     numbers = {row: k for k, row in enumerate(rows)}
     turns = {m.coordinate.q for m in form.momenta}
     rates = {m.coordinate.v: v for m, v in zip(form.momenta, form.velocities, strict=True)}
-    return replace(
-        equations,
-        parameters=(*equations.parameters, *further),
+    cyclic = tuple(name for name in equations.derivation.cyclic if name in names)
+    system = replace(
+        equations.system,
+        parameters=(*equations.system.parameters, *further),
         coordinates=form.coordinates,
         mass_matrix=form.mass_matrix,
         forcing=tuple(forcing[row] for row in rows),
@@ -313,21 +326,24 @@ def _over(
                     len(rows), {numbers[j]: e for j, e in entries(c.gradient).items()}
                 ),
             )
-            for c in closures[: len(equations.closures)]
+            for c in closures[: len(equations.system.closures)]
         ),
-        cyclic=tuple(name for name in equations.cyclic if name in names),
         initial=_initial(equations, names),
         outputs=tuple(
-            (name, e.xreplace(rates)) for name, e in equations.outputs if not e.free_symbols & turns
+            (name, e.xreplace(rates))
+            for name, e in equations.system.outputs
+            if not e.free_symbols & turns
         ),
     )
+    derivation = replace(equations.derivation, cyclic=cyclic)
+    return replace(equations, system=system, derivation=derivation)
 
 
 def _initial(equations: Equations, names: Sequence[str]) -> InitialState | None:
-    initial, n = equations.initial, len(equations.coordinates)
+    initial, n = equations.system.initial, len(equations.system.coordinates)
     if initial is None:
         return None
-    kept = [k for k, c in enumerate(equations.coordinates) if c.name in names]
+    kept = [k for k, c in enumerate(equations.system.coordinates) if c.name in names]
     decimals = initial.decimals
     return replace(
         initial,

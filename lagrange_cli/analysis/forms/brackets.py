@@ -85,7 +85,12 @@ def with_brackets(equations: Equations, brackets: Sequence[WrittenBracket]) -> E
         certificates[0].digits,
         max(c.mismatch for c in certificates),
     )
-    return replace(equations, brackets=PoissonBrackets(tuple(found), named, certificate))
+    return replace(
+        equations,
+        derivation=replace(
+            equations.derivation, brackets=PoissonBrackets(tuple(found), named, certificate)
+        ),
+    )
 
 
 def _certified(
@@ -123,7 +128,7 @@ class _Reader:
         self.momenta: list[Momentum] = [pair.momentum for pair in form.pairs]
         self.known: dict[str, NamedQuantity] = {}
         if not form.coupled:
-            self.known[_H] = _named(_H, form.expression, equations.energy)
+            self.known[_H] = _named(_H, form.expression, equations.system.energy)
         self.velocities = {
             pair.momentum.coordinate.v: pair.velocity
             for pair in form.pairs
@@ -170,12 +175,12 @@ class _Reader:
             self.known |= {n: q for n, q in self._symmetries.items() if n in asked}
         further = own | {name: quantity.symbol for name, quantity in self.known.items()}
         function = interpret(self.equations, parsed, further)
-        unknown = {c.a for c in self.equations.coordinates}
-        unknown |= {closure.multiplier for closure in self.equations.pushing}
+        unknown = {c.a for c in self.equations.system.coordinates}
+        unknown |= {closure.multiplier for closure in self.equations.system.pushing}
         if not function.free_symbols.isdisjoint(unknown):
             said = "accelerations and multipliers are no functions of coordinates and momenta"
             raise written.refusal(said, start, end, _EXAMPLE)
-        left = {c.v for c in self.equations.coordinates} - self.velocities.keys()
+        left = {c.v for c in self.equations.system.coordinates} - self.velocities.keys()
         if not function.free_symbols.isdisjoint(left):
             said = "these velocities have no closed form over the momenta here"
             raise written.refusal(said, start, end, "write it with momenta")
@@ -184,9 +189,13 @@ class _Reader:
     @cached_property
     def _names_of_the_scene(self) -> set[str]:
         equations = self.equations
-        names = {c.name for c in equations.coordinates} | {p.name for p in equations.parameters}
-        names |= {c.name for c in equations.cartesian_names} | {u.name for u in equations.inputs}
-        return names | {name for name, _ in equations.abbreviations} | {"t", "pi"}
+        names = {c.name for c in equations.system.coordinates} | {
+            p.name for p in equations.system.parameters
+        }
+        names |= {c.name for c in equations.system.cartesian_names} | {
+            u.name for u in equations.system.inputs
+        }
+        return names | {name for name, _ in equations.presentation.abbreviations} | {"t", "pi"}
 
     def _require_no_rates(
         self, written: WrittenBracket, parsed: Expression, start: int, end: int
@@ -232,7 +241,7 @@ class _Reader:
         """A bracket by the name that it has, with the rate that it says."""
         rate, conserved = None, None
         if second == self._symbol(_H) and self._is_free(first):
-            explicit = derivative(self.over_momenta(first), self.equations.t)
+            explicit = derivative(self.over_momenta(first), self.equations.system.t)
             rate = self._short(sp.Add(value, explicit))
             conserved = True if rate == 0 else self._found_to_change(rate)
         return PoissonBracket(first, second, self._by_name(value), rate, conserved)
@@ -243,8 +252,10 @@ class _Reader:
     def _is_free(self, function: sp.Expr) -> bool:
         """Tell whether the bracket with H is all of the rate."""
         equations = self.equations
-        inputs = {u.symbol for u in equations.inputs}
-        moved = equations.forces or equations.pushing or equations.dissipation != 0
+        inputs = {u.symbol for u in equations.system.inputs}
+        moved = (
+            equations.system.forces or equations.system.pushing or equations.system.dissipation != 0
+        )
         return not moved and self.over_momenta(function).free_symbols.isdisjoint(inputs)
 
     def _by_name(self, value: sp.Expr) -> sp.Expr:
@@ -266,10 +277,10 @@ class _Reader:
 
     def _found_to_change(self, rate: sp.Expr) -> bool | None:
         """False if the rate is not zero at some state; None if that is not found."""
-        if self.equations.sources is None:
+        if self.equations.derivation.sources is None:
             return None
         with mpmath.workdps(60):
-            state = _with_momenta(self.form, self.equations.sources.state)
+            state = _with_momenta(self.form, self.equations.derivation.sources.state)
             terms = sp.Add.make_args(sp.expand(rate))
             try:
                 values = Evaluated(terms).at(state)
@@ -342,7 +353,7 @@ class _Comparison:
         if self.form.coupled:
             return [q.symbol for q in known], Evaluated([q.expression for q in known])
         work = [m.symbol * m.coordinate.v for m in self._momenta]
-        energy = sp.Add(*work, -self.equations.lagrangian)
+        energy = sp.Add(*work, -self.equations.system.lagrangian)
         each = [energy if q.name == _H else q.over_velocities for q in known]
         return [q.symbol for q in known], Evaluated(each)
 

@@ -54,7 +54,7 @@ class LagrangianSlopes:
         series = [along(equations, state)[s] for s in lagrangian_symbols(equations)]
         run = tape.run(series, 1)
         gradient = run.gradient({0: (_ONE, _ZERO, _ZERO)})
-        n = len(equations.coordinates)
+        n = len(equations.system.coordinates)
         self.value = run.values[0]
         self.slopes = [x[0] for x in gradient[1 : 1 + n]]
         self.momenta = [x[0] for x in gradient[1 + n : 1 + 2 * n]]
@@ -63,9 +63,12 @@ class LagrangianSlopes:
 
 def lagrangian_symbols(equations: Equations) -> list[sp.Symbol]:
     """t, q, v, parameters and inputs."""
-    coordinates = equations.coordinates
-    given = [*(p.symbol for p in equations.parameters), *(u.symbol for u in equations.inputs)]
-    return [equations.t, *(c.q for c in coordinates), *(c.v for c in coordinates), *given]
+    coordinates = equations.system.coordinates
+    given = [
+        *(p.symbol for p in equations.system.parameters),
+        *(u.symbol for u in equations.system.inputs),
+    ]
+    return [equations.system.t, *(c.q for c in coordinates), *(c.v for c in coordinates), *given]
 
 
 def along(equations: Equations, state: State) -> dict[sp.Symbol, TaylorSeries]:
@@ -73,8 +76,8 @@ def along(equations: Equations, state: State) -> dict[sp.Symbol, TaylorSeries]:
     series: dict[sp.Symbol, TaylorSeries] = {
         s: (state[s], _ZERO, _ZERO) for s in lagrangian_symbols(equations)
     }
-    series[equations.t] = state[equations.t], _ONE, _ZERO
-    for c in equations.coordinates:
+    series[equations.system.t] = state[equations.system.t], _ONE, _ZERO
+    for c in equations.system.coordinates:
         series[c.q] = state[c.q], state[c.v], _ZERO
         series[c.v] = state[c.v], state[c.a], _ZERO
     return series
@@ -97,14 +100,16 @@ class Residuals:
     """M a − f − Σ λ·gradient of the certified equations."""
 
     def __init__(self, equations: Equations) -> None:
-        pushes: list[list[sp.Expr]] = [[] for _ in equations.coordinates]
-        for closure in equations.pushing:
+        pushes: list[list[sp.Expr]] = [[] for _ in equations.system.coordinates]
+        for closure in equations.system.pushing:
             for j, entry in entries(closure.gradient).items():
                 pushes[j].append(-closure.multiplier * entry)
         self.rows: list[list[sp.Expr]] = []
-        for j, row in enumerate(equations.mass_matrix):
-            inertia = [entry * equations.coordinates[k].a for k, entry in entries(row).items()]
-            forces = [-term for term in sp.Add.make_args(equations.forcing[j])]
+        for j, row in enumerate(equations.system.mass_matrix):
+            inertia = [
+                entry * equations.system.coordinates[k].a for k, entry in entries(row).items()
+            ]
+            forces = [-term for term in sp.Add.make_args(equations.system.forcing[j])]
             self.rows.append([*inertia, *forces, *pushes[j]])
         self.terms = Evaluated([term for row in self.rows for term in row])
 
@@ -133,8 +138,8 @@ def certify_form(
     InternalError
         They are not the same: a defect of the program.
     """
-    digits = equations.certificate.digits
-    n = len(equations.coordinates)
+    digits = equations.derivation.certificate.digits
+    n = len(equations.system.coordinates)
     wanted = _POINTS if n <= _LARGE else _LARGE_POINTS
     worst, seen = _ZERO, 0
     with mpmath.workdps(working_digits(digits)):
@@ -160,10 +165,10 @@ def certify_form(
 
 def _states(equations: Equations) -> Iterator[State]:
     """A state of the derivation's certificate, then others around it; with multipliers."""
-    if equations.sources is None:
+    if equations.derivation.sources is None:
         return
-    first = equations.sources.state
-    multipliers = [closure.multiplier for closure in equations.pushing]
+    first = equations.derivation.sources.state
+    multipliers = [closure.multiplier for closure in equations.system.pushing]
     source = Random(1834)
 
     def noise() -> mpf:

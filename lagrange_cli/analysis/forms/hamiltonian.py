@@ -50,7 +50,8 @@ from lagrange_cli.mechanics.proofs.zero_test import UndecidableError, vanish
 from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Coordinate
 
 #: Terms that a rate may be multiplied out to. Set by hand.
 _TERM_BUDGET = 60
@@ -129,7 +130,7 @@ def hamiltonian_form(equations: Equations) -> Hamiltonian:
     InternalError
         The result disagrees with the certified equations.
     """
-    coordinates = equations.coordinates
+    coordinates = equations.system.coordinates
     found = momenta_of(equations)
     named = momenta(equations, coordinates, found.expressions)
     blocks = []
@@ -152,7 +153,7 @@ def hamiltonian_form(equations: Equations) -> Hamiltonian:
     certificate = certify_form(
         equations, "Hamilton's form", _Comparison(equations, pairs, parts, coupled)
     )
-    kept = next((c for c in equations.conserved if c.kind != "momentum"), None)
+    kept = next((c for c in equations.derivation.conserved if c.kind != "momentum"), None)
     return Hamiltonian(pairs, parts, coupled, _is_sum(equations), kept, certificate)
 
 
@@ -164,19 +165,21 @@ def _kinetic_parts(blocks: Sequence[BlockTransform]) -> Iterator[sp.Expr]:
 
 def _resting_parts(equations: Equations) -> tuple[sp.Expr, sp.Expr]:
     """−T0, of frames that are moved in time, and V at rest."""
-    velocities = [c.v for c in equations.coordinates]
-    return -at_rest(equations.kinetic, velocities), at_rest(equations.potential, velocities)
+    velocities = [c.v for c in equations.system.coordinates]
+    return -at_rest(equations.system.kinetic, velocities), at_rest(
+        equations.system.potential, velocities
+    )
 
 
 def _is_sum(equations: Equations) -> bool | None:
     """Tell whether Σ q̇ ∂L/∂q̇ − L is T + V with V at rest; None if that is not decided."""
-    kinds = [c.kind for c in equations.conserved]
-    kinds += [equations.balance.kind] if equations.balance is not None else []
+    kinds = [c.kind for c in equations.derivation.conserved]
+    kinds += [equations.derivation.balance.kind] if equations.derivation.balance is not None else []
     if "energy" in kinds:
         return True
-    resting = at_rest(equations.potential, [c.v for c in equations.coordinates])
+    resting = at_rest(equations.system.potential, [c.v for c in equations.system.coordinates])
     try:
-        return vanish(equations.energy - equations.kinetic - resting)
+        return vanish(equations.system.energy - equations.system.kinetic - resting)
     except UndecidableError:
         return None
 
@@ -188,7 +191,7 @@ def _require_velocities(equations: Equations, block: BlockTransform) -> None:
     """Refuse momenta that do not determine the velocities of a block, as far as that is known."""
     if block.kinetic is not None:
         return
-    coordinates = [equations.coordinates[j] for j in block.numbers]
+    coordinates = [equations.system.coordinates[j] for j in block.numbers]
     listed = ", ".join(f"'{c.name}'" for c in coordinates)
     if not block.is_quadratic:
         message = (
@@ -208,19 +211,19 @@ def _require_velocities(equations: Equations, block: BlockTransform) -> None:
 
 def place(equations: Equations, coordinate: Coordinate) -> Mark:
     """Where the scene declares a coordinate, or its beginning."""
-    return coordinate.mark or Mark(equations.file, 1, 1)
+    return coordinate.mark or Mark(equations.presentation.file, 1, 1)
 
 
 def _is_regular(equations: Equations, numbers: Sequence[int]) -> bool:
     """Tell whether a block of M is regular at a state of the certificate."""
-    if equations.sources is None:
+    if equations.derivation.sources is None:
         return True
     matrix = np.zeros((len(numbers), len(numbers)))
     column = {j: k for k, j in enumerate(numbers)}
     for j in numbers:
-        row = entries(equations.mass_matrix[j])
+        row = entries(equations.system.mass_matrix[j])
         try:
-            values = evaluate([*row.values()], equations.sources.state)
+            values = evaluate([*row.values()], equations.derivation.sources.state)
         except DomainError:
             return True
         for k, value in zip(row, values, strict=True):
@@ -248,18 +251,18 @@ class _Rates:
     ) -> None:
         self.equations = equations
         self.symbols = [m.symbol for m in named]
-        pairs = zip(equations.coordinates, velocities, strict=True)
+        pairs = zip(equations.system.coordinates, velocities, strict=True)
         self.solved = {c.v: v for c, v in pairs if v is not None} if is_closed else {}
-        self.rates = self.symbols if is_closed else [c.v for c in equations.coordinates]
+        self.rates = self.symbols if is_closed else [c.v for c in equations.system.coordinates]
         # Where velocities stay, −∂H/∂q is ∂L/∂q.
-        energy = -sp.Add(*parts) if is_closed else equations.lagrangian
+        energy = -sp.Add(*parts) if is_closed else equations.system.lagrangian
         self.holding = terms_by_symbol(energy)
         self.reactions = multiplier_terms(equations)
-        self.constants = frozenset(p.symbol for p in equations.parameters)
+        self.constants = frozenset(p.symbol for p in equations.system.parameters)
 
     def terms(self, j: int) -> tuple[sp.Expr, ...]:
         """The terms of a rate in the order of print."""
-        q = self.equations.coordinates[j].q
+        q = self.equations.system.coordinates[j].q
         slopes = [_factored(derivative(term, q)) for term in self.holding.get(q, ())]
         terms = [t for e in (*slopes, *self._forces(j)) for t in sp.Add.make_args(e)]
         moving, still = self._apart(terms)
@@ -284,9 +287,11 @@ class _Rates:
 
     def _forces(self, j: int) -> Iterator[sp.Expr]:
         """Q_j of forces and friction, over momenta."""
-        for force in self.equations.forces:
+        for force in self.equations.system.forces:
             yield force.generalized[j].xreplace(self.solved)
-        friction = -derivative(self.equations.dissipation, self.equations.coordinates[j].v)
+        friction = -derivative(
+            self.equations.system.dissipation, self.equations.system.coordinates[j].v
+        )
         yield friction.xreplace(self.solved)
 
 
@@ -312,12 +317,12 @@ class _Comparison:
         coupled: Sequence[int],
     ) -> None:
         self.equations, self.pairs, self.coupled = equations, pairs, coupled
-        self.lagrangian = Tape([equations.lagrangian], lagrangian_symbols(equations))
-        self.canonical = [equations.t, *(c.q for c in equations.coordinates)]
+        self.lagrangian = Tape([equations.system.lagrangian], lagrangian_symbols(equations))
+        self.canonical = [equations.system.t, *(c.q for c in equations.system.coordinates)]
         self.canonical += [pair.momentum.symbol for pair in pairs]
-        self.canonical += [equations.coordinates[j].v for j in coupled]
-        self.canonical += [p.symbol for p in equations.parameters]
-        self.canonical += [u.symbol for u in equations.inputs]
+        self.canonical += [equations.system.coordinates[j].v for j in coupled]
+        self.canonical += [p.symbol for p in equations.system.parameters]
+        self.canonical += [u.symbol for u in equations.system.inputs]
         self.energy = Tape([sp.Add(*parts)], self.canonical)
         self.rates = Evaluated([sp.Add(*pair.rate) for pair in pairs])
         self.momenta = Evaluated([pair.momentum.expression for pair in pairs])
@@ -328,7 +333,7 @@ class _Comparison:
         self.residuals = Residuals(equations)
 
     def __call__(self, state: State) -> Iterator[Pair]:
-        coordinates = self.equations.coordinates
+        coordinates = self.equations.system.coordinates
         seen = LagrangianSlopes(self.equations, self.lagrangian, state)
         canonical = {**state}
         for pair, p in zip(self.pairs, seen.momenta, strict=True):
@@ -355,7 +360,7 @@ class _Comparison:
         if self.coupled:
             return
         gradient = [x[0] for x in run.gradient({0: (_ONE, _ZERO, _ZERO)})]
-        for c, slope in zip(self.equations.coordinates, gradient[1 + n :], strict=False):
+        for c, slope in zip(self.equations.system.coordinates, gradient[1 + n :], strict=False):
             yield slope, state[c.v], abs(slope) + abs(state[c.v])
         for rise, slope in zip(gradient[1:], seen.slopes, strict=False):
             yield -rise, slope, abs(rise) + abs(slope) + size

@@ -84,12 +84,16 @@ class BlockTransform:
 
 def momenta_of(equations: Equations) -> Momenta:
     """Differentiate L by each velocity."""
-    velocities = [c.v for c in equations.coordinates]
-    known = {q.coordinate: q.expression for q in equations.conserved if q.coordinate is not None}
-    holding = terms_by_symbol(equations.lagrangian)
+    velocities = [c.v for c in equations.system.coordinates]
+    known = {
+        q.coordinate: q.expression
+        for q in equations.derivation.conserved
+        if q.coordinate is not None
+    }
+    holding = terms_by_symbol(equations.system.lagrangian)
     at_rest = dict.fromkeys(velocities, sp.S.Zero)
     expressions, shifts = [], []
-    for c in equations.coordinates:
+    for c in equations.system.coordinates:
         whole = sp.Add(*(derivative(t, c.v) for t in holding.get(c.v, ())))
         expressions.append(known.get(c.name) or collected(whole, velocities))
         shifts.append(collected(whole.xreplace(at_rest), ()))
@@ -119,7 +123,7 @@ def collected(expression: sp.Expr, rates: Sequence[sp.Symbol]) -> sp.Expr:
 
 def coupled_blocks(equations: Equations) -> list[list[int]]:
     """Groups of coordinates, ascending, whose velocities the mass matrix couples."""
-    return blocks_of([entries(row) for row in equations.mass_matrix])
+    return blocks_of([entries(row) for row in equations.system.mass_matrix])
 
 
 def blocks_of(rows: Rows) -> list[list[int]]:
@@ -149,12 +153,13 @@ def transformed(
     shifted
         w = p − b of the coordinates of the block.
     """
-    velocities = [equations.coordinates[j].v for j in block]
+    velocities = [equations.system.coordinates[j].v for j in block]
     number = {j: k for k, j in enumerate(block)}
     rows = [
-        {number[k]: entry for k, entry in entries(equations.mass_matrix[j]).items()} for j in block
+        {number[k]: entry for k, entry in entries(equations.system.mass_matrix[j]).items()}
+        for j in block
     ]
-    constants = frozenset(p.symbol for p in equations.parameters)
+    constants = frozenset(p.symbol for p in equations.system.parameters)
     unsolved = BlockTransform(tuple(block), None, (), True)
     if is_quadratic(equations, block):
         solved = inverse_form(rows, shifted, constants)
@@ -171,14 +176,14 @@ def transformed(
 
 def is_quadratic(equations: Equations, block: Sequence[int]) -> bool:
     """Tell whether L is a polynomial of degree 2 in the velocities of a block."""
-    everything = {c.v for c in equations.coordinates}
-    rows = [entries(equations.mass_matrix[j]).values() for j in block]
+    everything = {c.v for c in equations.system.coordinates}
+    rows = [entries(equations.system.mass_matrix[j]).values() for j in block]
     if any(not symbols_in(entry).isdisjoint(everything) for row in rows for entry in row):
         return False
-    velocities = {equations.coordinates[j].v for j in block}
+    velocities = {equations.system.coordinates[j].v for j in block}
     return all(
         term.is_polynomial(*sorted(held, key=str))
-        for term in sp.Add.make_args(equations.lagrangian)
+        for term in sp.Add.make_args(equations.system.lagrangian)
         if (held := symbols_in(term) & velocities)
     )
 
@@ -317,7 +322,7 @@ class _Root:
 def _root_of(equations: Equations, velocities: Sequence[sp.Symbol]) -> _Root | None:
     """The root in L that holds the velocities of a block; None if L has another form."""
     terms: list[sp.Expr] = []
-    for term in sp.Add.make_args(equations.lagrangian):
+    for term in sp.Add.make_args(equations.system.lagrangian):
         if not symbols_in(term).isdisjoint(velocities):
             terms += expand_terms(term, _TERM_BUDGET) or [term]
     curved = [t for t in terms if not t.is_polynomial(*velocities)]
@@ -365,9 +370,9 @@ def _rooted_transform(
 
 def _is_negative(equations: Equations, weight: sp.Expr) -> bool:
     """Tell whether β is negative with the scene's parameters."""
-    if equations.sources is None:
+    if equations.derivation.sources is None:
         return bool(weight.could_extract_minus_sign())
-    (value,) = evaluate([weight], equations.sources.state)
+    (value,) = evaluate([weight], equations.derivation.sources.state)
     return bool(value < 0)
 
 

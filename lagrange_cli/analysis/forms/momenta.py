@@ -12,7 +12,8 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Coordinate
 
 
 @dataclass(frozen=True)
@@ -49,18 +50,26 @@ def momenta(
 
 def with_momenta(equations: Equations) -> Equations:
     """Add the momenta of all coordinates to the outputs, behind those of the scene."""
-    coordinates = equations.coordinates
-    slopes = [derivative(equations.lagrangian, c.v) for c in coordinates]
+    coordinates = equations.system.coordinates
+    slopes = [derivative(equations.system.lagrangian, c.v) for c in coordinates]
     named = momenta(equations, coordinates, slopes)
     further = ((momentum.name, momentum.expression) for momentum in named)
-    return replace(equations, outputs=(*equations.outputs, *further))
+    return replace(
+        equations, system=replace(equations.system, outputs=(*equations.system.outputs, *further))
+    )
 
 
 def momentum_letter(equations: Equations) -> str:
     """The first of p, P, pp, PP, … that makes names of momenta which the scene does not have."""
-    taken = {p.name for p in equations.parameters} | {u.name for u in equations.inputs}
-    taken |= {c.name for c in equations.coordinates} | {c.name for c in equations.cartesian_names}
-    taken |= {name for name, _ in (*equations.abbreviations, *equations.outputs)}
-    names = [c.name for c in equations.coordinates]
+    taken = {p.name for p in equations.system.parameters} | {
+        u.name for u in equations.system.inputs
+    }
+    taken |= {c.name for c in equations.system.coordinates} | {
+        c.name for c in equations.system.cartesian_names
+    }
+    taken |= {
+        name for name, _ in (*equations.presentation.abbreviations, *equations.system.outputs)
+    }
+    names = [c.name for c in equations.system.coordinates]
     letters = (letter * size for size in count(1) for letter in "pP")
     return next(x for x in letters if taken.isdisjoint(f"{x}_{name}" for name in names))

@@ -47,11 +47,12 @@ from lagrange_cli.mechanics.algebra.energies import by_parameters
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.dynamics.textbook_form import RowSystem, shown_rows
-from lagrange_cli.mechanics.equations import Closure, Coordinate, ShownEquation
+from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.findings import Certificate
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, evaluate
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
+from lagrange_cli.mechanics.system import Closure, Coordinate
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -116,8 +117,8 @@ class Routhian:
 
 def ignorable(equations: Equations) -> list[int]:
     """Numbers of the cyclic coordinates whose momenta are conserved."""
-    kept = {c.coordinate for c in equations.conserved if c.kind == "momentum"}
-    return [j for j, c in enumerate(equations.coordinates) if c.name in kept]
+    kept = {c.coordinate for c in equations.derivation.conserved if c.kind == "momentum"}
+    return [j for j, c in enumerate(equations.system.coordinates) if c.name in kept]
 
 
 def routhian_form(equations: Equations, only: Sequence[int] | None = None) -> Routhian:
@@ -136,12 +137,12 @@ def routhian_form(equations: Equations, only: Sequence[int] | None = None) -> Ro
         The result disagrees with the certified equations.
     """
     ignored = ignorable(equations) if only is None else list(only)
-    left = [j for j in range(len(equations.coordinates)) if j not in ignored]
+    left = [j for j in range(len(equations.system.coordinates)) if j not in ignored]
     _require_cyclic(equations, ignored)
     found = momenta_of(equations)
     named = momenta(
         equations,
-        [equations.coordinates[j] for j in ignored],
+        [equations.system.coordinates[j] for j in ignored],
         [found.expressions[j] for j in ignored],
     )
     reduction = _Reduction(equations, ignored, left, found, named)
@@ -153,28 +154,30 @@ def routhian_form(equations: Equations, only: Sequence[int] | None = None) -> Ro
 def _require_cyclic(equations: Equations, ignored: Sequence[int]) -> None:
     """Refuse scenes that have no coordinate to ignore, with the reason."""
     if ignored:
-        if not is_quadratic(equations, range(len(equations.coordinates))):
+        if not is_quadratic(equations, range(len(equations.system.coordinates))):
             message = "there is no Routhian: the Lagrangian is not quadratic in the velocities"
             raise _refused(equations, message)
         return
     message = "there is no Routhian: no coordinate is cyclic"
-    if equations.cyclic:
-        listed = ", ".join(f"'{name}'" for name in equations.cyclic)
-        is_one = len(equations.cyclic) == 1
+    if equations.derivation.cyclic:
+        listed = ", ".join(f"'{name}'" for name in equations.derivation.cyclic)
+        is_one = len(equations.derivation.cyclic) == 1
         noun, verb = ("coordinate", "is") if is_one else ("coordinates", "are")
         momenta_of_these = "its momentum is" if is_one else "their momenta are"
         message = (
             f"there is no Routhian: the {noun} {listed} {verb} cyclic, but forces act on"
             f" {'it' if is_one else 'them'}, and {momenta_of_these} not conserved"
         )
-    elif equations.open_questions:
+    elif equations.derivation.open_questions:
         message = "there is no Routhian: no coordinate is found to be cyclic"
     raise _refused(equations, message)
 
 
 def _refused(equations: Equations, message: str) -> InputError:
     hint = "coordinates that L does not depend on can be ignored, as the angle of a central motion"
-    return InputError(Problem(message, Mark(equations.file, 1, 1), hint=hint, rule="no-routhian"))
+    return InputError(
+        Problem(message, Mark(equations.presentation.file, 1, 1), hint=hint, rule="no-routhian")
+    )
 
 
 class _Reduction:
@@ -190,11 +193,11 @@ class _Reduction:
     ) -> None:
         self.equations, self.ignored, self.left = equations, ignored, left
         self.named = named
-        self.coordinates = tuple(equations.coordinates[j] for j in left)
+        self.coordinates = tuple(equations.system.coordinates[j] for j in left)
         self.rates = [c.v for c in self.coordinates]
         self.shifts = found.shifts
-        self.constants = frozenset(p.symbol for p in equations.parameters)
-        self.mass = [entries(row) for row in equations.mass_matrix]
+        self.constants = frozenset(p.symbol for p in equations.system.parameters)
+        self.mass = [entries(row) for row in equations.system.mass_matrix]
         number = {j: k for k, j in enumerate(ignored)}
         self.inner = [
             {number[i]: e for i, e in self.mass[j].items() if i in number} for j in ignored
@@ -247,9 +250,9 @@ class _Reduction:
             mass,
             forcing,
             closures,
-            self.equations.sums,
+            self.equations.presentation.sums,
             frozenset(m.symbol for m in self.named),
-            [expression for _, expression in self.equations.abbreviations],
+            [expression for _, expression in self.equations.presentation.abbreviations],
         )
         return Routhian(
             self.coordinates,
@@ -263,9 +266,9 @@ class _Reduction:
             mass,
             tuple(sp.Add(*terms) for terms in forcing),
             closures,
-            shown_rows(system, [value for value, _ in self.equations.literals]),
+            shown_rows(system, [value for value, _ in self.equations.presentation.literals]),
             tuple(self._start()),
-            self.equations.certificate,
+            self.equations.derivation.certificate,
         )
 
     def _inertia(self, j: int) -> dict[int, sp.Expr]:
@@ -304,10 +307,10 @@ class _Reduction:
 
     def _potential(self) -> Iterator[sp.Expr]:
         """½ w·M_cc⁻¹ w, −T0, V at rest."""
-        every = [c.v for c in self.equations.coordinates]
+        every = [c.v for c in self.equations.system.coordinates]
         yield from (term / 2 for term in self.form)
-        yield -at_rest(self.equations.kinetic, every)
-        yield at_rest(self.equations.potential, every)
+        yield -at_rest(self.equations.system.kinetic, every)
+        yield at_rest(self.equations.system.potential, every)
 
     def _velocities(self) -> list[sp.Expr]:
         """M_cc⁻¹ (w − M_cr q̇)."""
@@ -328,7 +331,7 @@ class _Reduction:
         velocities: Sequence[sp.Expr],
     ) -> Iterator[list[sp.Expr]]:
         """f of each coordinate that is left: what Lagrange's equation of R has besides S a."""
-        t, numbers = self.equations.t, range(len(self.left))
+        t, numbers = self.equations.system.t, range(len(self.left))
         ignored = [m.coordinate.v for m in self.named]
         solved = dict(zip(ignored, velocities, strict=True))
         for j in numbers:
@@ -358,25 +361,29 @@ class _Reduction:
 
     def _forces(self, j: int) -> Iterator[sp.Expr]:
         """Q_j of forces and friction."""
-        yield from (force.generalized[j] for force in self.equations.forces)
-        yield -derivative(self.equations.dissipation, self.equations.coordinates[j].v)
+        yield from (force.generalized[j] for force in self.equations.system.forces)
+        yield -derivative(self.equations.system.dissipation, self.equations.system.coordinates[j].v)
 
     def _closures(self) -> Iterator[Closure]:
         number = {j: k for k, j in enumerate(self.left)}
-        for closure in self.equations.pushing:
+        for closure in self.equations.system.pushing:
             row = {number[j]: e for j, e in entries(closure.gradient).items()}
             yield replace(closure, gradient=ExpressionRow(len(self.left), row))
 
     def _start(self) -> list[float]:
         """The momenta at the initial state."""
-        initial = self.equations.initial
+        initial = self.equations.system.initial
         if initial is None:
             return []
-        values: dict[sp.Symbol, mpf] = {self.equations.t: mpf(self.equations.simulate.start)}
+        values: dict[sp.Symbol, mpf] = {
+            self.equations.system.t: mpf(self.equations.system.simulate.start)
+        }
         values.update(
-            (p.symbol, mpf(p.value)) for p in self.equations.parameters if p.value is not None
+            (p.symbol, mpf(p.value))
+            for p in self.equations.system.parameters
+            if p.value is not None
         )
-        for k, c in enumerate(self.equations.coordinates):
+        for k, c in enumerate(self.equations.system.coordinates):
             values[c.q], values[c.v] = mpf(initial.positions[k]), mpf(initial.velocities[k])
         try:
             return [float(x) for x in evaluate([m.expression for m in self.named], values)]
@@ -393,13 +400,13 @@ class _Comparison:
 
     def __init__(self, equations: Equations, form: Routhian, ignored: Sequence[int]) -> None:
         self.equations, self.form, self.ignored = equations, form, ignored
-        self.left = [j for j in range(len(equations.coordinates)) if j not in ignored]
-        self.lagrangian = Tape([equations.lagrangian], lagrangian_symbols(equations))
+        self.left = [j for j in range(len(equations.system.coordinates)) if j not in ignored]
+        self.lagrangian = Tape([equations.system.lagrangian], lagrangian_symbols(equations))
         self.values = Evaluated([form.expression, *form.velocities])
         self.momenta = Evaluated([m.expression for m in form.momenta])
         self.residuals = Residuals(equations)
         self.inner = [
-            [equations.mass_matrix[i][j] for j in (*ignored, *self.left)] for i in ignored
+            [equations.system.mass_matrix[i][j] for j in (*ignored, *self.left)] for i in ignored
         ]
         self.matrix = Evaluated([e for row in self.inner for e in row])
         terms = []

@@ -47,7 +47,7 @@ def reduced_energy(system: RestSystem, at: Equilibrium, linear: LinearSystem) ->
 
     The other directions are positive, there are no closures, and no coordinate is free.
     """
-    n = len(system.equations.coordinates)
+    n = len(system.equations.system.coordinates)
     assert at.position is not None
     if n > _COORDINATES:
         return EnergyTest.FLAT
@@ -81,7 +81,7 @@ class _Series:
         self, system: RestSystem, position: tuple[Mpf, ...], linear: LinearSystem, lead: int
     ) -> None:
         self.s = sp.Dummy("s", real=True)
-        coordinates = system.equations.coordinates
+        coordinates = system.equations.system.coordinates
         self.others = [k for k in range(len(coordinates)) if k != lead]
         self.terms = {
             k: [sp.Dummy(f"c{k}_{j}", real=True) for j in range(1, _ORDER + 1)] for k in self.others

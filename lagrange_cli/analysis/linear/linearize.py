@@ -217,7 +217,7 @@ def _require_homogeneous(by_positions: Sequence[Sequence[Mpf]]) -> None:
 
 def _require_regular(system: RestSystem, mass: mpmath.matrix, independent: Sequence[int]) -> None:
     """Refuse an equilibrium at which the velocities do not determine the motion."""
-    coordinates = system.equations.coordinates
+    coordinates = system.equations.system.coordinates
     rows = [[abs(mass[k, i]) for i in range(mass.cols)] for k in range(mass.rows)]
     usual = _usual_inertia(system)
     idle = [
@@ -242,7 +242,7 @@ def _usual_inertia(system: RestSystem) -> list[Mpf]:
     try:
         mass = system.functions.masses_at([mpf(x) for x in system.start])
     except (DomainError, ZeroDivisionError):
-        return [mpf(1)] * len(system.equations.coordinates)
+        return [mpf(1)] * len(system.equations.system.coordinates)
     rows = [[abs(x) for x in row] for row in mass.tolist()]
     largest = max((x for row in rows for x in row), default=mpf(0)) or mpf(1)
     return [max(row) or largest for row in rows]
@@ -257,15 +257,15 @@ def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> St
     functions, equations = system.functions, system.equations
     n, m = functions.n, functions.m
     k, p = len(linear.independent), len(linear.placed)
-    names = [c.name for c in equations.coordinates]
+    names = [c.name for c in equations.system.coordinates]
     with mpmath.workdps(DIGITS):
         # ẏ = W w: the placed positions change with the independent velocities.
         follow = linear.velocities
         rows = [[follow[j, i] for i in range(k)] for j in linear.placed]
         below = _solved(linear.mass, -linear.stiffness, -linear.damping, linear.inputs)
-        if equations.outputs:
+        if equations.system.outputs:
             table = functions.outputs_at(position, multipliers).slopes
-            outputs = tuple(name for name, _ in equations.outputs)
+            outputs = tuple(name for name, _ in equations.system.outputs)
             by_q, by_v = table[:, :n] * linear.positions, table[:, n : 2 * n] * follow
             through = _doubles(_columns(table, 2 * n + m, functions.width))
             seen = np.hstack([_doubles(by_q.tolist(), p), _doubles(by_v.tolist(), k)])
@@ -273,7 +273,7 @@ def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> St
             outputs = tuple(names)
             whole = _doubles(linear.positions.tolist(), p)
             seen = np.hstack([whole, np.zeros((n, k))])
-            through = np.zeros((n, len(equations.inputs)))
+            through = np.zeros((n, len(equations.system.inputs)))
     kinematic = np.hstack([np.zeros((p, p)), _doubles(rows, k)])
     stiff, damped, driven = (_doubles(x.tolist(), x.cols) for x in below)
     return StateSpace(
@@ -281,10 +281,10 @@ def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> St
             *(names[j] for j in linear.placed),
             *(f"dot({names[j]})" for j in linear.independent),
         ),
-        tuple(u.name for u in equations.inputs),
+        tuple(u.name for u in equations.system.inputs),
         outputs,
         np.vstack([kinematic, np.hstack([stiff, damped])]),
-        np.vstack([np.zeros((p, len(equations.inputs))), driven]),
+        np.vstack([np.zeros((p, len(equations.system.inputs))), driven]),
         seen,
         through,
     )
@@ -312,9 +312,9 @@ def in_doubles(matrix: mpmath.matrix) -> Matrix:
 def exact_matrices(system: RestSystem, at: Equilibrium) -> ExactMatrices | None:
     """Linearize in closed form; None beyond the budget, or at a place known in numbers alone."""
     equations = system.equations
-    coordinates = equations.coordinates
-    operations = sum(sp.count_ops(f) for f in equations.forcing)
-    if at.exact is None or equations.closures or len(coordinates) > _MATRICES:
+    coordinates = equations.system.coordinates
+    operations = sum(sp.count_ops(f) for f in equations.system.forcing)
+    if at.exact is None or equations.system.closures or len(coordinates) > _MATRICES:
         return None
     if operations > _OPERATIONS:
         return None
@@ -331,16 +331,16 @@ def exact_matrices(system: RestSystem, at: Equilibrium) -> ExactMatrices | None:
         return factored_form(cancelled(written)) if sp.count_ops(written) <= _PLACED else sp.nan
 
     def by(symbols: Sequence[sp.Symbol]) -> _Rows:
-        slopes = [[derivative(f, s) for s in symbols] for f in equations.forcing]
+        slopes = [[derivative(f, s) for s in symbols] for f in equations.system.forcing]
         return tuple(tuple(here(-entry) for entry in row) for row in slopes)
 
-    mass = tuple(tuple(here(entry) for entry in row) for row in equations.mass_matrix)
+    mass = tuple(tuple(here(entry) for entry in row) for row in equations.system.mass_matrix)
     damping = by([c.v for c in coordinates])
     stiffness = by([c.q for c in coordinates])
     entries = [e for rows in (mass, damping, stiffness) for row in rows for e in row]
     if any(sp.count_ops(e) > _LONGEST or e.has(sp.zoo, sp.nan) for e in entries):
         return None
-    inputs = by([u.symbol for u in equations.inputs])
+    inputs = by([u.symbol for u in equations.system.inputs])
     return ExactMatrices(mass, damping, stiffness, *_first_order(mass, damping, stiffness, inputs))
 
 

@@ -79,12 +79,14 @@ class _Question:
     @property
     def is_conservative(self) -> bool:
         """T + V, or Jacobi's integral, is conserved."""
-        return any(c.kind in ("energy", "jacobi") for c in self.system.equations.conserved)
+        return any(
+            c.kind in ("energy", "jacobi") for c in self.system.equations.derivation.conserved
+        )
 
     @property
     def energy_is_bound(self) -> bool:
         """It is conserved or decreases."""
-        balance = self.system.equations.balance
+        balance = self.system.equations.derivation.balance
         if self.system.held:
             return False
         return self.is_conservative or (
@@ -103,13 +105,13 @@ class _Question:
     def dissipates(self) -> bool:
         """The dissipation function is a quadratic form in velocities that is never negative."""
         equations = self.system.equations
-        v = [c.v for c in equations.coordinates]
-        if not equations.dissipation.is_polynomial(*v):
+        v = [c.v for c in equations.system.coordinates]
+        if not equations.system.dissipation.is_polynomial(*v):
             return False
-        form = sp.hessian(equations.dissipation, v)
+        form = sp.hessian(equations.system.dissipation, v)
         if not form.free_symbols <= self.system.known.keys():
             return False
-        degrees = {sum(m) for m in sp.Poly(equations.dissipation, *v).monoms()}
+        degrees = {sum(m) for m in sp.Poly(equations.system.dissipation, *v).monoms()}
         numbers = np.array(form.subs(self.system.known).tolist(), dtype=float)
         values = np.linalg.eigvalsh(numbers)
         return degrees <= {2} and bool(values.min(initial=0.0) >= -1e-12 * values.max(initial=0.0))
@@ -119,7 +121,7 @@ class _Question:
     @cached_property
     def drifting(self) -> list[int]:
         """Numbers, among the independent coordinates, of those that may have any value."""
-        names = [c.name for c in self.system.equations.coordinates]
+        names = [c.name for c in self.system.equations.system.coordinates]
         chosen = self.linear.independent
         return [k for k, j in enumerate(chosen) if names[j] in self.at.free]
 
@@ -131,7 +133,7 @@ class _Question:
     @cached_property
     def drift_is_cyclic(self) -> bool:
         equations = self.system.equations
-        return set(self.at.free) <= set(equations.cyclic)
+        return set(self.at.free) <= set(equations.derivation.cyclic)
 
     @cached_property
     def has_velocity_forces(self) -> bool:
@@ -191,7 +193,11 @@ class _Question:
 
     def by_higher_terms(self) -> Stability:
         test = EnergyTest.FLAT
-        if self.at.uncertainty < 1e-15 and not self.system.equations.closures and not self.drifting:
+        if (
+            self.at.uncertainty < 1e-15
+            and not self.system.equations.system.closures
+            and not self.drifting
+        ):
             test = reduced_energy(self.system, self.at, self.linear)
         if test is EnergyTest.MINIMUM:
             return self.at_minimum(_RISING)
@@ -253,7 +259,7 @@ class _Question:
 def first_order(system: RestSystem, at: Equilibrium, linear: LinearSystem) -> mpmath.matrix:
     """Write A of the motions near an equilibrium, without the positions that drift."""
     k, placed = len(linear.independent), list(linear.placed)
-    names = [c.name for c in system.equations.coordinates]
+    names = [c.name for c in system.equations.system.coordinates]
     kept = [i for i, j in enumerate(placed) if names[j] not in at.free]
     with mpmath.workdps(DIGITS):
         inverse = mpmath.inverse(linear.mass)

@@ -96,19 +96,19 @@ def energy_sum(equations: Equations) -> EnergySum | None:
     of relativity, where T is no polynomial of second degree in the velocities, and where neither
     is known to be conserved.
     """
-    known = [c for c in equations.conserved if c.kind != "momentum"]
+    known = [c for c in equations.derivation.conserved if c.kind != "momentum"]
     if any(c.kind == "energy" or c.is_energy for c in known):
         return None
-    velocities = [c.v for c in equations.coordinates]
-    kinetic = parts_by_degree(equations.kinetic, velocities)
-    potential = parts_by_degree(equations.potential, velocities)
+    velocities = [c.v for c in equations.system.coordinates]
+    kinetic = parts_by_degree(equations.system.kinetic, velocities)
+    potential = parts_by_degree(equations.system.potential, velocities)
     if kinetic is None or potential is None or potential[0] != 0:
         return None
     difference = sp.Add(kinetic[1], 2 * kinetic[2])
     if vanish(difference):
         return None
-    rates = [derivative(difference, c.q) * c.v for c in equations.coordinates]
-    still = sp.Add(derivative(difference, equations.t), *rates)
+    rates = [derivative(difference, c.q) * c.v for c in equations.system.coordinates]
+    still = sp.Add(derivative(difference, equations.system.t), *rates)
     slopes = [derivative(difference, v) for v in velocities]
     if not known:
         lost = _rate_of_jacobi(equations)
@@ -125,13 +125,15 @@ def energy_sum(equations: Equations) -> EnergySum | None:
 
 def _rate_of_jacobi(equations: Equations) -> sp.Expr | None:
     """dh/dt = −∂L/∂t + Σ (Q − ∂D/∂q̇) q̇; None if constraints or inputs take part."""
-    lagrangian = equations.lagrangian
-    inputs = {u.symbol for u in equations.inputs}
-    if equations.pushing or not lagrangian.free_symbols.isdisjoint(inputs):
+    lagrangian = equations.system.lagrangian
+    inputs = {u.symbol for u in equations.system.inputs}
+    if equations.system.pushing or not lagrangian.free_symbols.isdisjoint(inputs):
         return None
-    work = [_power(equations, f.generalized) for f in equations.forces]
-    drag = [c.v * derivative(equations.dissipation, c.v) for c in equations.coordinates]
-    return sp.Add(-derivative(lagrangian, equations.t), *work, *(-x for x in drag))
+    work = [_power(equations, f.generalized) for f in equations.system.forces]
+    drag = [
+        c.v * derivative(equations.system.dissipation, c.v) for c in equations.system.coordinates
+    ]
+    return sp.Add(-derivative(lagrangian, equations.system.t), *work, *(-x for x in drag))
 
 
 def _is_constant(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr]) -> bool | None:
@@ -139,11 +141,11 @@ def _is_constant(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr]
     if not any(slopes):
         if vanish(still):
             return True
-    elif equations.pushing or len(slopes) > _MOST_COORDINATES:
+    elif equations.system.pushing or len(slopes) > _MOST_COORDINATES:
         return None
     elif _vanishes_in_fields(equations, still, slopes):
         return True
-    if equations.pushing:
+    if equations.system.pushing:
         return None  # states that obey the constraints are few
     return False if _is_nonzero(equations, still, slopes) else None
 
@@ -166,10 +168,10 @@ def _vanishes_in_fields(equations: Equations, still: sp.Expr, slopes: Sequence[s
 
 def _system(equations: Equations) -> list[sp.Expr]:
     """The entries of M, row by row, then those of f."""
-    n = len(equations.coordinates)
-    rows = [entries(row) for row in equations.mass_matrix]
+    n = len(equations.system.coordinates)
+    rows = [entries(row) for row in equations.system.mass_matrix]
     mass = [row.get(k, sp.Integer(0)) for row in rows for k in range(n)]
-    return [*mass, *equations.forcing]
+    return [*mass, *equations.system.forcing]
 
 
 def _solved(rows: list[list[int]], p: int) -> list[int] | None:
@@ -215,25 +217,30 @@ def _is_nonzero(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr])
 
 def energy_loss(equations: Equations) -> EnergyLoss | None:
     """Find what takes or brings energy; None if an energy is conserved, or that is not decided."""
-    if any(c.kind != "momentum" for c in equations.conserved) or not equations.coordinates:
+    if (
+        any(c.kind != "momentum" for c in equations.derivation.conserved)
+        or not equations.system.coordinates
+    ):
         return None
-    if "energy" in equations.open_questions:
+    if "energy" in equations.derivation.open_questions:
         return None
-    velocities = {c.v for c in equations.coordinates}
-    lagrangian = equations.lagrangian
+    velocities = {c.v for c in equations.system.coordinates}
+    lagrangian = equations.system.lagrangian
     held = lagrangian.free_symbols
     loss = EnergyLoss(
-        not does_not_depend(lagrangian, equations.t),
-        tuple(u.name for u in equations.inputs if u.symbol in held),
-        not equations.dissipation.free_symbols.isdisjoint(velocities),
-        tuple(f.name for f in equations.forces if not vanish(_power(equations, f.generalized))),
-        tuple(c.name for c in equations.pushing if _moves(equations, c.rate)),
+        not does_not_depend(lagrangian, equations.system.t),
+        tuple(u.name for u in equations.system.inputs if u.symbol in held),
+        not equations.system.dissipation.free_symbols.isdisjoint(velocities),
+        tuple(
+            f.name for f in equations.system.forces if not vanish(_power(equations, f.generalized))
+        ),
+        tuple(c.name for c in equations.system.pushing if _moves(equations, c.rate)),
     )
     return loss if any(vars(loss).values()) else None
 
 
 def _power(equations: Equations, force: Sequence[sp.Expr]) -> sp.Expr:
-    return sp.Add(*(q * c.v for c, q in zip(equations.coordinates, force, strict=True)))
+    return sp.Add(*(q * c.v for c, q in zip(equations.system.coordinates, force, strict=True)))
 
 
 def _moves(equations: Equations, rate: sp.Expr) -> bool:
@@ -253,28 +260,36 @@ def with_constants_of_motion(equations: Equations) -> Equations:
     Momenta of cyclic coordinates, those of linear symmetries, and T + V where that is conserved
     and is not the energy function h.
     """
-    outputs, followed = dict(equations.outputs), list[FollowedQuantity]()
-    taken = {s.name for c in equations.coordinates for s in (c.q,)} | {"t", "energy", "jacobi"}
-    taken |= {c.name for c in equations.cartesian_names}
+    outputs, followed = dict(equations.system.outputs), list[FollowedQuantity]()
+    taken = {s.name for c in equations.system.coordinates for s in (c.q,)} | {
+        "t",
+        "energy",
+        "jacobi",
+    }
+    taken |= {c.name for c in equations.system.cartesian_names}
     for quantity in _quantities(equations):
         name = _free_name(quantity, taken, outputs)
         outputs[name] = quantity.expression
         followed.append(replace(quantity, name=name))
         taken.add(name)
-    return replace(equations, outputs=tuple(outputs.items()), followed=tuple(followed))
+    return replace(
+        equations,
+        system=replace(equations.system, outputs=tuple(outputs.items())),
+        derivation=replace(equations.derivation, followed=tuple(followed)),
+    )
 
 
 def _quantities(equations: Equations) -> Iterator[FollowedQuantity]:
-    for known in equations.conserved:
+    for known in equations.derivation.conserved:
         if known.kind == "momentum":
             yield _of_terms(known.name, known.expression)
     for symmetry in linear_symmetries(equations).found:
         yield _of_terms(symmetry.name, symmetry.expression)
     found = energy_sum(equations)
     # At impacts it changes as h does, which is told by itself.
-    if found is not None and found.conserved and not equations.contacts:
-        whole = sp.Add(equations.energy, found.difference)
-        yield FollowedQuantity(ENERGY_SUM, whole, (equations.kinetic,))
+    if found is not None and found.conserved and not equations.system.contacts:
+        whole = sp.Add(equations.system.energy, found.difference)
+        yield FollowedQuantity(ENERGY_SUM, whole, (equations.system.kinetic,))
 
 
 def _of_terms(name: str, expression: sp.Expr) -> FollowedQuantity:

@@ -138,7 +138,7 @@ def linear_symmetries(equations: Equations) -> Symmetries:
             unproven += 1
         elif rigid is not None or not search.holds_time(field):
             found.append(search.symmetry(field, rigid, found))
-    moving = {equations.t, *(s for c in equations.coordinates for s in (c.q, c.v))}
+    moving = {equations.system.t, *(s for c in equations.system.coordinates for s in (c.q, c.v))}
     steady = tuple(s for s in found if is_continuous(s.expression, moving))
     return Symmetries(steady, search.with_matrices, unproven)
 
@@ -170,20 +170,20 @@ class _Column:
 class _Search:
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
-        self.coordinates = equations.coordinates
+        self.coordinates = equations.system.coordinates
         self.n = len(self.coordinates)
         self.with_matrices = self.n <= MOST_COORDINATES
-        lagrangian, drag = equations.lagrangian, equations.dissipation
+        lagrangian, drag = equations.system.lagrangian, equations.system.dissipation
         q, v = [c.q for c in self.coordinates], [c.v for c in self.coordinates]
         self.momenta = [derivative(lagrangian, s) for s in v]
         self._terms = expand_terms(lagrangian, _TERM_BUDGET) or [lagrangian]
         self._forces = [
-            sp.Add(*(f.generalized[j] for f in equations.forces), -derivative(drag, s))
+            sp.Add(*(f.generalized[j] for f in equations.system.forces), -derivative(drag, s))
             for j, s in enumerate(v)
         ]
         self.pushes = [derivative(lagrangian, s) + f for s, f in zip(q, self._forces, strict=True)]
-        self.gradients = [entries(closure.gradient) for closure in equations.pushing]
-        cyclic = {c.coordinate for c in equations.conserved if c.coordinate is not None}
+        self.gradients = [entries(closure.gradient) for closure in equations.system.pushing]
+        cyclic = {c.coordinate for c in equations.derivation.conserved if c.coordinate is not None}
         self.free = [c.name not in cyclic for c in self.coordinates]
         self.columns = list(self._columns())
         self._samples = SampledValues(equations, len(self.columns) + _SPARE)
@@ -191,7 +191,7 @@ class _Search:
 
     def _columns(self) -> Iterator[_Column]:
         """Entries of A, first those beside the diagonal; c; b; then terms of F."""
-        t, one = self.equations.t, sp.Integer(1)
+        t, one = self.equations.system.t, sp.Integer(1)
         if self.with_matrices:
             for off_diagonal in (True, False):
                 for j in range(self.n):
@@ -310,7 +310,10 @@ class _Search:
     def _ratios(self) -> list[tuple[float, sp.Expr]]:
         """Numbers that entries may be multiples of: 1, what parameters make, and quotients."""
         numbers = self._samples.parameters
-        sources = [self.equations.lagrangian, *(g for row in self.gradients for g in row.values())]
+        sources = [
+            self.equations.system.lagrangian,
+            *(g for row in self.gradients for g in row.values()),
+        ]
         functions = {f for e in sources for f in e.atoms(sp.Function)}
         known = sorted((f for f in functions if f.free_symbols <= numbers.keys()), key=str)
         sizes = numbers | {f: float(f.xreplace(numbers)) for f in known if not is_unknown(f)}
@@ -347,7 +350,7 @@ class _Search:
     def _rate(self, value: sp.Expr) -> sp.Expr:
         """The rate of a function of q and t along a motion."""
         rates = (c.v * derivative(value, c.q) for c in self.coordinates)
-        return sp.Add(derivative(value, self.equations.t), *rates)
+        return sp.Add(derivative(value, self.equations.system.t), *rates)
 
     def _gauge(self, row: Array, change: sp.Expr) -> sp.Expr | None:
         """F whose rate a change is, with the terms that it has in a null vector; None if none."""
@@ -358,7 +361,7 @@ class _Search:
             if c.q in present:
                 slope = sp.expand(derivative(change, c.v)) - derivative(gauge, c.q)
                 gauge += _integral(slope, c.q)
-        t = self.equations.t
+        t = self.equations.system.t
         if t in present:
             moving = {s for c in self.coordinates for s in (c.q, c.v)}
             rest = sp.Add.make_args(sp.expand(change))
@@ -368,7 +371,7 @@ class _Search:
     def holds_time(self, exact: tuple[tuple[sp.Expr, ...], sp.Expr]) -> bool:
         """Tell whether ξ or F holds t: of such quantities only those of all particles are told."""
         field, gauge = exact
-        return any(self.equations.t in x.free_symbols for x in (*field, gauge))
+        return any(self.equations.system.t in x.free_symbols for x in (*field, gauge))
 
     def symmetry(
         self,
@@ -392,7 +395,7 @@ class _Search:
         terms = expand_terms(whole, _TERM_BUDGET)
         if terms is None:
             return whole
-        constants = frozenset(p.symbol for p in self.equations.parameters)
+        constants = frozenset(p.symbol for p in self.equations.system.parameters)
         forms = (
             grouped_sum(collected_terms(terms), [c.v for c in self.coordinates]),
             by_parameters(collected_terms(terms), constants, ()),

@@ -66,25 +66,32 @@ class Displacement:
 
 def displacement(equations: Equations, field: Sequence[sp.Expr]) -> Displacement | None:
     """Return the unit displacement that a field is; None if it is none, or moves by more."""
-    moving = [p for p in equations.particles if p.mass != 0]
+    moving = [p for p in equations.system.particles if p.mass != 0]
     if not moving:
         return None
     places = [r for p in moving for r in p.position]
     shifts = [
-        sp.Add(*(derivative(r, c.q) * x for c, x in zip(equations.coordinates, field, strict=True)))
+        sp.Add(
+            *(
+                derivative(r, c.q) * x
+                for c, x in zip(equations.system.coordinates, field, strict=True)
+            )
+        )
         for r in places
     ]
     held = {s for r in places for s in r.free_symbols}
-    if any(x != 0 and c.q not in held for c, x in zip(equations.coordinates, field, strict=True)):
+    if any(
+        x != 0 and c.q not in held for c, x in zip(equations.system.coordinates, field, strict=True)
+    ):
         return None  # it turns what is no particle as well
     samples = SampledValues(equations, _STATES, seed=2)
-    values = samples.of([*places, *shifts, equations.t])
+    values = samples.of([*places, *shifts, equations.system.t])
     number = values.shape[1]
     if not number:
         return None
     shape = len(moving), 3, number
     r, moved = (values[k * len(places) : (k + 1) * len(places)].reshape(shape) for k in (0, 1))
-    grows = equations.t in {s for x in field for s in x.free_symbols}
+    grows = equations.system.t in {s for x in field for s in x.free_symbols}
     if grows:
         moved = moved / values[-1]
     along, around = _rigid(r, moved)
@@ -107,13 +114,15 @@ def translations_among(equations: Equations, fields: Array) -> Array:
     -------
     Their weights, shape (m, k), of combinations of two fields or more.
     """
-    moving = [p for p in equations.particles if p.mass != 0]
+    moving = [p for p in equations.system.particles if p.mass != 0]
     none = np.zeros((0, len(fields)))
     if len(fields) < 2 or not moving:
         return none
-    slopes = [derivative(r, c.q) for p in moving for r in p.position for c in equations.coordinates]
+    slopes = [
+        derivative(r, c.q) for p in moving for r in p.position for c in equations.system.coordinates
+    ]
     values = SampledValues(equations, _STATES, seed=4).of(slopes)
-    table = values.reshape(len(moving), 3, len(equations.coordinates), -1)
+    table = values.reshape(len(moving), 3, len(equations.system.coordinates), -1)
     shifts = np.einsum("kj,pajs->kpsa", fields, table)
     found = []
     for axis in range(3):

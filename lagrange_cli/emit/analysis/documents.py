@@ -125,7 +125,9 @@ class _Contents:
     @cached_property
     def places(self) -> Places:
         analysis = self.analysis
-        return Places(self.writer, self.columns, analysis.resting.coordinates, analysis.steady)
+        return Places(
+            self.writer, self.columns, analysis.resting.system.coordinates, analysis.steady
+        )
 
     # -- equilibria -----------------------------------------------------------------
 
@@ -218,7 +220,7 @@ class _Contents:
         return Section(lines.heading, (*lines.blocks, text), lines.name)
 
     def _symmetry(self, symmetry: Symmetry) -> Further:
-        names = [c.name for c in self.writer.equations.coordinates]
+        names = [c.name for c in self.writer.equations.system.coordinates]
         symbol = self.writer.letters.symbol(symmetry.name)
         reason = self.teller(symmetry.described(names))
         return Further(symbol, reason, self.writer.total(symbol, (symmetry.expression,)))

@@ -100,7 +100,7 @@ class _LinearContents:
         if space.inputs:
             listed.append(self._named("u", space.inputs))
             matrices += rows.rows("B", space.b, None if exact is None else exact.b)
-        if self.writer.equations.outputs:
+        if self.writer.equations.system.outputs:
             fed = f" + {letters.times(bold('D'), bold('u'))}" if space.inputs else ""
             law += f"{letters.comma}{bold('y')} = {letters.times(bold('C'), bold('x'))}{fed}"
             listed.append(self._named("y", space.outputs))

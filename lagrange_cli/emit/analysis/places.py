@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.steady import SteadyForm
     from lagrange_cli.analysis.values import Equilibrium, Existence
     from lagrange_cli.emit.document.writer import DocumentWriter
-    from lagrange_cli.mechanics.equations import Coordinate
+    from lagrange_cli.mechanics.system import Coordinate
 
 #: Parts of a line that each formula of a configuration, and all of them, fill at most to stand in
 #: a sentence.

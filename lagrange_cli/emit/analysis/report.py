@@ -53,17 +53,17 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
     def say(expression: Expr) -> str:
         return ScenePrinter().inline(display(expression, letters))
 
-    every = [c.name for c in equations.coordinates]
-    names = [c.name for c in analysis.resting.coordinates]
+    every = [c.name for c in equations.system.coordinates]
+    names = [c.name for c in analysis.resting.system.coordinates]
     found = analysis.symmetries or Symmetries((), complete=False, unproven=0)
     equilibria, linear, modes = analysis.equilibria, analysis.linearization, analysis.modes
     return {
-        "name": equations.name,
+        "name": equations.presentation.name,
         "coordinates": every,
-        "cyclic": list(equations.cyclic),
+        "cyclic": list(equations.derivation.cyclic),
         "conserved": [
             {"name": c.name, "expression": say(c.expression), "symmetry": c.reason}
-            for c in equations.conserved
+            for c in equations.derivation.conserved
         ]
         + [_symmetry(s, every, say) for s in found.found],
         "symmetries": None

@@ -126,7 +126,10 @@ class _Writer:
         return Teller(self.say, symbol, str, escape_controls)(phrase)
 
     def heading(self) -> Row:
-        name, title = self.analysis.equations.name, self.analysis.equations.title
+        name, title = (
+            self.analysis.equations.presentation.name,
+            self.analysis.equations.presentation.title,
+        )
         if not title:
             return Row(escape_controls(name), role="heading")
         return Row(escape_controls(name), ": ", words(escape_controls(title)), "heading")
@@ -160,7 +163,7 @@ class _Writer:
             lines.append(self.hidden(hidden))
         for absent in equilibria.absent:
             if absent.conditions:
-                coordinates = self.analysis.resting.coordinates
+                coordinates = self.analysis.resting.system.coordinates
                 pairs = zip(coordinates, absent.exact, strict=True)
                 place = self.values(absent.exact, None, [c.name for c, e in pairs if e == c.q])
                 told = (*place, *self.where(absent.conditions))
@@ -209,7 +212,7 @@ class _Writer:
     ) -> tuple[Piece, ...]:
         """Write ``x = g / k = 1.5, y any``: closed forms where they are known, and numbers."""
         pieces: list[Piece] = []
-        coordinates = self.analysis.resting.coordinates
+        coordinates = self.analysis.resting.system.coordinates
         for k, c in enumerate(coordinates):
             name = self.printer.symbol(c.name)
             if c.name in free:
@@ -276,7 +279,7 @@ class _Writer:
         lines += self.matrix("A", space.a, None if exact is None else exact.a)
         if space.inputs:
             lines += self.matrix("B", space.b, None if exact is None else exact.b)
-        if self.analysis.equations.outputs:
+        if self.analysis.equations.system.outputs:
             outputs = ", ".join(map(self.printed, space.outputs))
             form = "y = C x + D u" if self.is_unicode else "y = C*x + D*u"
             told = words(self.of(form, y=outputs))
@@ -364,14 +367,14 @@ class _Writer:
     # Branches, conserved quantities, and what is missing.
 
     def branches(self, found: Branches) -> BranchRows:
-        names = [c.name for c in self.analysis.equations.coordinates]
+        names = [c.name for c in self.analysis.equations.system.coordinates]
         sign = "±" if self.is_unicode else "+-"
         return BranchRows(found, names, self.say, self.told, self.printer.symbol, sign)
 
     def conserved(self) -> list[Row | Block]:
         found = self.analysis.symmetries
         heading, told = self.say("Conserved"), searched(found, self.say)
-        rows = [conserved_row(self.lines, c) for c in self.analysis.equations.conserved]
+        rows = [conserved_row(self.lines, c) for c in self.analysis.equations.derivation.conserved]
         if found is not None:
             rows += [self.symmetry_row(symmetry) for symmetry in found.found]
         if not rows:
@@ -389,7 +392,7 @@ class _Writer:
 
     def symmetry_row(self, symmetry: Symmetry) -> Row:
         shown = self.pieces(symmetry.expression)
-        names = [c.name for c in self.analysis.equations.coordinates]
+        names = [c.name for c in self.analysis.equations.system.coordinates]
         aside = self.told(symmetry.described(names))
         return formula(f"  {self.printer.symbol(symmetry.name)}", " = ", shown, aside=aside)
 

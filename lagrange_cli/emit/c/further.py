@@ -94,18 +94,23 @@ def pattern_texts(programs: Mapping[str, Program], target: CTarget) -> Iterator[
 
 def linearization_declaration(equations: Equations, target: CTarget) -> str:
     """Declare the function, with its comment."""
-    n = len(equations.coordinates)
-    held = [" While mode stays."] if equations.contacts else []
-    outputs = "outputs z in the order above" if equations.outputs else "coordinates z = q"
-    driven = f"{2 * n} by {len(equations.inputs)}" if equations.inputs else "not there, no inputs"
-    rows = len(equations.outputs) or n
+    n = len(equations.system.coordinates)
+    held = [" While mode stays."] if equations.system.contacts else []
+    outputs = "outputs z in the order above" if equations.system.outputs else "coordinates z = q"
+    inputs = len(equations.system.inputs)
+    driven = f"{2 * n} by {inputs}" if inputs else "not there, no inputs"
+    rows = len(equations.system.outputs) or n
     lines = [
         "The linearization at a state, of first order, by rows:",
         "  d/dt dy = A dy + B du,  dz = C dy + D du",
         f"of small changes dy of y and du of u, and of the {outputs}.",
         f"A {2 * n} by {2 * n}; B {driven}; C {rows} by {2 * n};"
-        f" D {f'{rows} by {len(equations.inputs)}' if equations.inputs else 'likewise'}.",
-        *([_CLOSED.format(len(residual_labels(equations)), 2 * n)] if equations.pushing else []),
+        f" D {f'{rows} by {inputs}' if inputs else 'likewise'}.",
+        *(
+            [_CLOSED.format(len(residual_labels(equations)), 2 * n)]
+            if equations.system.pushing
+            else []
+        ),
         "A null pointer stands for what is not wanted." + "".join(held),
     ]
     text = "\n".join(f" * {line}" for part in lines for line in part.splitlines())
@@ -122,7 +127,7 @@ def linearization_text(
     equations: Equations, programs: Mapping[str, Program], target: CTarget
 ) -> str:
     """Define the function."""
-    n, m = len(equations.coordinates), len(equations.inputs)
+    n, m = len(equations.system.coordinates), len(equations.system.inputs)
     found = derivatives_of(programs)
     calls = [*_lower("A", found["jacobian"], n, 2 * n, "jacobian", unit=True)]
     if m:
@@ -134,16 +139,16 @@ def linearization_text(
     text = c_template("linearization").replace("@BODY@", body)
     replacements = {
         "@ARGUMENTS@": _arguments(equations, target),
-        "@PASSED@": f"t, y, u, p, {'mode, ' if equations.contacts else ''}work",
+        "@PASSED@": f"t, y, u, p, {'mode, ' if equations.system.contacts else ''}work",
         "@START@": str(workspace_size(programs)),
     }
     return target.fill(text, replacements)
 
 
 def _arguments(equations: Equations, target: CTarget) -> str:
-    outer = mode_target(target) if equations.contacts else target
+    outer = mode_target(target) if equations.system.contacts else target
     matrices = ", ".join(
-        f"{target.real.name} *{name}" for name in ("ABCDE" if equations.pushing else "ABCD")
+        f"{target.real.name} *{name}" for name in ("ABCDE" if equations.system.pushing else "ABCD")
     )
     return outer.arguments("A").removesuffix(f"{target.real.name} *A") + matrices
 
@@ -182,7 +187,7 @@ def _lower(
 
 def _outputs(equations: Equations, n: int, m: int) -> list[str]:
     """Fill C and D; without outputs of the scene they are the coordinates."""
-    if equations.outputs:
+    if equations.system.outputs:
         lines = _wanted("C", ["status = @NAME@_output_jacobian(@PLAIN@, C);"])
         if m:
             lines += _wanted("D", ["status = @NAME@_output_jacobian_u(@PLAIN@, D);"])
@@ -196,14 +201,14 @@ def _outputs(equations: Equations, n: int, m: int) -> list[str]:
 
 
 def _constraints(equations: Equations) -> list[str]:
-    if equations.contacts:
+    if equations.system.contacts:
         lines = [
             "@REAL@ *const contact = work + @START@;",
             "(void)@NAME@_flags(mode, contact);",
             "status = @NAME@_contact_constraint_jacobian(t, y, u, p, contact, work, E);",
         ]
         return _wanted("E", lines)
-    if equations.closures:
+    if equations.system.closures:
         return _wanted("E", ["status = @NAME@_constraint_jacobian(@PASSED@, E);"])
     return []
 
@@ -224,7 +229,7 @@ def canonical_workspace_size(programs: Mapping[str, Program], coordinates: int) 
 
 def canonical_declarations(equations: Equations, target: CTarget) -> str:
     """Declare the functions, with their comments."""
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     momenta = "\n".join(
         f" *   z[{n + k}]  {comment_text(name)}" for k, name in enumerate(momentum_names(equations))
     )
@@ -234,7 +239,7 @@ def canonical_declarations(equations: Equations, target: CTarget) -> str:
 
 def canonical_text(equations: Equations, target: CTarget) -> str:
     """Define the functions."""
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     text = c_template("canonical")
     replacements = {"@N@": str(n), "@BEHIND@": str(2 * n), "@ENERGIES@": str(_ENERGIES)}
     for token, value in replacements.items():

@@ -19,7 +19,8 @@ from lagrange_cli.program.program import optional_outputs
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Equations, Input
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Input
     from lagrange_cli.program.solvers.jacobians import Jacobian
 
 _INPUTS = """
@@ -66,13 +67,13 @@ def header_text(
             "#endif",
             "",
             *_sizes(equations, prefix),
-            f"#define {prefix}_POSITIONS {len(equations.cartesian_names)}",
+            f"#define {prefix}_POSITIONS {len(equations.system.cartesian_names)}",
             *(
-                f"#define {prefix}_{name.upper()} {len(getattr(equations, name))}"
+                f"#define {prefix}_{name.upper()} {len(getattr(equations.system, name))}"
                 for name in optional_outputs(equations)
             ),
             *(
-                [f"#define {prefix}_PARAMETERS {len(equations.parameters)}"]
+                [f"#define {prefix}_PARAMETERS {len(equations.system.parameters)}"]
                 if "jacobian_p" in derivatives
                 else []
             ),
@@ -92,9 +93,9 @@ def header_text(
 
 
 def _sizes(equations: Equations, prefix: str) -> list[str]:
-    n, closures = len(equations.coordinates), equations.closures
+    n, closures = len(equations.system.coordinates), equations.system.closures
     size = f"#define {prefix}_{'COORDINATES' if closures else 'DOF'} {n}"
-    contacts, multipliers = len(equations.contacts), len(equations.multipliers)
+    contacts, multipliers = len(equations.system.contacts), len(equations.system.multipliers)
     if not multipliers:
         return [size]
     positions = sum(closure.kind == "position" for closure in closures) + contacts
@@ -113,20 +114,20 @@ def _declarations(
     linearized: bool,
     canonical: bool,
 ) -> str:
-    text = c_template("interface") + (_INPUTS if equations.inputs else "")
-    text += _OUTPUTS if equations.outputs else ""
-    if equations.contacts or equations.closures:
-        kind = "contacts" if equations.contacts else "closures"
+    text = c_template("interface") + (_INPUTS if equations.system.inputs else "")
+    text += _OUTPUTS if equations.system.outputs else ""
+    if equations.system.contacts or equations.system.closures:
+        kind = "contacts" if equations.system.contacts else "closures"
         text += "\n" + c_template(f"interface_{kind}")
-    text += derivative_declarations(derivatives, target, contacts=bool(equations.contacts))
+    text += derivative_declarations(derivatives, target, contacts=bool(equations.system.contacts))
     text += linearization_declaration(equations, target) if linearized else ""
     text += canonical_declarations(equations, target) if canonical else ""
-    outer = mode_target(target) if equations.contacts else target
+    outer = mode_target(target) if equations.system.contacts else target
     return (
         text.replace("@RHS@", outer.arguments("dydt"))
         .replace("@OUT@", target.arguments("out"))
         .replace("@MODE@", outer.arguments("out"))
-        .replace("@CONSTRAINTS@", _ZEROS_CLOSED if equations.closures else _ZEROS)
+        .replace("@CONSTRAINTS@", _ZEROS_CLOSED if equations.system.closures else _ZEROS)
         .replace("@PROJECT@", outer.state_arguments())
         .replace("@RESET@", _reset_arguments(target))
         .replace("@NAME@", target.prefix)
@@ -135,26 +136,26 @@ def _declarations(
 
 def _comment(equations: Equations, target: CTarget) -> list[str]:
     """The opening comment: what this is, the order of everything, return values."""
-    lines = [_titled(target.prefix, equations.title)]
-    if equations.description:
-        lines += ["", comment_text(equations.description)]
+    lines = [_titled(target.prefix, equations.presentation.title)]
+    if equations.presentation.description:
+        lines += ["", comment_text(equations.presentation.description)]
     lines += [
         "",
         *_statement(equations),
         f"Made by lagrange {__version__} from the scene with SHA-256",
-        comment_text(equations.digest),
+        comment_text(equations.presentation.digest),
         "This output is yours: use it as you like, under any terms.",
         "",
         "State y: the coordinates q, then their velocities v = dq/dt",
     ]
-    n = len(equations.coordinates)
-    for k, coordinate in enumerate(equations.coordinates):
+    n = len(equations.system.coordinates)
+    for k, coordinate in enumerate(equations.system.coordinates):
         lines.append(f"  y[{k}], y[{n + k}]  {described(coordinate)}")
     lines += domain_note(equations)
-    positions = _listed("Positions", "out", [c.name for c in equations.cartesian_names])
+    positions = _listed("Positions", "out", [c.name for c in equations.system.cartesian_names])
     lines += positions or ["", "Positions: none, the scene names no Cartesian component."]
-    lines += _listed("Inputs", "u", list(map(_input_text, equations.inputs)))
-    lines += _listed("Outputs", "out", [name for name, _ in equations.outputs])
+    lines += _listed("Inputs", "u", list(map(_input_text, equations.system.inputs)))
+    lines += _listed("Outputs", "out", [name for name, _ in equations.system.outputs])
     lines += _closures(equations)
     lines += _contacts(equations, target.prefix)
     lines += ["", *_conventions(equations, target.prefix).splitlines()]
@@ -167,8 +168,12 @@ def _input_text(entry: Input) -> str:
 
 
 def _statement(equations: Equations) -> list[str]:
-    n, m, dof = len(equations.coordinates), len(equations.closures), equations.account.dof
-    if equations.contacts:
+    n, m, dof = (
+        len(equations.system.coordinates),
+        len(equations.system.closures),
+        equations.derivation.account.dof,
+    )
+    if equations.system.contacts:
         law = _PUSHED_CLOSED if m else _PUSHED
         return [*law, *_PUSHING, f"n = {n} coordinates, degrees of freedom: {dof}."]
     if not m:
@@ -189,10 +194,10 @@ def _listed(heading: str, array: str, names: Sequence[str]) -> list[str]:
 
 def _closures(equations: Equations) -> list[str]:
     """The closures in the order of the multipliers."""
-    if not equations.closures:
+    if not equations.system.closures:
         return []
     lines = ["", "Closures, each with its multiplier:"]
-    for k, closure in enumerate(equations.closures):
+    for k, closure in enumerate(equations.system.closures):
         kind = "" if closure.kind == "position" else " (of velocities)"
         text = comment_text(f"{closure.name}: {closure.text}")
         lines.append(f"  l[{k}]  {text}{kind}")
@@ -201,20 +206,20 @@ def _closures(equations: Equations) -> list[str]:
 
 def _contacts(equations: Equations, prefix: str) -> list[str]:
     """The contacts in the order of mode, and how to integrate with them."""
-    if not equations.contacts:
+    if not equations.system.contacts:
         return []
-    m = len(equations.closures)
+    m = len(equations.system.closures)
     lines = ["", "Contacts, each with its number in mode and its multiplier:"]
-    for k, contact in enumerate(equations.contacts):
+    for k, contact in enumerate(equations.system.contacts):
         text = comment_text(f"{contact.name}: {contact.closure.text}")
         lines.append(f"  mode[{k}], l[{m + k}]  {text}")
     return [*lines, "", *_MODES.replace("@NAME@", prefix).splitlines()]
 
 
 def _conventions(equations: Equations, prefix: str) -> str:
-    status = _STATUS_CLOSED if equations.multipliers else _STATUS
-    driven = _DRIVEN if equations.inputs else _NOT_DRIVEN
-    if any(source.recording is not None for source in equations.inputs):
+    status = _STATUS_CLOSED if equations.system.multipliers else _STATUS
+    driven = _DRIVEN if equations.system.inputs else _NOT_DRIVEN
+    if any(source.recording is not None for source in equations.system.inputs):
         driven = _RECORDED
     return (status + driven + _CONVENTIONS).replace("@NAME@", prefix)
 
@@ -290,11 +295,11 @@ def _structure(equations: Equations, target: CTarget) -> list[str]:
     """The structure of the parameters."""
     names, real = target.names, target.real
     lines = [f"typedef struct {target.prefix}_params {{"]
-    for parameter, field in zip(equations.parameters, names.fields, strict=True):
+    for parameter, field in zip(equations.system.parameters, names.fields, strict=True):
         default = "must be given"
         if parameter.value is not None:
             default = f"default {parameter.value!r}"
         lines.append(f"    {real.name} {field}; /* {described(parameter)}; {default} */")
-    if not equations.parameters:
+    if not equations.system.parameters:
         lines.append(f"    {real.name} {names.empty_field}; /* there are no parameters */")
     return [*lines, f"}} {target.prefix}_params;"]

@@ -109,11 +109,11 @@ def contact_replacements(equations: Equations, real: Real, recorded: str) -> dic
     recorded
         Statements that set ``u`` to the recorded inputs at time t.
     """
-    if not equations.contacts:
+    if not equations.system.contacts:
         none = ("@MODE@", "@MODED@", "@CLEAR@", "@ADVANCE@", "@MODES@", "@BEGUN@")
         return {**dict.fromkeys(none, ""), "@STEP@": _STEP}
-    names = (c_string(comment_text(contact.name)) for contact in equations.contacts)
-    u = "u" if equations.inputs else "0"
+    names = (c_string(comment_text(contact.name)) for contact in equations.system.contacts)
+    u = "u" if equations.system.inputs else "0"
     bounce = f"events < {MOST_REBOUNDS} ? @ONE@ : @ZERO@"
     calls = {
         "@EVENTS@": ("    ", f"events(t, y, {u}, p, mode, work, out)"),
@@ -139,7 +139,7 @@ def contact_replacements(equations: Equations, real: Real, recorded: str) -> dic
 
 def _called(equations: Equations, recorded: str, space: str, call: str) -> str:
     """Write a call that sets ``status``, with the inputs at its time."""
-    if not equations.inputs:
+    if not equations.system.inputs:
         return f"{space}status = @NAME@_{call};\n"
     inputs = "u" if recorded else "0"
     lines = [line.strip() for line in recorded.splitlines()]
@@ -199,7 +199,7 @@ _REASON_CLOSED = (
 def main_text(equations: Equations, target: CTarget) -> str:
     """The text of ``main`` and what it needs, to stand at the end of ``NAME.c``."""
     names, real = target.names, target.real
-    fields = list(zip(equations.parameters, names.fields, strict=True))
+    fields = list(zip(equations.system.parameters, names.fields, strict=True))
     parameters = [_named(_PARAMETER, p.name, field) for p, field in fields]
     needed = [_named(_NEEDED, p.name, field) for p, field in fields if p.value is None]
     recorded = c_recorded(equations, target)
@@ -207,12 +207,12 @@ def main_text(equations: Equations, target: CTarget) -> str:
         "@WITHIN@": recorded.checks,
         "@PARAMETERS@": "".join(parameters),
         "@NEEDED@": "".join(needed),
-        "@RHS@": _RHS_DRIVEN if equations.inputs else _RHS,
+        "@RHS@": _RHS_DRIVEN if equations.system.inputs else _RHS,
         "@RECORD@": recorded.setting,
         "@GIVEN_INPUTS@": "u" if recorded.setting else "0",
         **_projection(equations),
         **contact_replacements(equations, real, recorded.setting.replace(*_NOW)),
-        "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.inputs else "",
+        "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.system.inputs else "",
         "@TOLERANCE@": real.value(max(START_TOLERANCE, 1024.0 * float(real.epsilon))),
         "@ROUNDING@": real.value(64.0 * float(real.epsilon)),
         "@SHORT@": re.sub(r"\d+", "3", real.print_format),
@@ -235,14 +235,14 @@ def main_text(equations: Equations, target: CTarget) -> str:
 
 def _projection(equations: Equations) -> dict[str, str]:
     """The places where a state is led back to the closures, where there are any."""
-    closed, stepped = bool(equations.closures), bool(equations.multipliers)
+    closed, stepped = bool(equations.system.closures), bool(equations.system.multipliers)
     return {
         "@START_CHECKED@": "\n" + c_template("main_start") if closed else "",
         "@START_PROJECTED@": _START_PROJECTED if closed else "",
         "@RESIDUALS@": ", ".join(map(c_string, residual_labels(equations))),
         "@STEPPED@": "@NAME@_project(t + h, y, 0, p, @MODED@work)" if stepped else "0",
         "@REASON@": _REASON_IN_CONTACT
-        if equations.contacts
+        if equations.system.contacts
         else _REASON_CLOSED
         if closed
         else _REASON,
@@ -255,10 +255,10 @@ def _named(template: str, name: str, field: str) -> str:
 
 
 def _state_replacements(equations: Equations, real: Real) -> dict[str, str]:
-    n = len(equations.coordinates)
-    labels = [c.name for c in equations.coordinates]
+    n = len(equations.system.coordinates)
+    labels = [c.name for c in equations.system.coordinates]
     labels += [f"dot({name})" for name in labels]
-    initial = equations.initial
+    initial = equations.system.initial
     values = (0.0,) * 2 * n if initial is None else (*initial.positions, *initial.velocities)
     # What a solution of the constraints leaves of a zero is zero in a short type.
     least = 10.0**-real.largest_exponent
@@ -270,7 +270,7 @@ def _state_replacements(equations: Equations, real: Real) -> dict[str, str]:
 
 
 def _run_replacements(equations: Equations, real: Real) -> dict[str, str]:
-    defaults = equations.simulate
+    defaults = equations.system.simulate
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
     return {
         "@START@": real.value(defaults.start),

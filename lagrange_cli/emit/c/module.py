@@ -79,17 +79,17 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
         A constant is outside the range of the number type; ``main`` is asked for where
         nothing can move.
     """
-    if options["main"] and not equations.coordinates:
+    if options["main"] and not equations.system.coordinates:
         raise _nothing_to_integrate(equations)
     target = CTarget.of(equations, real_type(str(options["real"])))
     programs = _programs(equations)
-    linearized = bool(options["linearization"] and equations.coordinates)
+    linearized = bool(options["linearization"] and equations.system.coordinates)
     programs |= derivative_programs(
         equations, jacobian=bool(options["jacobian"]), linearization=linearized
     )
-    canonical = bool(options["canonical"] and equations.coordinates)
+    canonical = bool(options["canonical"] and equations.system.coordinates)
     programs |= programs_of_momenta(equations) if canonical else {}
-    stem = file_stem(equations.name, C_HEADERS)
+    stem = file_stem(equations.presentation.name, C_HEADERS)
     source = _source(equations, target, programs, stem)
     if linearized:
         source += "\n" + linearization_text(equations, programs, target)
@@ -97,9 +97,9 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
         source += "\n" + canonical_text(equations, target)
     if options["main"]:
         source += main_text(equations, target)
-    work = mode_workspace_size(programs, len(equations.contacts))
+    work = mode_workspace_size(programs, len(equations.system.contacts))
     if canonical:
-        work = canonical_workspace_size(programs, len(equations.coordinates))
+        work = canonical_workspace_size(programs, len(equations.system.coordinates))
     header = header_text(
         equations,
         target,
@@ -131,7 +131,7 @@ def _programs(equations: Equations) -> dict[str, Program]:
     the right-hand side without any is one of two."""
     functions = _OUTPUTS | {name: (name,) for name in optional_outputs(equations)}
     programs = {name: build_program(equations, outputs) for name, outputs in functions.items()}
-    if not equations.contacts:
+    if not equations.system.contacts:
         return programs | constraint_programs(equations, programs["rhs"])
     flight = {"flight_rhs": programs.pop("rhs")}
     return flight | programs | contact_programs(with_contact_flags(equations))
@@ -140,7 +140,7 @@ def _programs(equations: Equations) -> dict[str, Program]:
 def _nothing_to_integrate(equations: Equations) -> InputError:
     return InputError(
         Problem(
-            f"nothing can move: '{equations.name}' has no degrees of freedom",
+            f"nothing can move: '{equations.presentation.name}' has no degrees of freedom",
             hint="leave out --main, which would integrate the motion",
             rule="nothing-moves",
         )
@@ -160,7 +160,7 @@ def _source(
         loop_helpers(programs, target),
         _defaults(equations, target),
     ]
-    contacts = len(equations.contacts)
+    contacts = len(equations.system.contacts)
     inner = contact_target(target, contacts)
     for function, program in programs.items():
         flags = program.parameters > len(target.names.fields)
@@ -186,10 +186,10 @@ def functions_used(program: Program) -> set[str]:
 def _defaults(equations: Equations, target: CTarget) -> str:
     names, real = target.names, target.real
     lines = [f"void {names.prefix}_defaults({names.prefix}_params *p)", "{"]
-    for parameter, field in zip(equations.parameters, names.fields, strict=True):
+    for parameter, field in zip(equations.system.parameters, names.fields, strict=True):
         value = "NAN" if parameter.value is None else real.value(parameter.value)
         lines.append(f"    p->{field} = {value};")
-    if not equations.parameters:
+    if not equations.system.parameters:
         lines.append(f"    p->{names.empty_field} = {real.value(0.0)};")
     return "\n".join([*lines, "}", ""])
 

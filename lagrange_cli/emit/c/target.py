@@ -110,11 +110,13 @@ class CNames:
 
     @classmethod
     def of(cls, equations: Equations) -> CNames:
-        (prefix,) = unique_identifiers([equations.name], frozenset())
-        fields = unique_identifiers((p.name for p in equations.parameters), C_RESERVED)
-        coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
+        (prefix,) = unique_identifiers([equations.presentation.name], frozenset())
+        fields = unique_identifiers((p.name for p in equations.system.parameters), C_RESERVED)
+        coordinates = unique_identifiers(
+            (c.name for c in equations.system.coordinates), frozenset()
+        )
         inputs = {f"p{i}": f"p->{field}" for i, field in enumerate(fields)}
-        inputs |= {f"u{i}": f"u[{i}]" for i in range(len(equations.inputs))}
+        inputs |= {f"u{i}": f"u[{i}]" for i in range(len(equations.system.inputs))}
         for kind in "qv":
             inputs |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
         return cls(prefix, tuple(fields), inputs)

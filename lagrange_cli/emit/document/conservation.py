@@ -58,18 +58,20 @@ def conserved(
         What they were looked for among, if that is more than cyclic momenta and energy.
     """
     equations, say, letters = writer.equations, writer.say, writer.letters
-    if not equations.coordinates:
+    if not equations.system.coordinates:
         return None
     heading = say("Conserved quantities")
     names = ", ".join(letters.inline(_named(writer, name)) for name in undecided(equations))
     doubts = writer.told(say("Of {names} this is not decided.", names=names) if names else "")
     searched = searched or say("among cyclic momenta and energy")
-    if not equations.conserved and not further:
+    if not equations.derivation.conserved and not further:
         none = say("{text}.", text=f"{say('none')} {searched}")
         return section(heading, Words(none[:1].upper() + none[1:]), doubts)
     told, rows = [], []
-    for one in writer.with_families("momenta", len(equations.conserved)):
-        quantity = equations.conserved[one.covers[0] if isinstance(one, FamilyRow) else one]
+    for one in writer.with_families("momenta", len(equations.derivation.conserved)):
+        quantity = equations.derivation.conserved[
+            one.covers[0] if isinstance(one, FamilyRow) else one
+        ]
         symbol, subject = _symbol(writer, quantity), _subject(writer, quantity)
         if isinstance(one, FamilyRow):
             subject = letters.symbol(one.name)
@@ -131,7 +133,7 @@ def _sum(writer: DocumentWriter) -> Iterator[Block]:
 def _balance(writer: DocumentWriter) -> Iterator[Block]:
     """The rate of the energy where that is not conserved."""
     equations, say, letters, labels = writer.equations, writer.say, writer.letters, writer.labels
-    change = equations.balance
+    change = equations.derivation.balance
     if change is None:
         return
     label = labels["E" if change.kind == "energy" else "h"]
@@ -147,7 +149,7 @@ def _balance(writer: DocumentWriter) -> Iterator[Block]:
     yield Words(say("{text}:", text=told))
     yield formulas(
         [
-            writer.total(whole, change.parts or (equations.energy,)),
+            writer.total(whole, change.parts or (equations.system.energy,)),
             writer.total(rate, (change.rate,)),
         ],
         result=True,
@@ -161,7 +163,7 @@ def _named(writer: DocumentWriter, name: str) -> str:
 
 def _subject(writer: DocumentWriter, quantity: Conserved) -> str:
     """The coordinate that a momentum is conserved for, or L."""
-    named = {c.name: writer.coordinate(c) for c in writer.equations.coordinates}
+    named = {c.name: writer.coordinate(c) for c in writer.equations.system.coordinates}
     return named.get(quantity.coordinate or "", writer.labels["L"])
 
 
@@ -174,7 +176,7 @@ def _reason(writer: DocumentWriter, quantity: Conserved, subject: str) -> str:
 def _symbol(writer: DocumentWriter, quantity: Conserved) -> str:
     if quantity.kind != "momentum":
         return writer.labels[energy_letter(quantity)]
-    for coordinate in writer.equations.coordinates:
+    for coordinate in writer.equations.system.coordinates:
         if coordinate.name == quantity.coordinate:
             return writer.letters.below("p", writer.coordinate(coordinate))
     return writer.letters.symbol(quantity.name)

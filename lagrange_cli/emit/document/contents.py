@@ -39,13 +39,13 @@ if TYPE_CHECKING:
 def start(writer: DocumentWriter) -> Section | None:
     """Positions and velocities at the start."""
     equations, say, letters = writer.equations, writer.say, writer.letters
-    if not equations.coordinates:
+    if not equations.system.coordinates:
         return None
     heading = say("Initial values")
-    if equations.initial is None:
+    if equations.system.initial is None:
         return section(heading, Words(say("The scene gives none.")))
-    positions, velocities = equations.initial.positions, equations.initial.velocities
-    time = letters.inline(f"t = {letters.value(equations.simulate.start)}")
+    positions, velocities = equations.system.initial.positions, equations.system.initial.velocities
+    time = letters.inline(f"t = {letters.value(equations.system.simulate.start)}")
     return section(
         heading,
         Words(say("At {time}", time=time)),
@@ -55,7 +55,7 @@ def start(writer: DocumentWriter) -> Section | None:
 
 
 def _start_rows(writer: DocumentWriter, order: int, values: Sequence[float]) -> Iterator[Formula]:
-    for c, value in zip(writer.equations.coordinates, values, strict=True):
+    for c, value in zip(writer.equations.system.coordinates, values, strict=True):
         label = writer.coordinate(c, order)
         multiple = multiple_of_pi(value) if order == 0 else None
         if multiple is not None:
@@ -66,7 +66,7 @@ def _start_rows(writer: DocumentWriter, order: int, values: Sequence[float]) -> 
 
 def constraint_forces(writer: DocumentWriter) -> Section | None:
     """The forces on the particles; None where they were not asked for."""
-    forces, say = writer.equations.constraint_forces, writer.say
+    forces, say = writer.equations.derivation.constraint_forces, writer.say
     if forces is None:
         return None
     rows = list(_force_rows(writer, forces))
@@ -97,7 +97,7 @@ def _force_rows(writer: DocumentWriter, forces: ConstraintForces) -> Iterator[Fo
 
 def certificate(writer: DocumentWriter) -> Section | None:
     """How many states were compared, to how many digits, and how well they agreed."""
-    say, letters, seal = writer.say, writer.letters, writer.equations.certificate
+    say, letters, seal = writer.say, writer.letters, writer.equations.derivation.certificate
     told = say.counted(
         seal.points,
         "At {count} random state these equations were compared, in arithmetic of {digits} digits,"
@@ -114,7 +114,7 @@ def certificate(writer: DocumentWriter) -> Section | None:
 
 
 def _steps(writer: DocumentWriter) -> Words | None:
-    steps = writer.equations.steps
+    steps = writer.equations.derivation.steps
     if steps is None:
         return None
     return Words(
@@ -148,13 +148,13 @@ class Content:
 
 def asked_content(equations: Equations, options: Mapping[str, OptionValue]) -> Content:
     """The content of a document of a derivation that options of the registry ask for."""
-    parts = sections_of(options, forces=equations.constraint_forces is not None)
+    parts = sections_of(options, forces=equations.derivation.constraint_forces is not None)
     return derivation_content(equations, parts, str(options["form"]))
 
 
 def derivation_content(equations: Equations, parts: Collection[str], form: str) -> Content:
     """The content of a document of a derivation; see :func:`contents`."""
-    about = "equations of motion" if equations.steps is None else _STEPS
+    about = "equations of motion" if equations.derivation.steps is None else _STEPS
     return Content(about, lambda writer, _columns: contents(writer, parts, form))
 
 
@@ -163,7 +163,7 @@ def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
 
     ``parts``: names of :data:`.document_options.SECTIONS`; steps are written where there are some.
     """
-    steps = writer.equations.steps
+    steps = writer.equations.derivation.steps
     if steps is None:
         above, below = _above(writer, parts, form), _below(writer, parts, form)
     else:

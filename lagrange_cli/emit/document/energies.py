@@ -12,7 +12,7 @@ from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas, 
 def energies(writer: DocumentWriter) -> Section | None:
     """T, V, L, and the dissipation function where there is one."""
     equations, labels, say = writer.equations, writer.labels, writer.say
-    dissipates, generalized = equations.dissipation != 0, is_generalized_potential(equations)
+    dissipates, generalized = equations.system.dissipation != 0, is_generalized_potential(equations)
     told = {
         (False, False): say("The kinetic energy, the potential and the Lagrangian are"),
         (True, False): say("The kinetic energy, the generalized potential and the Lagrangian are"),
@@ -27,12 +27,12 @@ def energies(writer: DocumentWriter) -> Section | None:
     potential = labels["U" if generalized else "V"]
     kinetic, whole, dissipation = writer.energy_forms
     rows = [
-        writer.energy(labels["T"], equations.kinetic, kinetic),
-        writer.energy(potential, equations.potential, whole),
+        writer.energy(labels["T"], equations.system.kinetic, kinetic),
+        writer.energy(potential, equations.system.potential, whole),
         _lagrangian(writer, f"{labels['T']} - {potential}"),
     ]
     if dissipates:
-        rows.append(writer.energy(labels["D"], equations.dissipation, dissipation))
+        rows.append(writer.energy(labels["D"], equations.system.dissipation, dissipation))
     without = without_line(equations, writer.letters.inline("t"), say)
     if without:
         lagrangian = writer.letters.inline(labels["L"])
@@ -43,9 +43,9 @@ def energies(writer: DocumentWriter) -> Section | None:
 
 def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:
     """L = T − V, written out where T and V are and it is short, less what is left out of it."""
-    label, short = writer.labels["L"], writer.equations.short_lagrangian
+    label, short = writer.labels["L"], writer.equations.derivation.short_lagrangian
     is_sum = any(writer.energy_forms)
-    whole = writer.equations.lagrangian if short is None else short.expression
+    whole = writer.equations.system.lagrangian if short is None else short.expression
     row = Formula(label, ()) if is_sum else writer.sum_row(label, whole)
     if short is None:
         return replace(row, middle=difference)
@@ -61,15 +61,15 @@ def generalized_forces(writer: DocumentWriter) -> Section | None:
     equations, letters, say = writer.equations, writer.letters, writer.say
     rows = [
         writer.row(letters.below("Q", writer.coordinate(c)), q)
-        for force in equations.forces
-        for c, q in zip(equations.coordinates, force.generalized, strict=True)
+        for force in equations.system.forces
+        for c, q in zip(equations.system.coordinates, force.generalized, strict=True)
         if q != 0
     ]
     if not rows:
         return None
     listed = ", ".join(
         say("{name} on {place}", name=letters.words(f.name), place=letters.words(f.on))
-        for f in equations.forces
+        for f in equations.system.forces
     )
     return section(
         say("Generalized forces"),

@@ -24,8 +24,8 @@ from lagrange_cli.emit.steps.sections import (
 )
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate
     from lagrange_cli.mechanics.families.forms import Range
+    from lagrange_cli.mechanics.system import Coordinate
 
 
 def freedom(
@@ -66,7 +66,7 @@ def _counted(writer: DocumentWriter, phrase: str) -> str:
 
 def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
     """The constraints as the scene writes them, with what is to be said of each."""
-    say, letters, account = writer.say, writer.letters, writer.equations.account
+    say, letters, account = writer.say, writer.letters, writer.equations.derivation.account
     implied = implied_line(account, say)
     if not account.lines:
         if implied or alone:
@@ -91,12 +91,12 @@ def _statement(writer: DocumentWriter, text: str, ranges: Sequence[Range]) -> st
 
 def _coordinates(writer: DocumentWriter, *, positions: bool) -> Iterator[Block]:
     say, equations, letters = writer.say, writer.equations, writer.letters
-    coordinates = equations.coordinates
+    coordinates = equations.system.coordinates
     if not coordinates:
         yield Words(say("No coordinate is left: nothing can move."))
         return
     names = ", ".join(_listed(writer))
-    if equations.account.chosen_automatically:
+    if equations.derivation.account.chosen_automatically:
         one = "Generalized coordinate (chosen automatically): {listed}."
         yield Words(say.counted(len(coordinates), one, _CHOSEN, listed=names))
     else:
@@ -120,7 +120,7 @@ def _listed(writer: DocumentWriter) -> Iterator[str]:
     """The coordinates; those of families with letters, and with the values of these."""
     families, letters = writer.families, writer.letters
     if families is None:
-        yield from (_described(writer, c) for c in writer.equations.coordinates)
+        yield from (_described(writer, c) for c in writer.equations.system.coordinates)
         return
     for named, ranges in coordinates_by_ranges(families, writer.equations):
         *names, last = (
@@ -145,8 +145,8 @@ def _described(writer: DocumentWriter, coordinate: Coordinate) -> str:
 def _singular(writer: DocumentWriter) -> Iterator[Block]:
     """Say where the coordinates have no meaning, a sentence each."""
     letters = writer.letters
-    named = {c.name: writer.coordinate(c) for c in writer.equations.coordinates}
-    for place in writer.equations.singular:
+    named = {c.name: writer.coordinate(c) for c in writer.equations.system.coordinates}
+    for place in writer.equations.derivation.singular:
         zero = f"{letters.formula(writer.tree(place.where))} = 0"
         yield Words(
             writer.say(

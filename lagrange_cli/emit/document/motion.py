@@ -32,7 +32,7 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
     """Lagrange's equations, or what they say of the accelerations, with ``form`` explicit."""
     equations, say = writer.equations, writer.say
     heading = say("Equations of motion")
-    if not equations.coordinates:
+    if not equations.system.coordinates:
         return section(heading, Words(say("There are none.")))
     if form == "explicit":
         told = explicit_line(equations, explicit_form(equations), say)
@@ -53,16 +53,16 @@ def lagrange_equations(writer: DocumentWriter) -> list[Formula]:
     """The equation of each coordinate, or of all of a family."""
     equations = writer.equations
     rows = []
-    for one in writer.with_families("motion", len(equations.shown)):
+    for one in writer.with_families("motion", len(equations.derivation.shown)):
         if isinstance(one, FamilyRow):
             rows.append(_family(writer, one))
             continue
-        shown = equations.shown[one]
+        shown = equations.derivation.shown[one]
         is_rate = shown.momentum is not None
         left = display_row(shown, writer.words)
         if shown.momentum is not None:
             left = display(shown.momentum, writer.words)
-        name = writer.coordinate(equations.coordinates[one])
+        name = writer.coordinate(equations.system.coordinates[one])
         rows.append(Formula("", (writer.noted(left),), name=name, is_rate=is_rate))
     return rows
 
@@ -88,13 +88,17 @@ def accelerations(writer: DocumentWriter) -> list[Formula]:
     explicit = explicit_form(writer.equations)
     named = [
         (c.name, writer.coordinate(c, 2), value)
-        for c, value in zip(writer.equations.coordinates, explicit.accelerations, strict=True)
+        for c, value in zip(
+            writer.equations.system.coordinates, explicit.accelerations, strict=True
+        )
         if value is not None
     ]
     rows = list(writer.definitions(named, order=2))
     rows += [
         writer.row(writer.letters.formula(writer.tree(closure.multiplier)), value)
-        for closure, value in zip(writer.equations.closures, explicit.multipliers, strict=True)
+        for closure, value in zip(
+            writer.equations.system.closures, explicit.multipliers, strict=True
+        )
         if value is not None
     ]
     return [*rows, *_coupled(writer, explicit.coupled), *_differentiated(writer, explicit)]
@@ -105,9 +109,9 @@ def _coupled(writer: DocumentWriter, indices: Sequence[int]) -> Iterator[Formula
     equations, forcing = writer.equations, forcing_with_reactions(writer.equations)
     for i in indices:
         terms = [
-            equations.mass_matrix[i][j] * equations.coordinates[j].a
+            equations.system.mass_matrix[i][j] * equations.system.coordinates[j].a
             for j in indices
-            if equations.mass_matrix[i][j] != 0
+            if equations.system.mass_matrix[i][j] != 0
         ]
         left = writer.noted(display_sum(terms, writer.words))
         yield Formula("", (left, writer.tree(forcing[i])))
@@ -115,7 +119,7 @@ def _coupled(writer: DocumentWriter, indices: Sequence[int]) -> Iterator[Formula
 
 def _differentiated(writer: DocumentWriter, explicit: ExplicitForm) -> Iterator[Formula]:
     """The closures beside accelerations that are not solved for, differentiated."""
-    for closure, value in zip(writer.equations.closures, explicit.multipliers, strict=True):
+    for closure, value in zip(writer.equations.system.closures, explicit.multipliers, strict=True):
         if value is None:
             row = display_row(differentiated(writer.equations, closure), writer.words)
             yield Formula("", (writer.noted(row),))
@@ -123,7 +127,7 @@ def _differentiated(writer: DocumentWriter, explicit: ExplicitForm) -> Iterator[
 
 def _multiplied(writer: DocumentWriter) -> Iterator[str]:
     """The generalized forces of the constraints, by kinds of closures and contacts."""
-    letters, kinds = writer.letters, {closure.kind for closure in writer.equations.pushing}
+    letters, kinds = writer.letters, {closure.kind for closure in writer.equations.system.pushing}
     for kind, letter, order in (("position", "varphi", 0), ("velocity", "psi", 1)):
         if kind in kinds:
             slope = letters.partial(letters.symbol(f"{letter}_k"), letters.symbol("q_j", order))
@@ -135,12 +139,12 @@ def _divided(writer: DocumentWriter) -> list[str]:
     equations, say, letters = writer.equations, writer.say, writer.letters
     divided: list[str] = []
     multiplied: list[str] = []
-    for one in writer.with_families("motion", len(equations.shown)):
+    for one in writer.with_families("motion", len(equations.derivation.shown)):
         if isinstance(one, FamilyRow):
             shown, place = one.shown, letters.inline(letters.symbol(one.name))
         else:
-            shown = equations.shown[one]
-            place = letters.inline(writer.coordinate(equations.coordinates[one]))
+            shown = equations.derivation.shown[one]
+            place = letters.inline(writer.coordinate(equations.system.coordinates[one]))
         divisor, factor = divisor_and_factor(shown)
         if divisor is not None:
             first, next_ = "{factor} in the equation for {place}", "{factor} in that for {place}"
@@ -182,7 +186,7 @@ def closures(writer: DocumentWriter) -> Section | None:
     rows, say, letters = closure_rows(writer), writer.say, writer.letters
     if not rows:
         return None
-    kinds = {closure.kind for closure in writer.equations.closures}
+    kinds = {closure.kind for closure in writer.equations.system.closures}
     phi, psi = (letters.inline(letters.symbol(name)) for name in ("varphi_k", "psi_k"))
     told = say(
         "These hold beside the equations of motion; their left sides are the {letter}.",
@@ -201,7 +205,7 @@ def closures(writer: DocumentWriter) -> Section | None:
 
 def closure_rows(writer: DocumentWriter) -> list[Formula]:
     """The closure equations, each with its name."""
-    rows, held = [], writer.equations.closures
+    rows, held = [], writer.equations.system.closures
     for one in writer.with_families("closures", len(held)):
         if isinstance(one, FamilyRow):
             rows.append(replace(writer.family_row("", one), name=writer.letters.named(one.name)))
@@ -221,7 +225,7 @@ def contacts(writer: DocumentWriter) -> Section | None:
     elastic = letters.symbol("e_k")
     told = [
         say("{value} for {name}", value=writer.inline(c.restitution), name=letters.words(c.name))
-        for c in writer.equations.contacts
+        for c in writer.equations.system.contacts
     ]
     blocks: list[Block] = [
         Words(
@@ -263,14 +267,14 @@ def contact_rows(writer: DocumentWriter) -> list[Formula]:
             name=writer.letters.named(contact.name),
             multiplier=writer.letters.formula(writer.tree(contact.closure.multiplier)),
         )
-        for contact in writer.equations.contacts
+        for contact in writer.equations.system.contacts
     ]
 
 
 def result(writer: DocumentWriter) -> Section | None:
     """The accelerations and multipliers that a computer integrates."""
     equations, say = writer.equations, writer.say
-    if not equations.coordinates:
+    if not equations.system.coordinates:
         return None
     told = explicit_line(equations, explicit_form(equations), say)
     return section(

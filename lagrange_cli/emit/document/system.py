@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.emit.document.letters import DocumentLetters
-    from lagrange_cli.mechanics.equations import Parameter, ParticleMotion
+    from lagrange_cli.mechanics.system import Parameter, ParticleMotion
 
 
 def system(writer: DocumentWriter) -> Section | None:
     """The particles with their masses, and the parameters with their values."""
-    say, particles = writer.say, writer.equations.particles
+    say, particles = writer.say, writer.equations.system.particles
     listed = "; ".join(_particles(writer))
     told = say.counted(len(particles), "Particle: {listed}.", "Particles: {listed}.", listed=listed)
     sizes = "" if writer.families is None else sizes_line(writer.families)
@@ -36,7 +36,7 @@ def system(writer: DocumentWriter) -> Section | None:
 
 def _particles(writer: DocumentWriter) -> Iterator[str]:
     """The particles; those that are alike but for their indices as one."""
-    families, particles = writer.families, writer.equations.particles
+    families, particles = writer.families, writer.equations.system.particles
     if families is None:
         yield from (_particle(writer, p) for p in particles)
         return
@@ -74,9 +74,9 @@ def _particle_name(letters: DocumentLetters, particle: ParticleMotion) -> str:
 def _parameters(writer: DocumentWriter) -> Table | Words | None:
     """A table of the parameters; a sentence where nothing is known but their letters."""
     say, letters = writer.say, writer.letters
-    literals = dict(writer.equations.literals)
+    literals = dict(writer.equations.presentation.literals)
     rows = []
-    for p in writer.equations.parameters:
+    for p in writer.equations.system.parameters:
         value, exact = "", exact_value(p)
         if exact is not None:
             value = writer.inline(exact)
@@ -116,16 +116,16 @@ def inputs(writer: DocumentWriter) -> Section | None:
                 value=f"{letters.words(recorded_line(u.recording, writer.say))}.",
             )
         )
-        for u in writer.equations.inputs
+        for u in writer.equations.system.inputs
         if u.recording is not None
     ]
-    given = [(u.name, u.expression) for u in writer.equations.inputs if u.recording is None]
+    given = [(u.name, u.expression) for u in writer.equations.system.inputs if u.recording is None]
     return _named(writer, writer.say("Inputs"), given, told)
 
 
 def outputs(writer: DocumentWriter) -> Section | None:
     """Expressions that the scene asks for."""
-    return _named(writer, writer.say("Outputs"), writer.equations.outputs, [])
+    return _named(writer, writer.say("Outputs"), writer.equations.system.outputs, [])
 
 
 def _named(

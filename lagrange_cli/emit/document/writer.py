@@ -49,7 +49,7 @@ class DocumentWriter(Writer):
     @cached_property
     def words(self) -> Vocabulary:
         """Display names of all symbols; steps are written without abbreviations."""
-        abbreviating = self.abbreviating and self.equations.steps is None
+        abbreviating = self.abbreviating and self.equations.derivation.steps is None
         return vocabulary(self.equations, abbreviating=abbreviating, omission=self.omission)
 
     # -- what is left out -----------------------------------------------------------
@@ -73,7 +73,7 @@ class DocumentWriter(Writer):
     @cached_property
     def over_letters(self) -> FamilyNotation | None:
         """Writes what families have in common; None if all is written out, as steps are."""
-        is_written = self.written_out or self.equations.steps is not None
+        is_written = self.written_out or self.equations.derivation.steps is not None
         families = None if is_written else families_in(self.equations)
         return None if families is None else FamilyNotation(families, self.words)
 
@@ -143,7 +143,7 @@ class DocumentWriter(Writer):
     def abbreviations(self) -> list[Formula]:
         """What the abbreviations stand for that were written, those of these among them."""
         rows: list[Formula] = []
-        for name, expression in reversed(self.equations.abbreviations):
+        for name, expression in reversed(self.equations.presentation.abbreviations):
             if name in self.abbreviated:
                 node = self.noted(display(expression, unabbreviated(name, self.words)))
                 rows.insert(0, Formula(self.letters.symbol(name), (node,)))

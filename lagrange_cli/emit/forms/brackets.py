@@ -24,7 +24,7 @@ def bracket_sections(writer: FormWriter) -> list[Section]:
 
     ``writer``: with the names of momenta.
     """
-    found = writer.equations.brackets
+    found = writer.equations.derivation.brackets
     if found is None:
         return []
     writer = writer.naming(quantity_names(found))

@@ -19,7 +19,8 @@ from lagrange_cli.notation.tree import Dependence, DisplayNode
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.steps.writer import Writer
-    from lagrange_cli.mechanics.equations import Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Coordinate
     from lagrange_cli.notation.vocabulary import Vocabulary
 
 
@@ -27,13 +28,13 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
     """The section in place of Lagrange's equations."""
     equations, say = writer.equations, writer.say
     heading = say("Equations of first order")
-    if not equations.coordinates:
+    if not equations.system.coordinates:
         return [Section(heading, (Words(say("There are none.")),))]
     letter = velocity_letter(equations)
     writer = replace(writer, vocabulary=with_velocities(writer.words, equations, letter))
     solved = explicit_form(equations)
-    pairs = list(zip(equations.coordinates, solved.accelerations, strict=True))
-    rates = [writer.row(writer.coordinate(c, 1), c.v) for c in equations.coordinates]
+    pairs = list(zip(equations.system.coordinates, solved.accelerations, strict=True))
+    rates = [writer.row(writer.coordinate(c, 1), c.v) for c in equations.system.coordinates]
     rates += [
         writer.row(writer.letters.formula(writer.tree(c.a)), value)
         for c, value in pairs
@@ -41,17 +42,17 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
     ]
     rates += [
         writer.row(writer.letters.formula(writer.tree(closure.multiplier)), value)
-        for closure, value in zip(equations.closures, solved.multipliers, strict=True)
+        for closure, value in zip(equations.system.closures, solved.multipliers, strict=True)
         if value is not None
     ]
     open_rows = [
         Formula("", (writer.noted(display_row(shown, writer.words)),), name=writer.coordinate(c))
-        for (c, value), shown in zip(pairs, equations.shown, strict=True)
+        for (c, value), shown in zip(pairs, equations.derivation.shown, strict=True)
         if value is None
     ]
     open_rows += [
         Formula("", (writer.noted(display_row(differentiated(equations, closure), writer.words)),))
-        for closure, value in zip(equations.closures, solved.multipliers, strict=True)
+        for closure, value in zip(equations.system.closures, solved.multipliers, strict=True)
         if value is None
     ]
     told = say("{text}.", text=explicit_line(equations, solved, say))
@@ -67,7 +68,7 @@ def velocity_letter(equations: Equations) -> str:
 def with_velocities(words: Vocabulary, equations: Equations, letter: str) -> Vocabulary:
     """Velocities print as ``v_theta``, accelerations as its rate."""
     atoms = dict(words.atoms)
-    for rank, c in enumerate(equations.coordinates):
+    for rank, c in enumerate(equations.system.coordinates):
         name, latex = f"{letter}_{c.name}", _latex(letter, c)
         atoms[c.v] = symbol_of(name, Dependence.VELOCITY, rank, latex=latex)
         atoms[c.a] = symbol_of(name, Dependence.ACCELERATION, rank, order=1, latex=latex)

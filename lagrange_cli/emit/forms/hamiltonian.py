@@ -60,7 +60,7 @@ def _open(writer: FormWriter, form: Hamiltonian) -> str:
     """Say which velocities stay in H, and what they are; empty if there are none."""
     if not form.coupled:
         return ""
-    coordinates = writer.equations.coordinates
+    coordinates = writer.equations.system.coordinates
     listed = writer.listed([writer.coordinate(coordinates[j], 1) for j in form.coupled])
     return writer.say(
         "The momenta are linear in {velocities}, which they determine as a linear system: its"
@@ -94,10 +94,10 @@ def _remarks(writer: FormWriter, form: Hamiltonian) -> Iterator[str]:
     if form.conserved is not None:
         time = writer.letters.inline(writer.letters.symbol("t"))
         reason = "{H} is conserved: {L} does not depend on {t}."
-        if any(contact.restitution != 1 for contact in equations.contacts):
+        if any(contact.restitution != 1 for contact in equations.system.contacts):
             reason = "{H} is conserved between impacts: {L} does not depend on {t}."
         yield say(reason, **letters, t=time)
-    elif "energy" in equations.open_questions:
+    elif "energy" in equations.derivation.open_questions:
         yield say("It is not decided whether {H} is conserved.", **letters)
     else:
         yield say("{H} is not conserved.", **letters)
@@ -116,7 +116,7 @@ def _law(writer: FormWriter) -> Iterator[Law]:
     momentum, rate = letters.symbol("p_j"), letters.symbol("p_j", 1)
     first = f"{speed} = {letters.partial(labels['H'], momentum)}"
     friction = ""
-    if equations.dissipation != 0:
+    if equations.system.dissipation != 0:
         friction = f" - {letters.partial(labels['D'], speed)}"
     left = f"-{letters.partial(labels['H'], place)}{friction}"
     pushes = [
@@ -125,7 +125,7 @@ def _law(writer: FormWriter) -> Iterator[Law]:
             ("position", letters.partial(letters.symbol("varphi_k"), place)),
             ("velocity", letters.partial(letters.symbol("psi_k"), speed)),
         )
-        if kind in {closure.kind for closure in equations.pushing}
+        if kind in {closure.kind for closure in equations.system.pushing}
     ]
-    force = letters.symbol("Q_j") if equations.forces else ""
+    force = letters.symbol("Q_j") if equations.system.forces else ""
     yield Law(f"{first}{letters.comma}{rate} = {sum_of([left, force, *pushes])}", ends=False)

@@ -58,7 +58,7 @@ def hamiltonian_report(equations: Equations, say: ExpressionPrinter) -> dict[str
             "conserved": form.conserved is not None,
             "certificate": asdict(form.certificate),
         },
-        **bracket_report(equations.brackets, say),
+        **bracket_report(equations.derivation.brackets, say),
     }
 
 
@@ -129,9 +129,9 @@ def first_order_report(equations: Equations, say: ExpressionPrinter) -> dict[str
     letter = velocity_letter(equations)
     say = say.knowing(with_velocities(say.words, equations, letter))
     solved = explicit_form(equations)
-    pairs = list(zip(equations.coordinates, solved.accelerations, strict=True))
-    closures = list(zip(equations.closures, solved.multipliers, strict=True))
-    names = {c.name: f"{letter}_{c.name}" for c in equations.coordinates}
+    pairs = list(zip(equations.system.coordinates, solved.accelerations, strict=True))
+    closures = list(zip(equations.system.closures, solved.multipliers, strict=True))
+    names = {c.name: f"{letter}_{c.name}" for c in equations.system.coordinates}
     return {
         "first_order": {
             "velocities": names,
@@ -149,7 +149,7 @@ def first_order_report(equations: Equations, say: ExpressionPrinter) -> dict[str
             "coupled": [
                 *(
                     say.tree(display_row(shown, say.words))
-                    for (_, value), shown in zip(pairs, equations.shown, strict=True)
+                    for (_, value), shown in zip(pairs, equations.derivation.shown, strict=True)
                     if value is None
                 ),
                 *(

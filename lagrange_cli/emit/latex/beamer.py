@@ -39,14 +39,14 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
     long for a frame goes on in the next, broken between lines.
     """
     setter = options.setter(equations)
-    title = latex_prose(equations.title or equations.name)
+    title = latex_prose(equations.presentation.title or equations.presentation.name)
     frames = [
         [
             r"\begin{frame}[allowframebreaks=0.85]",
             r"\begin{center}\usebeamerfont{title}\usebeamercolor[fg]{title}",
             title,
             r"\end{center}",
-            latex_prose(equations.description or ""),
+            latex_prose(equations.presentation.description or ""),
             r"\end{frame}",
         ]
     ]
@@ -61,7 +61,7 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
         for subtitle, part in _ideas(section)
     ]
     opening = [
-        f"% {latex_text(equations.name)}: {options.about}, written by lagrange",
+        f"% {latex_text(equations.presentation.name)}: {options.about}, written by lagrange",
         _PREAMBLE
         + ("\\usepackage{tikz}\n" if "sketch" in options.parts else "")
         + options.definitions(equations, chain(*frames))

@@ -54,15 +54,15 @@ def latex_document(equations: Equations, options: LatexOptions | None = None) ->
     setter = options.setter(equations)
     sections = options.sections(equations)
     body = [setter.section(section) for section in sections]
-    spread = [] if equations.steps is None else [r"\setlength{\jot}{1ex}"]
-    title = latex_prose(equations.title or equations.name)
+    spread = [] if equations.derivation.steps is None else [r"\setlength{\jot}{1ex}"]
+    title = latex_prose(equations.presentation.title or equations.presentation.name)
     opening = [
-        f"% {latex_text(equations.name)}: {options.about}, written by lagrange",
+        f"% {latex_text(equations.presentation.name)}: {options.about}, written by lagrange",
         _preamble(options) + options.definitions(equations, chain(*body)) + r"\begin{document}",
         rf"\begin{{center}}\LARGE {title}\end{{center}}",
     ]
-    if equations.description:
-        opening += ["", latex_prose(equations.description)]
+    if equations.presentation.description:
+        opening += ["", latex_prose(equations.presentation.description)]
     blocks = [opening, spread, *body, [r"\end{document}"]]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
 
@@ -91,11 +91,11 @@ def _preamble(options: LatexOptions) -> str:
 def latex_snippet(equations: Equations, options: LatexOptions) -> str:
     """The equations of motion alone, or several parts with run-in headings."""
     writer, setter = options.writer(equations), options.setter(equations)
-    title = latex_text(equations.title or equations.name)
+    title = latex_text(equations.presentation.title or equations.presentation.name)
     needs = "amsmath and tikz" if "sketch" in options.parts else "amsmath"
     content = options.content or derivation_content(equations, options.parts, options.form)
     is_alone = options.parts == ("equations",) and options.form not in FORMS
-    if equations.steps is None and is_alone and options.content is None:
+    if equations.derivation.steps is None and is_alone and options.content is None:
         rows = accelerations(writer) if options.form == "explicit" else lagrange_equations(writer)
         rows += [*closure_rows(writer), *contact_rows(writer)]
         rows += writer.abbreviations()
@@ -138,7 +138,7 @@ def emit_latex(
         Constraint forces are asked for and were not derived, or the system cannot be drawn.
     """
     chosen = LatexOptions.of(equations, options, content)
-    return {f"{equations.name}.tex": _STYLES[chosen.style](equations, chosen)}
+    return {f"{equations.presentation.name}.tex": _STYLES[chosen.style](equations, chosen)}
 
 
 def equation_latex(equations: Equations, index: int) -> str:

@@ -75,12 +75,12 @@ def emit_markdown(
     letters = MarkdownLetters(equations)
     say, written_out = language(str(options["language"])), bool(options["written_out"])
     writer = DocumentWriter(equations, letters, say, written_out=written_out)
-    paragraphs = [f"# {letters.prose(equations.title or equations.name)}"]
-    if equations.description:
-        paragraphs.append(letters.prose(equations.description))
+    paragraphs = [f"# {letters.prose(equations.presentation.title or equations.presentation.name)}"]
+    if equations.presentation.description:
+        paragraphs.append(letters.prose(equations.presentation.description))
     for section in content.sections(writer, Typesetter().columns):
         paragraphs += _section(section)
-    return {f"{equations.name}.md": "\n\n".join(paragraphs) + "\n"}
+    return {f"{equations.presentation.name}.md": "\n\n".join(paragraphs) + "\n"}
 
 
 def _section(section: Section) -> Iterator[str]:

@@ -74,9 +74,9 @@ class LatexOptions:
     ) -> LatexOptions:
         """Read complete options."""
         style = str(options["style"])
-        parts = sections_of(options, forces=equations.constraint_forces is not None)
+        parts = sections_of(options, forces=equations.derivation.constraint_forces is not None)
         if style == "snippet" and options["sections"] == DEFAULT_SECTIONS:
-            parts = _SNIPPET if equations.steps is None else _STEPS_SNIPPET
+            parts = _SNIPPET if equations.derivation.steps is None else _STEPS_SNIPPET
         numbered = options["numbers"] == "on"
         say = language(str(options["language"]))
         form, width = str(options["form"]), str(options["width"])
@@ -116,9 +116,15 @@ class LatexOptions:
         """What writes displays for this width."""
         picture = tikz_picture(equations, self._points) if "sketch" in self.parts else ""
         rows = 6 if self.style == "beamer" else 24
-        return Typesetter(self._columns, self.numbered, equations.name, picture, rows, self.macros)
+        return Typesetter(
+            self._columns, self.numbered, equations.presentation.name, picture, rows, self.macros
+        )
 
     def definitions(self, equations: Equations, body: Iterable[str]) -> str:
         """Definitions of the macros that stand in a body, each line with its end."""
-        lines = [] if self.macros is None else self.macros.definitions(equations.name, body)
+        lines = (
+            []
+            if self.macros is None
+            else self.macros.definitions(equations.presentation.name, body)
+        )
         return "".join(f"{line}\n" for line in lines)

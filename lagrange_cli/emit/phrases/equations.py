@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.phrases.language import ENGLISH, Language
-from lagrange_cli.mechanics.equations import tagged
+from lagrange_cli.mechanics.system import tagged
 from lagrange_cli.notation.symbols import multiplier_name
 from lagrange_cli.notation.vocabulary import MOST_OPERATIONS, latex_overrides
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.symmetries.conserved_quantities import EnergyLoss, EnergySum
     from lagrange_cli.files import Recording
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
-    from lagrange_cli.mechanics.equations import CartesianName, Equations, ShownEquation
+    from lagrange_cli.mechanics.equations import Equations, ShownEquation
     from lagrange_cli.mechanics.findings import (
         Account,
         Certificate,
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         ConstraintLine,
         EnergyBalance,
     )
+    from lagrange_cli.mechanics.system import CartesianName
 
 #: Letters of quantities → their labels if the scene uses the letter.
 _LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
@@ -57,14 +58,18 @@ def free_letter(equations: Equations, letters: tuple[str, ...]) -> str:
 
 
 def _names(equations: Equations) -> set[str]:
-    names = {p.name for p in equations.parameters}
-    names |= {c.name for c in equations.coordinates}
+    names = {p.name for p in equations.system.parameters}
+    names |= {c.name for c in equations.system.coordinates}
     names |= {*latex_overrides(equations).values()}
-    names |= {c.name for c in equations.cartesian_names}
-    names |= {name for name, _ in (*equations.abbreviations, *equations.outputs)}
+    names |= {c.name for c in equations.system.cartesian_names}
+    names |= {
+        name for name, _ in (*equations.presentation.abbreviations, *equations.system.outputs)
+    }
     # Those that are given stand in their place, and are not printed.
-    names |= {function.name for function in equations.functions if function.expression is None}
-    return names | {source.name for source in equations.inputs}
+    names |= {
+        function.name for function in equations.system.functions if function.expression is None
+    }
+    return names | {source.name for source in equations.system.inputs}
 
 
 def counting(equations: Equations, say: Language = ENGLISH) -> list[str]:
@@ -72,7 +77,7 @@ def counting(equations: Equations, say: Language = ENGLISH) -> list[str]:
 
     In words alone where the scene gives one of the letters another meaning.
     """
-    account = equations.account
+    account = equations.derivation.account
     cartesian = f"3N = {account.cartesian}"
     constraints = f"K = {account.constraints}"
     dof = f"{say('DOF')} = {account.dof}"
@@ -101,7 +106,7 @@ def counting(equations: Equations, say: Language = ENGLISH) -> list[str]:
 
 def multipliers_line(equations: Equations, say: Language = ENGLISH) -> str:
     """Explain the multipliers; empty if there are none."""
-    kinds = {closure.kind for closure in equations.closures}
+    kinds = {closure.kind for closure in equations.system.closures}
     if not kinds:
         return ""
     if kinds == {"position"}:
@@ -133,12 +138,14 @@ def explicit_line(equations: Equations, explicit: ExplicitForm, say: Language = 
         told += say(" where few are coupled, the others as a linear system")
     if None in explicit.multipliers:
         told += say(" with the closure equations, differentiated")
-    return told + say("; contacts determine their multipliers") if equations.contacts else told
+    return (
+        told + say("; contacts determine their multipliers") if equations.system.contacts else told
+    )
 
 
 def contacts_lines(equations: Equations, say: Language = ENGLISH) -> tuple[str, ...]:
     """Explain contacts, their multipliers and impacts; empty if there are no contacts."""
-    if not equations.contacts:
+    if not equations.system.contacts:
         return ()
     return (
         say(
@@ -151,7 +158,7 @@ def contacts_lines(equations: Equations, say: Language = ENGLISH) -> tuple[str, 
 
 def choice_line(equations: Equations, say: Language = ENGLISH) -> str:
     """Say which formulation was taken and why; empty if there was no choice to explain."""
-    choice = equations.choice
+    choice = equations.derivation.choice
     if choice is None or not choice.why:
         return ""
     why = {
@@ -208,24 +215,30 @@ def implied_line(account: Account, say: Language = ENGLISH) -> str:
 
 def telling_definitions(equations: Equations) -> list[CartesianName]:
     """Return the Cartesian names that are neither 0 nor a coordinate of that name."""
-    q = {c.name: c.q for c in equations.coordinates}
-    return [c for c in equations.cartesian_names if c.position != 0 and q.get(c.name) != c.position]
+    q = {c.name: c.q for c in equations.system.coordinates}
+    return [
+        c
+        for c in equations.system.cartesian_names
+        if c.position != 0 and q.get(c.name) != c.position
+    ]
 
 
 def is_generalized_potential(equations: Equations) -> bool:
     """Say whether the potential depends on velocities."""
-    return not equations.potential.free_symbols.isdisjoint(c.v for c in equations.coordinates)
+    return not equations.system.potential.free_symbols.isdisjoint(
+        c.v for c in equations.system.coordinates
+    )
 
 
 def undecided(equations: Equations) -> list[str]:
     """List the momenta and energies of which it is not known whether they are conserved."""
-    symbols = {f"p_{c.name}" for c in equations.coordinates} | {"energy"}
-    return [name for name in equations.open_questions if name in symbols]
+    symbols = {f"p_{c.name}" for c in equations.system.coordinates} | {"energy"}
+    return [name for name in equations.derivation.open_questions if name in symbols]
 
 
 def only_between_impacts(equations: Equations) -> bool:
     """Say whether an energy is kept between impacts only, which take a part of it."""
-    return any(contact.restitution != 1 for contact in equations.contacts)
+    return any(contact.restitution != 1 for contact in equations.system.contacts)
 
 
 def conserved_reason(
@@ -265,10 +278,10 @@ def energy_letter(quantity: Conserved) -> str:
 
 def without_line(equations: Equations, letter: str = "t", say: Language = ENGLISH) -> str:
     """Say what is left out of L, empty if nothing is; ``letter`` stands for time."""
-    short = equations.short_lagrangian
+    short = equations.derivation.short_lagrangian
     if short is None:
         return ""
-    parameters = {p.symbol for p in equations.parameters}
+    parameters = {p.symbol for p in equations.system.parameters}
     is_constant = [term.free_symbols <= parameters for term in short.left_out.as_ordered_terms()]
     if all(is_constant):
         return say("without constants")

@@ -9,10 +9,11 @@ from lagrange_cli.emit.phrases.equations import remark_on
 from lagrange_cli.emit.phrases.language import ENGLISH, Language
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.families.families import Families, FamilyName
     from lagrange_cli.mechanics.families.forms import FamilyRow, Range
     from lagrange_cli.mechanics.findings import ConstraintLine
+    from lagrange_cli.mechanics.system import Coordinate
 
 
 def with_families(rows: Sequence[FamilyRow], count: int) -> Iterator[int | FamilyRow]:
@@ -37,11 +38,11 @@ def coordinates_by_ranges(
     first: dict[int, FamilyName] = {}
     held = set[int]()
     for one in families.coordinates:
-        if len({equations.coordinates[k].is_positive for k in one.covers}) == 1:
+        if len({equations.system.coordinates[k].is_positive for k in one.covers}) == 1:
             first[one.covers[0]] = one
             held.update(one.covers)
     groups: list[tuple[list[tuple[str, Coordinate]], tuple[Range, ...]]] = []
-    for k, coordinate in enumerate(equations.coordinates):
+    for k, coordinate in enumerate(equations.system.coordinates):
         if k in held and k not in first:
             continue
         family = first.get(k)

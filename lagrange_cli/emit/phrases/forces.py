@@ -66,7 +66,7 @@ def reaction_rows(
     The multiplier is None if it is an unknown of the equations of motion; λ |∇φ| is left out
     if it is the multiplier again.
     """
-    unknowns = {closure.multiplier for closure in equations.pushing}
+    unknowns = {closure.multiplier for closure in equations.system.pushing}
     for reaction in forces.reactions:
         known = None if reaction.multiplier in unknowns else reaction.multiplier
         sizes = [(names, e) for names, e in _by_size(reaction) if e != reaction.multiplier]
@@ -111,7 +111,7 @@ def force_notes(forces: ConstraintForces, say: Language = ENGLISH) -> list[str]:
 
 def force_columns(equations: Equations) -> list[tuple[str, Expr]]:
     """Return the columns of a table of forces: components, and multipliers that are no unknowns."""
-    forces = equations.constraint_forces
+    forces = equations.derivation.constraint_forces
     if forces is None:
         return []
     columns = [
@@ -119,7 +119,7 @@ def force_columns(equations: Equations) -> list[tuple[str, Expr]]:
         for body in forces.bodies
         for axis, component in zip(_AXES, body.components, strict=True)
     ]
-    unknowns = {closure.multiplier for closure in equations.pushing}
+    unknowns = {closure.multiplier for closure in equations.system.pushing}
     known = [r for r in forces.reactions if r.multiplier not in unknowns]
     return columns + [(_multiplier(equations, r.name), r.multiplier) for r in known]
 

@@ -169,7 +169,7 @@ _CHANGES = (
 
 def contact_constants(equations: Equations) -> list[str]:
     """Names of the contacts, and the mode with all of them open."""
-    contacts = equations.contacts
+    contacts = equations.system.contacts
     if not contacts:
         return []
     texts = [f"# {comment_text(f'{c.name}: {c.closure.text}')}" for c in contacts]

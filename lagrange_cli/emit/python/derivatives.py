@@ -98,11 +98,15 @@ def linearization_source(
     arguments
         Parameters of the functions of the interface, with their defaults.
     """
-    if not equations.coordinates:
+    if not equations.system.coordinates:
         return []
-    n, m, k = len(equations.coordinates), len(equations.inputs), len(equations.outputs)
+    n, m, k = (
+        len(equations.system.coordinates),
+        len(equations.system.inputs),
+        len(equations.system.outputs),
+    )
     passed = ", ".join(argument.split("=")[0] for argument in arguments.split(", "))
-    contacts = bool(equations.contacts)
+    contacts = bool(equations.system.contacts)
     mode = ", mode" if contacts else ""
     lines = [
         f"A = np.zeros(({2 * n}, {2 * n}, *many))",
@@ -117,9 +121,9 @@ def linearization_source(
     ]
     if contacts:
         lines.append(f"E = _contact_constraint_jacobian(t, y, {passed}, _flags(mode))")
-    elif equations.closures:
+    elif equations.system.closures:
         lines.append(f"E = _constraint_jacobian(t, y, {passed})")
-    closed = bool(equations.pushing)
+    closed = bool(equations.system.pushing)
     replacements = {
         "@LINES@": "\n    ".join(lines),
         "@FIELDS@": _FIELD if closed else "",

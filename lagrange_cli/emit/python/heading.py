@@ -23,8 +23,8 @@ _STEPS_PER_ROW = 20
 
 def local_names(equations: Equations, fields: Sequence[str]) -> dict[str, str]:
     """Map dummy name → local name of all inputs of the programs."""
-    coordinates = unique_identifiers((c.name for c in equations.coordinates), frozenset())
-    driven = unique_identifiers((source.name for source in equations.inputs), frozenset())
+    coordinates = unique_identifiers((c.name for c in equations.system.coordinates), frozenset())
+    driven = unique_identifiers((source.name for source in equations.system.inputs), frozenset())
     names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
     for kind in "qv":
         names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
@@ -41,10 +41,14 @@ def docstring(equations: Equations, notes: Sequence[str], *, projected: bool) ->
     projected
         Whether there is a function that leads states back to the closures.
     """
-    name = comment_text(equations.name)
-    lines = [f"{name}: {comment_text(equations.title)}" if equations.title else name]
-    if equations.description:
-        lines += ["", comment_text(equations.description)]
+    name = comment_text(equations.presentation.name)
+    lines = [
+        f"{name}: {comment_text(equations.presentation.title)}"
+        if equations.presentation.title
+        else name
+    ]
+    if equations.presentation.description:
+        lines += ["", comment_text(equations.presentation.description)]
     lines += [
         "",
         *_statement(equations, projected),
@@ -53,18 +57,18 @@ def docstring(equations: Equations, notes: Sequence[str], *, projected: bool) ->
         *domain_note(equations),
         "",
         f"Made by lagrange {__version__} from the scene with SHA-256",
-        comment_text(equations.digest),
+        comment_text(equations.presentation.digest),
         "This output is yours: use it as you like, under any terms.",
     ]
     return '"""' + "\n".join(lines) + '\n"""'
 
 
 def _statement(equations: Equations, projected: bool) -> list[str]:
-    if not equations.multipliers:
+    if not equations.system.multipliers:
         return [
             "Equations of motion M(q, t) a = f(q, v, t). The state y holds the coordinates q in"
         ]
-    if equations.contacts:
+    if equations.system.contacts:
         return [
             "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures and",
             "contacts of MULTIPLIERS beside them: l[k] is the multiplier and g[k] the gradient of",
@@ -85,7 +89,7 @@ def _statement(equations: Equations, projected: bool) -> list[str]:
 
 def run_constants(equations: Equations) -> str:
     """Define the run of the script."""
-    defaults = equations.simulate
+    defaults = equations.system.simulate
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
     steps = steps_per_row(equations, _ROWS, _STEPS_PER_ROW)
     return f"START, UNTIL, ROWS, STEPS = {defaults.start!r}, {float(until)!r}, {_ROWS}, {steps}\n"
@@ -95,14 +99,14 @@ def constants(
     equations: Equations, derivatives: Mapping[str, Program], *, momenta: bool = False
 ) -> str:
     """Define the names of what arrays hold, and the initial state; ``momenta``: theirs too."""
-    initial = equations.initial
+    initial = equations.system.initial
     state = None if initial is None else [*initial.positions, *initial.velocities]
     return "\n".join(
         [
-            *(f"# {described(c)}" for c in equations.coordinates if c.unit or c.description),
-            f"COORDINATES = {_strings([c.name for c in equations.coordinates])}",
-            f"CARTESIAN = {_strings([c.name for c in equations.cartesian_names])}",
-            f"PARAMETERS = {_strings([p.name for p in equations.parameters])}",
+            *(f"# {described(c)}" for c in equations.system.coordinates if c.unit or c.description),
+            f"COORDINATES = {_strings([c.name for c in equations.system.coordinates])}",
+            f"CARTESIAN = {_strings([c.name for c in equations.system.cartesian_names])}",
+            f"PARAMETERS = {_strings([p.name for p in equations.system.parameters])}",
             *([f"MOMENTA = {_strings(momentum_names(equations))}"] if momenta else []),
             *_asked_for(equations),
             *_closures(equations),
@@ -115,20 +119,20 @@ def constants(
 
 
 def _asked_for(equations: Equations) -> list[str]:
-    inputs = [source.name for source in equations.inputs]
-    outputs = [name for name, _ in equations.outputs]
+    inputs = [source.name for source in equations.system.inputs]
+    outputs = [name for name, _ in equations.system.outputs]
     sections = (("INPUTS", inputs), ("OUTPUTS", outputs))
     return [f"{name} = {_strings(names)}" for name, names in sections if names]
 
 
 def _closures(equations: Equations) -> list[str]:
-    if not equations.multipliers:
+    if not equations.system.multipliers:
         return []
-    texts = [f"# {comment_text(f'{c.name}: {c.text}')}" for c in equations.closures]
+    texts = [f"# {comment_text(f'{c.name}: {c.text}')}" for c in equations.system.closures]
     return [
         *texts,
         *(f"# {line}" for line in rates_note(equations)),
-        f"MULTIPLIERS = {_strings(equations.multipliers)}",
+        f"MULTIPLIERS = {_strings(equations.system.multipliers)}",
         f"RESIDUALS = {_strings(residual_labels(equations))}",
         *contact_constants(equations),
     ]
@@ -140,7 +144,7 @@ def parameters_source(equations: Equations, fields: Sequence[str]) -> str:
         "class Parameters(NamedTuple):",
         '    """Parameters; NaN stands for one that must be given."""',
     ]
-    for parameter, field in zip(equations.parameters, fields, strict=True):
+    for parameter, field in zip(equations.system.parameters, fields, strict=True):
         value = "nan" if parameter.value is None else repr(float(parameter.value))
         line = f"    {field}: float = {value}"
         if parameter.unit or parameter.description or parameter.name != field:

@@ -190,13 +190,13 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
     if options["style"] != "numpy":
         asked = [name for name in _FURTHER if options[name]]
         text = traced_module(equations, str(options["style"]), asked)
-        return {f"{file_stem(equations.name, PYTHON_MODULES)}.py": text}
-    fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)
+        return {f"{file_stem(equations.presentation.name, PYTHON_MODULES)}.py": text}
+    fields = unique_identifiers((p.name for p in equations.system.parameters), PYTHON_RESERVED)
     tables = python_recorded(equations)
     derivatives = derivative_programs(
         equations, jacobian=bool(options["jacobian"]), linearization=bool(options["linearization"])
     )
-    canonical = bool(options["canonical"] and equations.coordinates)
+    canonical = bool(options["canonical"] and equations.system.coordinates)
     derivatives |= programs_of_momenta(equations) if canonical else {}
     programs, functions = _functions(equations, fields, bool(tables), derivatives)
     if options["linearization"]:
@@ -220,30 +220,30 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
         *functions,
         script,
     ]
-    return {f"{file_stem(equations.name, PYTHON_MODULES)}.py": "\n\n".join(parts)}
+    return {f"{file_stem(equations.presentation.name, PYTHON_MODULES)}.py": "\n\n".join(parts)}
 
 
 def _canonical(equations: Equations) -> str:
     """Define the functions of [q, p]."""
     arguments = _arguments(equations)
     replacements = {
-        "@PASSED@": "p, u" if equations.inputs else "p",
+        "@PASSED@": "p, u" if equations.system.inputs else "p",
         "@P@": arguments,
-        "@N@": str(len(equations.coordinates)),
+        "@N@": str(len(equations.system.coordinates)),
     }
     return filled(python_template("canonical"), replacements)
 
 
 def _notes(equations: Equations) -> list[str]:
     """What the docstring says of the functions."""
-    singular = "configuration" if equations.multipliers else "mass matrix"
+    singular = "configuration" if equations.system.multipliers else "mass matrix"
     return [
         f"p a Parameters, and returns NaN where there is no result (a singular {singular}, a",
-        *(_DRIVEN if equations.inputs else ["domain error, overflow). With SciPy:"]),
+        *(_DRIVEN if equations.system.inputs else ["domain error, overflow). With SciPy:"]),
         "",
         "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
         *ARRAY_NOTES,
-        *(CONTACT_NOTES if equations.contacts else []),
+        *(CONTACT_NOTES if equations.system.contacts else []),
     ]
 
 
@@ -268,7 +268,7 @@ def _imports(of_math: Sequence[str], text: str) -> str:
 
 def _arguments(equations: Equations) -> str:
     """Parameters of the functions of the interface behind t and y, with their defaults."""
-    return "p=DEFAULTS" + (", u=inputs" if equations.inputs else "")
+    return "p=DEFAULTS" + (", u=inputs" if equations.system.inputs else "")
 
 
 def _sources(
@@ -296,7 +296,7 @@ def _functions(
 ) -> tuple[dict[str, Program], list[str]]:
     """Programs of the functions, and the definitions of all functions."""
     names = local_names(equations, fields)
-    passed = "p, u" if equations.inputs else "p"
+    passed = "p, u" if equations.system.inputs else "p"
     arguments = _arguments(equations)
     interface = [*FUNCTIONS_OF_STATE, *optional_outputs(equations)]
     # What stands as a default is defined first.
@@ -316,7 +316,7 @@ def _functions(
         "inputs": "p=DEFAULTS" + (", u=recorded" if recorded else ""),
         "flight_rhs": passed,
     }
-    split = (("p", len(fields)), ("contact", 2 * len(equations.contacts)))
+    split = (("p", len(fields)), ("contact", 2 * len(equations.system.contacts)))
     return programs, [
         *_sources(programs, names, lambda name: texts.get(name, arguments)),
         *_sources(contact_functions, names, lambda n: f"{texts.get(n, passed)}, contact", split),
@@ -328,19 +328,19 @@ def _functions(
 def _script(equations: Equations) -> str:
     """Write the script of the module; states are led back to the closures where there are any."""
     text = python_template("script")
-    recorded = any(source.recording is not None for source in equations.inputs)
+    recorded = any(source.recording is not None for source in equations.system.inputs)
     if recorded:
         text = text.replace(_NOT_FINITE, f"{_NOT_FINITE}, or a recording ends")
         text = text.replace(_SLOPE, f"{_HELD}{_SLOPE}")
         text = re.sub(r"(k[1-4] = rhs\(.*), p\)", r"\1, p, held)", text)
-    if equations.closures:
+    if equations.system.closures:
         text = text.replace(_STEP, f"{_STEP}        y = project(s + h, y, p)\n")
         text = text.replace(_START, f"{_START}{_CHECKED}")
         start = python_template("start").replace("@TOLERANCE@", repr(START_TOLERANCE))
         start = start.replace("@ROUNDING@", repr(64 * float(DOUBLE_ROUNDING)))
         text = text.replace(_MAIN, f"{start}\n\n{_MAIN}")
         text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
-    if equations.contacts:
+    if equations.system.contacts:
         held_inputs = _HELD.replace("        ", "    ").replace("=s +", "=t +") if recorded else ""
         text = contact_script(text, held_inputs, float(DOUBLE_ROUNDING))
         text = text.replace(_SINGULAR, _SINGULAR_CLOSED)

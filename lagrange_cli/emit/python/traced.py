@@ -100,12 +100,12 @@ def traced_module(equations: Equations, style: str, further: Sequence[str]) -> s
             problem += f"; {style} differentiates by itself"
         raise InputError(Problem(problem, rule="usage"))
     library = _LIBRARIES[style]
-    fields = unique_identifiers((p.name for p in equations.parameters), PYTHON_RESERVED)
+    fields = unique_identifiers((p.name for p in equations.system.parameters), PYTHON_RESERVED)
     programs = _programs(equations, style)
     names = local_names(equations, fields)
-    arguments = "p=DEFAULTS" + (", u=inputs" if equations.inputs else "")
+    arguments = "p=DEFAULTS" + (", u=inputs" if equations.system.inputs else "")
     vocabulary = Style(library.functions, traced=True)
-    notes = [*library.notes, *(_DRIVEN[style] if equations.inputs else [])]
+    notes = [*library.notes, *(_DRIVEN[style] if equations.system.inputs else [])]
     head = "from math import nan\nfrom typing import NamedTuple"
     of_inputs = {"inputs": "p=DEFAULTS"}
     parts = [
@@ -130,9 +130,9 @@ def _programs(equations: Equations, style: str) -> dict[str, Program]:
     InputError
         As :func:`traced_module`.
     """
-    if equations.contacts:
+    if equations.system.contacts:
         raise _refused(style, "contacts open and close at events, which it cannot follow")
-    if any(source.recording is not None for source in equations.inputs):
+    if any(source.recording is not None for source in equations.system.inputs):
         raise _refused(style, "inputs from a file are looked up, which its expressions cannot do")
     wanted = [*FUNCTIONS_OF_STATE, *optional_outputs(equations)]
     programs = {name: program_of(equations, name) for name in sorted(wanted, key="inputs".__ne__)}
@@ -155,7 +155,7 @@ def _refused(style: str, reason: str) -> InputError:
 
 def _casadi_function(equations: Equations) -> str:
     """Define the function that makes a ``casadi.Function``."""
-    driven = bool(equations.inputs)
+    driven = bool(equations.system.inputs)
     text = python_template("casadi_function")
     inputs = python_template("casadi_inputs") if driven else ""
     return filled(text, {"@INPUTS@": inputs, "@AND@": ", u" if driven else ""})

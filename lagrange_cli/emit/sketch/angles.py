@@ -31,7 +31,7 @@ def find_angles(known: Findings) -> None:
         return  # too few configurations to tell
     origin = known.add("O", np.zeros((len(configurations.q), 3)))
     pairs = _pairs(known)
-    for number, coordinate in enumerate(configurations.equations.coordinates):
+    for number, coordinate in enumerate(configurations.equations.system.coordinates):
         if not coordinate.is_angle or np.ptp(configurations.q[:, number]) < MOVES:
             continue
         try:
@@ -55,7 +55,7 @@ def _pairs(known: Findings) -> dict[int, list[tuple[int, int]]]:
 
     Lines that many coordinates turn are left out: those along two links of a chain, say.
     """
-    count = len(known.configurations.equations.coordinates)
+    count = len(known.configurations.equations.system.coordinates)
     pairs: dict[int, list[tuple[int, int]]] = {number: [] for number in range(count)}
     for a, b in product(range(len(known.names)), range(known.declared)):
         first, second = known.depends[a], known.depends[b]

@@ -127,8 +127,8 @@ class _Drawing:
         low, high = self._bounds()
         equations = self.known.configurations.equations
         return Sketch(
-            equations.name,
-            equations.title,
+            equations.presentation.name,
+            equations.presentation.title,
             tuple(self._remarks()),
             tuple(self.strokes),
             tuple(self.dots),
@@ -257,7 +257,7 @@ class _Drawing:
         length = float(np.linalg.norm(self.at(foot) - self.at(vertex)))
         if abs(value) < _LEAST_ANGLE or length < 0.3:
             return False
-        coordinate = self.known.configurations.equations.coordinates[angle.coordinate]
+        coordinate = self.known.configurations.equations.system.coordinates[angle.coordinate]
         radius = min(0.95, 0.5 * length) + 0.22 * count
         turns = np.linspace(0, value, max(8, int(abs(value) / 0.08)))[:, None]
         arms = np.cos(turns) * angle.reference + np.sin(turns) * angle.towards
@@ -352,7 +352,7 @@ class _Drawing:
 
     def _remarks(self) -> Iterator[str]:
         known: Configurations = self.known.configurations
-        values = [(c.name, known.q[0][k]) for k, c in enumerate(known.equations.coordinates)]
+        values = [(c.name, known.q[0][k]) for k, c in enumerate(known.equations.system.coordinates)]
         shown = ", ".join(f"{name} = {value:.6g}" for name, value in values[:_MOST_VALUES])
         more = ", ..." if len(values) > _MOST_VALUES else ""
         if known.given:

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
     from lagrange_cli.mechanics.depiction import Depiction, PlacedPoint
-    from lagrange_cli.mechanics.equations import Closure, Equations, ParticleMotion
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Closure, ParticleMotion
 
     Array: TypeAlias = NDArray[np.float64]
     _Bodies: TypeAlias = tuple[ParticleMotion | PlacedPoint, ...]
@@ -98,7 +99,7 @@ class Configurations:
 
     @property
     def particles(self) -> int:
-        return len(self.equations.particles)
+        return len(self.equations.system.particles)
 
     @property
     def size(self) -> float:
@@ -120,7 +121,7 @@ class Configurations:
         """Return the values of all names at one of the configurations."""
         known = {s.name: value for s, value in self.values.items()}
         known["t"] = float(self.times[state])
-        coordinates = self.equations.coordinates
+        coordinates = self.equations.system.coordinates
         known |= {c.name: float(x) for c, x in zip(coordinates, self.q[state], strict=True)}
         for place, components in zip(self.places[state], self.components, strict=True):
             known |= dict(zip(components, map(float, place), strict=True))
@@ -129,8 +130,8 @@ class Configurations:
     @property
     def depends(self) -> list[frozenset[int]]:
         """Return for each body the numbers of the coordinates in its position."""
-        numbers = {c.q: k for k, c in enumerate(self.equations.coordinates)}
-        bodies: _Bodies = (*self.equations.particles, *self.depiction.points)
+        numbers = {c.q: k for k, c in enumerate(self.equations.system.coordinates)}
+        bodies: _Bodies = (*self.equations.system.particles, *self.depiction.points)
         return [
             frozenset(numbers[s] for e in body.position for s in e.free_symbols if s in numbers)
             for body in bodies
@@ -139,7 +140,7 @@ class Configurations:
     @property
     def components(self) -> list[tuple[str, str, str]]:
         """Return the Cartesian names of each body."""
-        bodies: _Bodies = (*self.equations.particles, *self.depiction.points)
+        bodies: _Bodies = (*self.equations.system.particles, *self.depiction.points)
         return [body.components for body in bodies]
 
 
@@ -154,15 +155,15 @@ def configurations(equations: Equations) -> Configurations:
     """
     depiction = _depiction(equations)
     placing = frozenset[str]().union(*map(unknown_names, _placing(equations, depiction)))
-    require_given(f for f in equations.functions if f.name in placing)
+    require_given(f for f in equations.system.functions if f.name in placing)
     start = _start(equations)
     if start is None:
         hint = "give the initial state in 'initial', and a value for every parameter"
         raise _refusal("no configuration of this scene is known that could be drawn", hint)
     values, q = start
-    t = float(equations.simulate.start)
-    bodies: _Bodies = (*equations.particles, *depiction.points)
-    inputs = [*(c.q for c in equations.coordinates), equations.t, *values]
+    t = float(equations.system.simulate.start)
+    bodies: _Bodies = (*equations.system.particles, *depiction.points)
+    inputs = [*(c.q for c in equations.system.coordinates), equations.system.t, *values]
     positions = Function([entry for body in bodies for entry in body.position], inputs)
 
     def places(q: Array, t: float) -> Array:
@@ -178,17 +179,17 @@ def configurations(equations: Equations) -> Configurations:
         np.array([state[0] for state in states]),
         np.array([state[1] for state in states]),
         np.array([state[2] for state in states]),
-        equations.initial is not None,
+        equations.system.initial is not None,
         positions,
     )
 
 
 def _depiction(equations: Equations) -> Depiction:
-    depiction = equations.depiction
+    depiction = equations.presentation.depiction
     if depiction is None:
         why = f"there are more than {MOST_BODIES} particles and points: a sketch would be a blot"
         raise _refusal(why, "draw the scene with smaller sizes, as in -p n=10")
-    if not equations.particles and not depiction.points:
+    if not equations.system.particles and not depiction.points:
         hint = "name places that move, as points: {axis: [l*sin(theta), 0, l*cos(theta)]}"
         why = "this scene has no particles and no points: nothing says where anything is"
         raise _refusal(why, hint)
@@ -198,11 +199,11 @@ def _depiction(equations: Equations) -> Depiction:
 
 def _placing(equations: Equations, depiction: Depiction) -> Iterator[Expr]:
     """Positions and constraints, which say where things are."""
-    bodies: _Bodies = (*equations.particles, *depiction.points)
+    bodies: _Bodies = (*equations.system.particles, *depiction.points)
     for body in bodies:
         yield from body.position
     yield from (relation.expression for relation in depiction.relations)
-    yield from (closure.expression for closure in equations.closures)
+    yield from (closure.expression for closure in equations.system.closures)
 
 
 def _refusal(message: str, hint: str) -> InputError:
@@ -218,15 +219,15 @@ def size_of(places: Array) -> float:
 
 def _start(equations: Equations) -> tuple[dict[Symbol, float], Array] | None:
     """Values of parameters and coordinates: of the start, or a state of the certificate."""
-    initial, parameters = equations.initial, equations.parameters
+    initial, parameters = equations.system.initial, equations.system.parameters
     if initial is not None:
         values = {p.symbol: p.value for p in parameters if p.value is not None}
         return values, np.array(initial.positions, dtype=float)
-    if equations.sources is None:
+    if equations.derivation.sources is None:
         return None
-    state = equations.sources.state
+    state = equations.derivation.sources.state
     known = {p.symbol: float(state[p.symbol]) for p in parameters if p.symbol in state}
-    return known, np.array([float(state[c.q]) for c in equations.coordinates])
+    return known, np.array([float(state[c.q]) for c in equations.system.coordinates])
 
 
 def _nearby(
@@ -239,13 +240,15 @@ def _nearby(
 ) -> Iterator[tuple[Array, float, Array]]:
     """Feasible configurations near the start, at times near its own."""
     # In a chain only neighbours may be pulled apart, by part of their distance.
-    length = size / max(1, len(equations.particles))
-    reach = np.array([_FARTHEST * (1 if c.is_angle else length) for c in equations.coordinates])
-    closures = [c for c in equations.closures if c.kind == "position"]
+    length = size / max(1, len(equations.system.particles))
+    reach = np.array(
+        [_FARTHEST * (1 if c.is_angle else length) for c in equations.system.coordinates]
+    )
+    closures = [c for c in equations.system.closures if c.kind == "position"]
     feasible = _Feasible(equations, closures, values)
     for k in range(1, _NEARBY + 1):
         shift = np.array([_spread(k, i) for i in range(len(q))])
-        time = t + (0.1 * k if equations.facts.rheonomic else 0.0)
+        time = t + (0.1 * k if equations.derivation.facts.rheonomic else 0.0)
         for part in (1.0, 0.3, 0.05):
             try:
                 near = feasible.nearest(q + part * reach * shift, time, reach)
@@ -264,9 +267,11 @@ def _spread(k: int, i: int) -> float:
 def feasible_near(known: Configurations, q: Array) -> Array:
     """Return coordinates moved onto the closures between positions; as they are if that fails."""
     equations = known.equations
-    closures = [c for c in equations.closures if c.kind == "position"]
-    length = known.size / max(1, len(equations.particles))
-    reach = np.array([_FARTHEST * (1 if c.is_angle else length) for c in equations.coordinates])
+    closures = [c for c in equations.system.closures if c.kind == "position"]
+    length = known.size / max(1, len(equations.system.particles))
+    reach = np.array(
+        [_FARTHEST * (1 if c.is_angle else length) for c in equations.system.coordinates]
+    )
     feasible = _Feasible(equations, closures, known.values)
     near = feasible.nearest(np.asarray(q, dtype=float), float(known.times[0]), reach)
     return q if near is None else near
@@ -278,7 +283,7 @@ class _Feasible:
     def __init__(
         self, equations: Equations, closures: Sequence[Closure], values: Mapping[Symbol, float]
     ) -> None:
-        inputs = [*(c.q for c in equations.coordinates), equations.t, *values]
+        inputs = [*(c.q for c in equations.system.coordinates), equations.system.t, *values]
         entries = [(k, i) for k, c in enumerate(closures) for i in c.coordinate_numbers]
         outputs = [c.expression for c in closures]
         outputs += [closures[k].gradient[i] for k, i in entries]

@@ -105,7 +105,7 @@ def _restrained(
     axes: Sequence[int],
 ) -> int | None:
     """The particle that a constraint over these names acts on, None if that is none alone."""
-    others = {c.name for c in configurations.equations.coordinates} - owners.keys()
+    others = {c.name for c in configurations.equations.system.coordinates} - owners.keys()
     if not others.isdisjoint(names):
         return None
     held: dict[int, int] = {}
@@ -240,7 +240,7 @@ def path(
     in ``near``.
     """
     start = configurations.places[0, particle]
-    if configurations.equations.coordinates[number].is_angle:
+    if configurations.equations.system.coordinates[number].is_angle:
         turns = np.linspace(0, 2 * np.pi, _AROUND + 1)
         try:
             points = np.array([configurations.turned(number, a)[particle] for a in turns])

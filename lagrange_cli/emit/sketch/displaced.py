@@ -202,7 +202,7 @@ class _Drawing:
         centre = self.known.places[number, wheel.particle]
         strokes: list[tuple[StrokeKind, Array]] = [("wheel", self.at(wheel.rim(centre, _ROUND)))]
         configurations = self.known.configurations
-        names = [c.name for c in configurations.equations.coordinates]
+        names = [c.name for c in configurations.equations.system.coordinates]
         if wheel.name in names:
             angle = configurations.q[number, names.index(wheel.name)]
             spoke = self.at(np.stack([centre, *wheel.rim(centre, np.array([angle]))]))

@@ -231,8 +231,8 @@ def _patch(start: Array, normal: Array, frame: Frame) -> Curve:
 def _path_guides(known: Findings, particle: int, frame: Frame) -> Iterator[Guide]:
     """The path of a particle that one coordinate alone moves, unless it goes round on a rod."""
     configurations = known.configurations
-    coordinates = configurations.equations.coordinates
-    closed = {k for c in configurations.equations.closures for k in c.coordinate_numbers}
+    coordinates = configurations.equations.system.coordinates
+    closed = {k for c in configurations.equations.system.closures for k in c.coordinate_numbers}
     moving = list(known.depends[particle])
     if len(moving) != 1 or moving[0] in closed:
         return
@@ -248,7 +248,7 @@ def _path_guides(known: Findings, particle: int, frame: Frame) -> Iterator[Guide
 def _is_driven(known: Findings, particle: int) -> bool:
     """Tell whether a line of given direction holds a particle, which turns as time goes on."""
     configurations = known.configurations
-    if not configurations.equations.facts.rheonomic:
+    if not configurations.equations.derivation.facts.rheonomic:
         return False
     ends = [link.ends for link in known.links if link.kind == "rod" and particle in link.ends]
     later = configurations.moved(configurations.q[0], float(configurations.times[0]) + 0.137)

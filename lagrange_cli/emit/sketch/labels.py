@@ -29,7 +29,7 @@ def named(name: str, latex: str | None = None) -> Caption:
 
 def symbol_caption(equations: Equations, symbol: Expr) -> Caption:
     """Return the caption of a parameter."""
-    latex = {p.symbol: p.latex for p in equations.parameters}
+    latex = {p.symbol: p.latex for p in equations.system.parameters}
     return named(str(symbol), latex.get(symbol))
 
 
@@ -40,11 +40,11 @@ def gravity_caption(configurations: Configurations, acceleration: Array) -> Capt
     """
     size = float(np.linalg.norm(acceleration))
     equations = configurations.equations
-    for parameter in equations.parameters:
+    for parameter in equations.system.parameters:
         if abs(configurations.values.get(parameter.symbol, 0.0) - size) <= 1e-12 * size:
             caption = named(parameter.name, parameter.latex)
             return Caption(rf"\vec{{{caption.latex}}}", caption.plain)
-    masses = {s for p in equations.particles for s in p.mass.free_symbols}
+    masses = {s for p in equations.system.particles for s in p.mass.free_symbols}
     parameters = {s for _, v in configurations.depiction.potentials for s in v.free_symbols}
     is_number = not (parameters & configurations.values.keys()) - masses
     return Caption(r"\vec{g}", "g") if is_number else None
@@ -58,12 +58,12 @@ def point_caption(configurations: Configurations, name: str) -> Caption:
 
 def particle_captions(equations: Equations) -> list[Caption]:
     """Return for each particle the symbol of its mass, or its name where masses are alike."""
-    counts = Counter(p.mass for p in equations.particles)
+    counts = Counter(p.mass for p in equations.system.particles)
     return [
         symbol_caption(equations, p.mass)
         if p.mass.is_Symbol and counts[p.mass] == 1
         else named(p.name, p.latex)
-        for p in equations.particles
+        for p in equations.system.particles
     ]
 
 

@@ -65,7 +65,7 @@ def _stated_pairs(known: Findings) -> Iterator[tuple[int, int]]:
     for number, components in enumerate(configurations.components):
         for name in components:
             owners.setdefault(name, set()).add(number)
-    for number, coordinate in enumerate(configurations.equations.coordinates):
+    for number, coordinate in enumerate(configurations.equations.system.coordinates):
         if coordinate.name not in owners:
             owners[coordinate.name] = {k for k, on in enumerate(known.depends) if number in on}
     for relation in configurations.depiction.relations:

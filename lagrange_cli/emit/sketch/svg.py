@@ -51,7 +51,7 @@ def emit_svg(equations: Equations, options: Mapping[str, OptionValue]) -> dict[s
     InputError
         The system cannot be drawn; see :func:`.composition.sketch_of`.
     """
-    return {f"{equations.name}.svg": svg_text(sketch_of(equations))}
+    return {f"{equations.presentation.name}.svg": svg_text(sketch_of(equations))}
 
 
 def svg_text(sketch: Sketch) -> str:

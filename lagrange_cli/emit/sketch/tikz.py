@@ -41,7 +41,7 @@ def emit_tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[
     InputError
         The system cannot be drawn; see :func:`.composition.sketch_of`.
     """
-    return {f"{equations.name}.tikz.tex": tikz_text(sketch_of(equations))}
+    return {f"{equations.presentation.name}.tikz.tex": tikz_text(sketch_of(equations))}
 
 
 def tikz_picture(equations: Equations, points: float) -> str:

@@ -44,7 +44,7 @@ def _of_names(configurations: Configurations, potential: Expr) -> list[Array]:
     """Accelerations of terms that are linear in the Cartesian names of particles."""
     import sympy
 
-    particles = configurations.equations.particles
+    particles = configurations.equations.system.particles
     owners = {s: p for p in particles for s in p.components}
     weights: dict[str, dict[int, Expr]] = {}
     for term in sympy.Add.make_args(sympy.expand_mul(potential)):
@@ -83,7 +83,7 @@ class _Moments:
 
 def _moments(configurations: Configurations) -> list[_Moments]:
     """Moments with the parameters of the picture, and with other masses."""
-    particles = configurations.equations.particles
+    particles = configurations.equations.system.particles
     masses = {s for p in particles for s in p.mass.free_symbols}
     values = dict(configurations.values)
     heavier = {s: v * (1.3 + 0.2 * k) for k, (s, v) in enumerate(values.items()) if s in masses}

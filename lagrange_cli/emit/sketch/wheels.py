@@ -76,9 +76,9 @@ class Wheel:
 def find_wheels(configurations: Configurations, down: Array | None) -> list[Wheel]:
     """Find the wheels of a scene; ``down`` is the acceleration of gravity, None without it."""
     equations = configurations.equations
-    if max(configurations.particles, len(equations.coordinates)) > MOST_SOUGHT:
+    if max(configurations.particles, len(equations.system.coordinates)) > MOST_SOUGHT:
         return []
-    if any(c.rate != 0 and c.kind == "position" for c in equations.closures):
+    if any(c.rate != 0 and c.kind == "position" for c in equations.system.closures):
         return []
     found: list[Wheel] = []
     for name, angle in _angles(configurations):
@@ -96,17 +96,17 @@ def _angles(configurations: Configurations) -> Iterator[tuple[str, Expr]]:
     Not those that a constraint relates to each other, as of gears: what they roll on may turn.
     """
     moving = frozenset[int]().union(*configurations.depends)
-    coordinates = configurations.equations.coordinates
-    turning = [set(c.coordinate_numbers) - moving for c in configurations.equations.closures]
+    coordinates = configurations.equations.system.coordinates
+    turning = [set(c.coordinate_numbers) - moving for c in configurations.equations.system.closures]
     geared = set().union(*(numbers for numbers in turning if len(numbers) > 1))
     for k, c in enumerate(coordinates):
         if k not in moving | geared:
             yield c.name, c.q
     symbols = {c.q for c in coordinates} | set(configurations.values)
     placed = {name for names in configurations.components for name in names}
-    determined = [(c.name, c.position) for c in configurations.equations.cartesian_names]
+    determined = [(c.name, c.position) for c in configurations.equations.system.cartesian_names]
     further = [(name, place) for name, place in determined if name not in placed]
-    for name, expression in (*configurations.equations.abbreviations, *further):
+    for name, expression in (*configurations.equations.presentation.abbreviations, *further):
         if expression.free_symbols <= symbols:
             yield name, expression
 
@@ -131,12 +131,12 @@ class _Motion:
     def __init__(self, configurations: Configurations, particle: int, angle: Expr) -> None:
         equations = configurations.equations
         self.configurations, self.particle = configurations, particle
-        self.position = equations.particles[particle].position
-        q = [c.q for c in equations.coordinates]
-        rows = [[sympy.sympify(entry) for entry in c.gradient] for c in equations.closures]
+        self.position = equations.system.particles[particle].position
+        q = [c.q for c in equations.system.coordinates]
+        rows = [[sympy.sympify(entry) for entry in c.gradient] for c in equations.system.closures]
         rows += [[derivative(e, s) for s in q] for e in (*self.position, angle)]
         self._shape = (len(rows), len(q))
-        self.inputs = [*q, equations.t, *configurations.values]
+        self.inputs = [*q, equations.system.t, *configurations.values]
         self._slopes = Function([*(e for row in rows for e in row), angle], self.inputs)
         values = configurations.values.items()
         self.others = {s: v * (1.17 + 0.05 * k) for k, (s, v) in enumerate(values)}
@@ -213,7 +213,7 @@ def _is_normal(slopes: Array, velocities: list[Array]) -> bool:
 
 
 def _says_that_it_rolls(configurations: Configurations) -> bool:
-    lines = configurations.equations.account.lines
+    lines = configurations.equations.derivation.account.lines
     return any(line.name.lower().startswith(_ROLLS) for line in lines)
 
 

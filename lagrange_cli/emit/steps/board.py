@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def conservation(writer: StepsWriter) -> Section | None:
     """What ∂L/∂q = 0 and ∂L/∂t = 0 say."""
-    if not writer.equations.coordinates:
+    if not writer.equations.system.coordinates:
         return None
     heading = writer.say("Cyclic coordinates, momenta and energy")
     return section(heading, *_momenta(writer), *_energy(writer))
@@ -30,14 +30,14 @@ def conservation(writer: StepsWriter) -> Section | None:
 def _momenta(writer: StepsWriter) -> Iterator[Block]:
     equations, letters, say = writer.equations, writer.letters, writer.say
     whole = letters.inline(writer.labels["L"])
-    conserved = {c.coordinate: c for c in equations.conserved if c.kind == "momentum"}
+    conserved = {c.coordinate: c for c in equations.derivation.conserved if c.kind == "momentum"}
     absent = [
         c
-        for c, steps in zip(equations.coordinates, writer.steps.coordinates, strict=True)
-        if steps.slope == 0 or c.name in equations.cyclic
+        for c, steps in zip(equations.system.coordinates, writer.steps.coordinates, strict=True)
+        if steps.slope == 0 or c.name in equations.derivation.cyclic
     ]
     driven = [writer.coordinate(c) for c in absent if c.name not in conserved]
-    if not absent and not equations.open_questions:
+    if not absent and not equations.derivation.open_questions:
         yield Words(say("{lagrangian} depends on every coordinate.", lagrangian=whole))
     if driven:
         yield Words(
@@ -68,36 +68,38 @@ def _momenta(writer: StepsWriter) -> Iterator[Block]:
 def _energy(writer: StepsWriter) -> Iterator[Block]:
     equations, letters, labels = writer.equations, writer.letters, writer.labels
     say, both = writer.say, letters.inline(f"{labels['T']} + {labels['V']}")
-    held = next((c for c in equations.conserved if c.kind != "momentum"), None)
+    held = next((c for c in equations.derivation.conserved if c.kind != "momentum"), None)
     momentum = letters.partial(labels["L"], letters.symbol("q_j", 1))
     function = letters.total("j", letters.times(letters.symbol("q_j", 1), momentum))
-    row = writer.row(f"{function} - {labels['L']}", equations.energy)
-    reported = held or equations.balance
+    row = writer.row(f"{function} - {labels['L']}", equations.system.energy)
+    reported = held or equations.derivation.balance
     if reported is not None:
         label = labels["E" if reported.kind == "energy" else "h"]
         row = Formula(label, row.chain, middle=row.label)
     yield Words(say("The energy function is"))
     yield formulas([row], result=True)
     if held is None:
-        if equations.balance is not None:
+        if equations.derivation.balance is not None:
             yield Words(say("It changes at the rate"))
-            yield formulas([writer.row(letters.rate(label), equations.balance.rate)])
+            yield formulas([writer.row(letters.rate(label), equations.derivation.balance.rate)])
         return
     slope = letters.inline(f"{letters.partial(labels['L'], letters.symbol('t'))} = 0")
     told = say("It is conserved, since {slope}", slope=slope)
-    if equations.forces or equations.dissipation != 0:
+    if equations.system.forces or equations.system.dissipation != 0:
         told += say(" and the forces do no work")
     elif only_between_impacts(equations):
         told += say(", between impacts")
     if energy_is_sum(equations, held):
         told += say("; it is {energy}", energy=both)
-    elif held.kind == "jacobi" and not equations.potential.free_symbols & _velocities(writer):
+    elif held.kind == "jacobi" and not equations.system.potential.free_symbols & _velocities(
+        writer
+    ):
         told += say("; it is not {energy}", energy=both)
     yield Words(say("{text}.", text=told))
 
 
 def _velocities(writer: StepsWriter) -> set[sympy.Symbol]:
-    return {c.v for c in writer.equations.coordinates}
+    return {c.v for c in writer.equations.system.coordinates}
 
 
 #: The part of a document that a section belongs to, and what writes it.

@@ -20,8 +20,8 @@ from lagrange_cli.emit.steps.sections import (
 from lagrange_cli.emit.steps.writer import StepsWriter, sum_of
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate
     from lagrange_cli.mechanics.step_values import BodySteps, VirtualWork
+    from lagrange_cli.mechanics.system import Coordinate
 
 
 def applied_forces(writer: StepsWriter) -> Section | None:
@@ -42,7 +42,7 @@ def applied_forces(writer: StepsWriter) -> Section | None:
 
 def principle(writer: StepsWriter) -> Section | None:
     """The coefficient of each δq, which vanishes."""
-    coordinates = writer.equations.coordinates
+    coordinates = writer.equations.system.coordinates
     if not coordinates:
         return None
     letters, say = writer.letters, writer.say
@@ -68,7 +68,7 @@ def principle(writer: StepsWriter) -> Section | None:
 
 def _independent(writer: StepsWriter) -> str:
     name = writer.letters.inline(writer.letters.virtual(writer.letters.symbol("q_j")))
-    if writer.equations.pushing:
+    if writer.equations.system.pushing:
         return writer.say(
             "The {listed} are restricted by the constraints that are kept: with a multiplier for"
             " each of these, every coefficient vanishes.",
@@ -129,7 +129,9 @@ def _coefficient(
         label = letters.below(writer.inertia_letter, place)
         rows.append(writer.row(label, parts.coordinates))
     yield formulas(rows)
-    yield from equation(writer, writer.steps.coordinates[number], writer.equations.shown[number])
+    yield from equation(
+        writer, writer.steps.coordinates[number], writer.equations.derivation.shown[number]
+    )
 
 
 def comparison(writer: StepsWriter) -> Section | None:
@@ -146,8 +148,8 @@ def comparison(writer: StepsWriter) -> Section | None:
         say("The same by Lagrange's equations"),
         formulas(
             [
-                writer.row(labels["T"], writer.equations.kinetic),
-                writer.row(labels[potential], writer.equations.potential),
+                writer.row(labels["T"], writer.equations.system.kinetic),
+                writer.row(labels[potential], writer.equations.system.potential),
             ]
         ),
         Law(lagrange_law(writer, multiplier_terms(writer))),
@@ -159,7 +161,7 @@ def comparison(writer: StepsWriter) -> Section | None:
                 "Evaluated from {lagrangian} at {count} random states in {digits} digits, these"
                 " differ from the coefficients above by {size}: both ways give the same equations.",
                 lagrangian=writer.letters.inline(labels["L"]),
-                digits=writer.equations.certificate.digits,
+                digits=writer.equations.derivation.certificate.digits,
                 size=size,
             )
         ),
@@ -168,7 +170,7 @@ def comparison(writer: StepsWriter) -> Section | None:
 
 def newton_equations(writer: StepsWriter) -> Section | None:
     """m r̈ = F + f of each particle, where constraint forces f are derived."""
-    if writer.equations.constraint_forces is None:
+    if writer.equations.derivation.constraint_forces is None:
         return None
     letters = writer.letters
     inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))

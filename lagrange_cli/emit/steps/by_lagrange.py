@@ -22,36 +22,37 @@ from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display, display_row
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Closure, Coordinate, ShownEquation
+    from lagrange_cli.mechanics.equations import ShownEquation
     from lagrange_cli.mechanics.step_values import CoordinateSteps
+    from lagrange_cli.mechanics.system import Closure, Coordinate
 
 
 def constraints(writer: StepsWriter) -> Section | None:
     """Closure equations with the derivatives by which their multipliers push."""
     equations, say = writer.equations, writer.say
     rows: list[Formula] = []
-    for closure in equations.pushing:
+    for closure in equations.system.pushing:
         left = writer.constraint(closure)
         rows.append(writer.row(left, closure.expression))
         for j, slope in entries(closure.gradient).items():
-            rows.append(writer.row(_slope(writer, closure, equations.coordinates[j]), slope))
+            rows.append(writer.row(_slope(writer, closure, equations.system.coordinates[j]), slope))
     if not rows:
         return None
     told = []
-    if equations.closures:
-        names = writer.listed([writer.constraint(c) for c in equations.closures])
+    if equations.system.closures:
+        names = writer.listed([writer.constraint(c) for c in equations.system.closures])
         told.append(
             say.counted(
-                len(equations.closures),
+                len(equations.system.closures),
                 "Beside the equations of motion {listed} vanishes.",
                 "Beside the equations of motion {listed} vanish.",
                 listed=names,
             )
         )
-    if equations.contacts:
-        gaps = writer.listed([writer.constraint(c.closure) for c in equations.contacts])
+    if equations.system.contacts:
+        gaps = writer.listed([writer.constraint(c.closure) for c in equations.system.contacts])
         one, many = "{listed} is the gap of a contact.", "{listed} are gaps of contacts."
-        told.append(say.counted(len(equations.contacts), one, many, listed=gaps))
+        told.append(say.counted(len(equations.system.contacts), one, many, listed=gaps))
     line = multipliers_line(equations, say)
     return section(
         say("Constraints with multipliers"),
@@ -68,13 +69,13 @@ def _slope(writer: StepsWriter, closure: Closure, coordinate: Coordinate) -> str
 
 def lagrange_equations(writer: StepsWriter) -> Section | None:
     """∂L/∂v, its rate, ∂L/∂q of each coordinate, then the equation before and after division."""
-    coordinates = writer.equations.coordinates
+    coordinates = writer.equations.system.coordinates
     if not coordinates:
         return None
     blocks = [
         block
         for c, steps, shown in zip(
-            coordinates, writer.steps.coordinates, writer.equations.shown, strict=True
+            coordinates, writer.steps.coordinates, writer.equations.derivation.shown, strict=True
         )
         for block in _coordinate(writer, c, steps, shown)
     ]
@@ -91,15 +92,15 @@ def lagrange_law(writer: Writer, multiplied: Iterable[str]) -> str:
     place, speed = letters.symbol("q_j"), letters.symbol("q_j", 1)
     left = f"{letters.rate(letters.partial(labels['L'], speed))}"
     left += f" - {letters.partial(labels['L'], place)}"
-    if writer.equations.dissipation != 0:
+    if writer.equations.system.dissipation != 0:
         left += f" + {letters.partial(labels['D'], speed)}"
-    force = letters.symbol("Q_j") if writer.equations.forces else ""
+    force = letters.symbol("Q_j") if writer.equations.system.forces else ""
     return f"{left} = {sum_of([force, *multiplied])}"
 
 
 def multiplier_terms(writer: StepsWriter) -> Iterator[str]:
     """Generalized forces of closures and contacts, of each kind there is."""
-    letters, taken = writer.letters, {closure.kind for closure in writer.equations.pushing}
+    letters, taken = writer.letters, {closure.kind for closure in writer.equations.system.pushing}
     left, push = writer.constraint_letter, letters.symbol("lambda_k")
     for kind, order in (("position", 0), ("velocity", 1)):
         if kind in taken:

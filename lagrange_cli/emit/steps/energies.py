@@ -39,7 +39,7 @@ def kinetic_energy(writer: StepsWriter) -> Section | None:
         writer.say("Kinetic energy"),
         formulas(rows),
         formulas(
-            [writer.row(writer.labels["T"], sympy.Add(*written), writer.equations.kinetic)],
+            [writer.row(writer.labels["T"], sympy.Add(*written), writer.equations.system.kinetic)],
             result=True,
         ),
     )
@@ -79,7 +79,7 @@ def potential_energy(writer: StepsWriter) -> Section | None:
     if velocity_dependent:
         heading = writer.say("Generalized potential")
     label = writer.labels["U" if velocity_dependent else "V"]
-    terms, potential = writer.steps.potentials, writer.equations.potential
+    terms, potential = writer.steps.potentials, writer.equations.system.potential
     if len(terms) == 1:
         whole = writer.row(label, terms[0].written, potential)
         return section(heading, formulas([whole], result=True))
@@ -92,9 +92,9 @@ def potential_energy(writer: StepsWriter) -> Section | None:
 
 def lagrangian(writer: StepsWriter) -> Section | None:
     """L = T − V, or what of that changes the equations of motion."""
-    labels, short = writer.labels, writer.equations.short_lagrangian
+    labels, short = writer.labels, writer.equations.derivation.short_lagrangian
     potential = labels["U" if is_generalized_potential(writer.equations) else "V"]
-    row = writer.sum_row(labels["L"], writer.equations.lagrangian)
+    row = writer.sum_row(labels["L"], writer.equations.system.lagrangian)
     if short is not None and row.chain:
         row = writer.sum_row(labels["L"], short.expression)
         inline = writer.letters.inline
@@ -110,9 +110,9 @@ def lagrangian(writer: StepsWriter) -> Section | None:
 
 def dissipation(writer: StepsWriter) -> Section | None:
     """The dissipation function D, where there is one."""
-    if writer.equations.dissipation == 0:
+    if writer.equations.system.dissipation == 0:
         return None
-    row = writer.row(writer.labels["D"], writer.equations.dissipation)
+    row = writer.row(writer.labels["D"], writer.equations.system.dissipation)
     return section(writer.say("Dissipation function"), formulas([row], result=True))
 
 
@@ -155,7 +155,7 @@ def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Block]:
     name = letters.words(force.name)
     yield Title(writer.say("The force {name} on {place}:", name=name, place=on))
     parts = {p.name: dict(p.partials) for b in writer.steps.bodies for p in b.components}
-    names = {c.q: c for c in writer.equations.coordinates}
+    names = {c.q: c for c in writer.equations.system.coordinates}
     rows = []
     if on_body:
         rows += [writer.row(writer.force(n), e) for n, e in force.components]
@@ -185,7 +185,7 @@ def _several(writer: StepsWriter) -> Iterator[Block]:
             shares.setdefault(q, []).append(value)
     rows = [
         writer.row(writer.letters.below("Q", writer.coordinate(c)), sympy.Add(*shares[c.q]))
-        for c in writer.equations.coordinates
+        for c in writer.equations.system.coordinates
         if len(shares.get(c.q, ())) > 1
     ]
     if rows:

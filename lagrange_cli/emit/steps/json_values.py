@@ -33,7 +33,7 @@ class _Reporter:
 
     def report(self) -> dict[str, Any]:
         steps, equations = self._writer.steps, self._writer.equations
-        names = [c.name for c in equations.coordinates]
+        names = [c.name for c in equations.system.coordinates]
         return {
             "by": steps.way,
             "bodies": [self._body(body) for body in steps.bodies],
@@ -50,7 +50,7 @@ class _Reporter:
                     "residual": self._say(parts.residual),
                     "divided_by": self._say(shown.divided_by),
                 }
-                for parts, shown in zip(steps.coordinates, equations.shown, strict=True)
+                for parts, shown in zip(steps.coordinates, equations.derivation.shown, strict=True)
             ],
             "virtual_work": [
                 {
@@ -63,7 +63,7 @@ class _Reporter:
             ],
             "certificate": {
                 "points": steps.states,
-                "digits": equations.certificate.digits,
+                "digits": equations.derivation.certificate.digits,
                 "mismatch": steps.mismatch,
                 "difference": steps.difference,
             },

@@ -12,8 +12,8 @@ from lagrange_cli.emit.steps.writer import StepsWriter, displacement, is_own_coo
 from lagrange_cli.mechanics.step_values import rate_symbol
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import CartesianName
     from lagrange_cli.mechanics.step_values import BodySteps, ComponentSteps
+    from lagrange_cli.mechanics.system import CartesianName
 
 
 def positions(writer: StepsWriter) -> Section | None:
@@ -43,7 +43,7 @@ def _determined(writer: StepsWriter) -> list[CartesianName]:
     placed = {part.name for body in writer.steps.bodies for part in body.components}
     return [
         c
-        for c in writer.equations.cartesian_names
+        for c in writer.equations.system.cartesian_names
         if c.name not in placed and rate_symbol(c.name) in rates
     ]
 
@@ -106,7 +106,7 @@ def accelerations(writer: StepsWriter) -> Section | None:
 def displacements(writer: StepsWriter) -> Section | None:
     """Virtual displacements δr = Σ ∂r/∂q δq, at fixed time."""
     letters = writer.letters
-    moved = {c.q: displacement(c) for c in writer.equations.coordinates}
+    moved = {c.q: displacement(c) for c in writer.equations.system.coordinates}
 
     def rows(part: ComponentSteps) -> Iterable[Formula]:
         terms = [slope * moved[s] for s, slope in part.partials if s in moved]
@@ -129,7 +129,7 @@ def displacements(writer: StepsWriter) -> Section | None:
 
 
 def _is_rheonomic(writer: StepsWriter) -> bool:
-    t = writer.equations.t
+    t = writer.equations.system.t
     parts = (part for body in writer.steps.bodies for part in body.components)
     return any(s == t for part in parts for s, _ in part.partials)
 

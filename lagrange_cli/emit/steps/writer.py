@@ -23,8 +23,9 @@ from lagrange_cli.notation.vocabulary import Omission, Vocabulary, vocabulary
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-    from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.step_values import ComponentSteps, DerivationSteps
+    from lagrange_cli.mechanics.system import Closure, Coordinate
 
 #: Terms of a sum that is written out although its parts stand above it.
 _MOST_TERMS = 12
@@ -131,12 +132,12 @@ class StepsWriter(Writer):
         atoms = dict(usual.atoms)
         written = [term.written for term in (*self.steps.kinetic, *self.steps.potentials)]
         for symbol in {s for e in written for s in e.free_symbols} - atoms.keys():
-            order = [c.name for c in self.equations.cartesian_names]
+            order = [c.name for c in self.equations.system.cartesian_names]
             rank = order.index(symbol.name) if symbol.name in order else len(order)
             atoms[symbol] = symbol_of(symbol.name, Dependence.COORDINATE, rank)
-        for rank, name in enumerate(c.name for c in self.equations.cartesian_names):
+        for rank, name in enumerate(c.name for c in self.equations.system.cartesian_names):
             atoms[rate_symbol(name)] = symbol_of(name, Dependence.VELOCITY, rank, order=1)
-        for rank, c in enumerate(self.equations.coordinates):
+        for rank, c in enumerate(self.equations.system.coordinates):
             text = self.letters.virtual(self.coordinate(c))
             atoms[displacement(c)] = spelled_symbol(text, Dependence.ACCELERATION, rank)
         return replace(usual, atoms=atoms)
@@ -145,14 +146,14 @@ class StepsWriter(Writer):
 
     def variable(self, symbol: Symbol) -> str:
         """A coordinate or t, as what is differentiated by."""
-        for c in self.equations.coordinates:
+        for c in self.equations.system.coordinates:
             if symbol == c.q:
                 return self.coordinate(c)
         return self.letters.symbol("t")
 
     def cartesian(self, name: str, order: int = 0) -> str:
         """A Cartesian name, which may be that of a coordinate."""
-        for c in self.equations.coordinates:
+        for c in self.equations.system.coordinates:
             if c.name == name:
                 return self.coordinate(c, order)
         return self.letters.symbol(name, order)
@@ -164,7 +165,10 @@ class StepsWriter(Writer):
 
     def constraint(self, closure: Closure) -> str:
         """The left side of a closure or gap: ``φ_rolling``."""
-        letter, index = self.constraint_letter, self.equations.indices.get(closure.name)
+        letter, index = (
+            self.constraint_letter,
+            self.equations.presentation.indices.get(closure.name),
+        )
         latex = None if index is None else f"{latex_name(letter)}_{{{index}}}"
         return self.letters.symbol(f"{letter}_{closure.name}", 0, latex)
 

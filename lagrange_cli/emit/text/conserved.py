@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 
 def conserved(writer: TextWriter) -> list[Row | Block]:
-    if not writer.equations.coordinates:
+    if not writer.equations.system.coordinates:
         return []
-    conserved = writer.equations.conserved
+    conserved = writer.equations.derivation.conserved
     rows = [
         conserved_family(writer, one)
         if isinstance(one, FamilyRow)
@@ -53,7 +53,7 @@ def energy(writer: TextWriter) -> list[Row | Block]:
     """Why the energy is not conserved, and at which rate it changes; T + V beside h."""
     say, when = writer.say, ""
     rows: list[Row | Block] = [*_balance(writer), *_lost(writer), *_sum(writer)]
-    if writer.equations.balance is not None and only_between_impacts(writer.equations):
+    if writer.equations.derivation.balance is not None and only_between_impacts(writer.equations):
         when = say(" between impacts")
     return [Row(say("Energy"), when, role="heading"), *rows] if rows else []
 
@@ -82,7 +82,7 @@ def _sum(writer: TextWriter) -> Iterator[Row | Block]:
 
 def _balance(writer: TextWriter) -> list[Row]:
     """The rate of the energy where that is not conserved."""
-    balance = writer.equations.balance
+    balance = writer.equations.derivation.balance
     if balance is None:
         return []
     labels = quantity_labels(writer.equations)
@@ -91,7 +91,7 @@ def _balance(writer: TextWriter) -> list[Row]:
     if energy_is_sum(writer.equations, balance):
         rows.append(Row(f"  {label}", f" = {labels['T']} + {labels['V']}", role="name"))
     else:
-        rows.append(writer.total(f"  {label}", balance.parts or (writer.equations.energy,)))
+        rows.append(writer.total(f"  {label}", balance.parts or (writer.equations.system.energy,)))
     if balance.is_dissipation:
         return [*rows, Row(f"  d{label}/dt", f" = -2 {labels['D']}", role="name")]
     return [*rows, writer.total(f"  d{label}/dt", (balance.rate,))]
@@ -109,7 +109,7 @@ def conserved_row(writer: TextWriter, quantity: Conserved) -> Row:
 def conserved_family(writer: TextWriter, row: FamilyRow) -> Row:
     """The momenta of a family."""
     assert writer.over_letters is not None
-    one = writer.equations.conserved[row.covers[0]]
+    one = writer.equations.derivation.conserved[row.covers[0]]
     reason = reason_of(writer, one, writer.printer.symbol(row.name))
     shown = writer.ranged(writer.tree(writer.over_letters.whole(row)), row)
     label = f"  {writer.printer.symbol(f'p_{row.name}')}"

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 def closures(writer: TextWriter) -> list[Row]:
     """The equations beside those of motion, and what their multipliers mean."""
-    if not writer.equations.closures:
+    if not writer.equations.system.closures:
         return []
-    closures = writer.equations.closures
+    closures = writer.equations.system.closures
     shown = []
     for one in writer.with_families("closures", len(closures)):
         if isinstance(one, FamilyRow) and writer.over_letters is not None:
@@ -43,10 +43,10 @@ def closures(writer: TextWriter) -> list[Row]:
 
 def contacts(writer: TextWriter) -> list[Row]:
     """Gaps and restitutions of one-sided constraints, and what their multipliers mean."""
-    names = [escape_controls(c.name) for c in writer.equations.contacts]
+    names = [escape_controls(c.name) for c in writer.equations.system.contacts]
     rows = [heading_row(writer.say("Contacts"))] if names else []
     for name, lead, contact in zip(
-        names, leads_after(names), writer.equations.contacts, strict=True
+        names, leads_after(names), writer.equations.system.contacts, strict=True
     ):
         open_gap = f" {writer.printer.at_least} 0"
         left = suffixed(writer.pieces(contact.closure.expression), open_gap, columns(open_gap))
@@ -60,7 +60,7 @@ def contacts(writer: TextWriter) -> list[Row]:
 
 def constraint_forces(writer: TextWriter) -> list[Row]:
     """Forces on the particles, and what each constraint exerts, where asked for."""
-    forces = writer.equations.constraint_forces
+    forces = writer.equations.derivation.constraint_forces
     if forces is None:
         return []
     groups = list(force_rows(forces))

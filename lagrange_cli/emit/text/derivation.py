@@ -75,7 +75,7 @@ def derivation_page(
     InternalError
         An expression has no exact form in print.
     """
-    steps = equations.steps
+    steps = equations.derivation.steps
     chosen = completed("text", TEXT_OPTIONS, options or {})
     is_written = steps is not None or chosen["written_out"]
     families = None if is_written else families_in(equations)
@@ -85,7 +85,7 @@ def derivation_page(
     omission = None if chosen["written_out"] else Omission(partial(operations_told, say=say))
     letters = vocabulary(equations, abbreviating=steps is None, omission=omission)
     over_letters = None if families is None else FamilyNotation(families, letters)
-    forces = equations.constraint_forces is not None
+    forces = equations.derivation.constraint_forces is not None
     parts = frozenset(sections_of(chosen, forces=forces))
     writer = TextWriter(equations, letters, printer, over_letters, parts=parts, say=say)
     rows = whole(writer, form) if steps is None else with_steps(writer, form, steps)
@@ -160,7 +160,7 @@ def chosen(writer: TextWriter, sections: _Parts) -> Iterator[Iterable[Row | Bloc
 
 
 def certificate(writer: TextWriter) -> list[Row]:
-    seal, steps = writer.equations.certificate, writer.equations.steps
+    seal, steps = writer.equations.derivation.certificate, writer.equations.derivation.steps
     lines = [certificate_line(seal, writer.say)]
     if steps is not None:
         from lagrange_cli.emit.steps.board import certified_line
@@ -171,12 +171,12 @@ def certificate(writer: TextWriter) -> list[Row]:
 
 def initial(writer: TextWriter) -> list[Row]:
     """Positions and velocities at the start, those that are not zero."""
-    start = writer.equations.initial
+    start = writer.equations.system.initial
     if start is None:
         return [Row(writer.say("Initial values"), "   ", words(writer.say("none")), "heading")]
     rows = [heading_row(writer.say("Initial values"))]
     for order, values in enumerate((start.positions, start.velocities)):
-        for c, value in zip(writer.equations.coordinates, values, strict=True):
+        for c, value in zip(writer.equations.system.coordinates, values, strict=True):
             name = f"  {writer.printer.symbol(c.name, order)}"
             multiple = multiple_of_pi(value) if order == 0 else None
             if multiple is not None:
@@ -194,7 +194,7 @@ def result(writer: TextWriter, form: str) -> list[Row]:
 
 
 def heading(writer: TextWriter) -> list[Row]:
-    name, title = writer.equations.name, writer.equations.title
+    name, title = writer.equations.presentation.name, writer.equations.presentation.title
     if not title:
         return [Row(escape_controls(name), role="heading")]
     return [Row(escape_controls(name), ": ", words(escape_controls(title)), "heading")]
@@ -232,7 +232,7 @@ def left_out(writer: TextWriter) -> list[Row]:
 def abbreviations(writer: TextWriter) -> list[Row]:
     """What the abbreviations on the page stand for, those of these among them."""
     rows: list[Row] = []
-    for name, expression in reversed(writer.equations.abbreviations):
+    for name, expression in reversed(writer.equations.presentation.abbreviations):
         if name in writer.abbreviated:
             own = replace(writer, words=unabbreviated(name, writer.words))
             rows.insert(0, own.formula(f"  {writer.printer.symbol(name)}", expression))

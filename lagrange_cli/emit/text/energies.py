@@ -19,7 +19,7 @@ from lagrange_cli.notation.page import USUAL_WIDTH, Block, Row, formula, words
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Input
+    from lagrange_cli.mechanics.system import Input
 
 
 def energies(writer: TextWriter) -> list[Row]:
@@ -30,10 +30,10 @@ def energies(writer: TextWriter) -> list[Row]:
     if families is not None:
         forms = families.kinetic, families.potential, families.dissipation
     rows = [
-        energy_row(writer, labels["T"], writer.equations.kinetic, forms[0]),
-        energy_row(writer, labels[potential], writer.equations.potential, forms[1]),
+        energy_row(writer, labels["T"], writer.equations.system.kinetic, forms[0]),
+        energy_row(writer, labels[potential], writer.equations.system.potential, forms[1]),
     ]
-    short = writer.equations.short_lagrangian
+    short = writer.equations.derivation.short_lagrangian
     if short is not None:
         pieces = writer.pieces(short.expression)
         if any(forms) or sum(p.width for p in pieces) > 2 * USUAL_WIDTH:
@@ -41,8 +41,8 @@ def energies(writer: TextWriter) -> list[Row]:
             pieces = [*difference, *added(writer.pieces(-short.left_out))]
         told = f"({without_line(writer.equations, writer.printer.symbol('t'), writer.say)})"
         rows.append(formula(labels["L"], " = ", pieces, aside=told))
-    if writer.equations.dissipation != 0:
-        rows.append(energy_row(writer, labels["D"], writer.equations.dissipation, forms[2]))
+    if writer.equations.system.dissipation != 0:
+        rows.append(energy_row(writer, labels["D"], writer.equations.system.dissipation, forms[2]))
     return rows
 
 
@@ -60,15 +60,15 @@ def forces(writer: TextWriter) -> list[Row | Block]:
             q,
             writer.say("{name} on {place}", name=force.name, place=force.on),
         )
-        for force in writer.equations.forces
-        for c, q in zip(writer.equations.coordinates, force.generalized, strict=True)
+        for force in writer.equations.system.forces
+        for c, q in zip(writer.equations.system.coordinates, force.generalized, strict=True)
         if q != 0
     ]
     return with_asides(writer.say("Generalized forces"), rows)
 
 
 def inputs(writer: TextWriter) -> list[Row]:
-    rows = [input_row(writer, source) for source in writer.equations.inputs]
+    rows = [input_row(writer, source) for source in writer.equations.system.inputs]
     return [heading_row(writer.say("Inputs")), *rows] if rows else []
 
 
@@ -83,5 +83,8 @@ def input_row(writer: TextWriter, source: Input) -> Row:
 
 
 def outputs(writer: TextWriter) -> list[Row]:
-    rows = [writer.formula(f"  {writer.printer.symbol(n)}", e) for n, e in writer.equations.outputs]
+    rows = [
+        writer.formula(f"  {writer.printer.symbol(n)}", e)
+        for n, e in writer.equations.system.outputs
+    ]
     return [heading_row(writer.say("Outputs")), *rows] if rows else []

@@ -34,14 +34,14 @@ from lagrange_cli.notation.page import Block, Row, formula, words
 from lagrange_cli.notation.scene_language import ScenePrinter
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import CartesianName, Parameter
+    from lagrange_cli.mechanics.system import CartesianName, Parameter
 
 
 def parameters(writer: TextWriter) -> list[Row]:
     """Parameters with value, unit and meaning, in columns."""
-    literals = dict(writer.equations.literals)
+    literals = dict(writer.equations.presentation.literals)
     rows = []
-    for p in writer.equations.parameters:
+    for p in writer.equations.system.parameters:
         value, exact = "", exact_value(p)
         if exact is not None:
             value = writer.printer.inline(display(exact, writer.words))
@@ -49,7 +49,7 @@ def parameters(writer: TextWriter) -> list[Row]:
             value = literals.get(Fraction(repr(p.value)), repr(p.value))
         told = f"{value.removesuffix('.0')} {escape_controls(p.unit or '')}".strip()
         rows.append((writer.printer.symbol(p.name), f" = {told}" if told else ""))
-    meanings = [_meaning(writer, p) for p in writer.equations.parameters]
+    meanings = [_meaning(writer, p) for p in writer.equations.system.parameters]
     heading = writer.say("Parameters")
     if rows and not any((*meanings, *(told for _, told in rows))):
         return [Row(heading, "   ", words(", ".join(name for name, _ in rows)), "heading")]
@@ -89,7 +89,7 @@ def account(writer: TextWriter, *, positions: bool = True) -> list[Row | Block]:
 
 def singular(writer: TextWriter) -> Iterator[Row]:
     """List the places at which the coordinates are singular."""
-    for place in writer.equations.singular:
+    for place in writer.equations.derivation.singular:
         names = ", ".join(writer.printer.symbol(name) for name in place.coordinates)
         zero = suffixed(writer.pieces(place.where), " = 0", 4)
         lead = f"      {writer.say('{names} where', names=names)} "
@@ -97,7 +97,7 @@ def singular(writer: TextWriter) -> Iterator[Row]:
 
 
 def constraints(writer: TextWriter) -> Iterator[Row]:
-    account = writer.equations.account
+    account = writer.equations.derivation.account
     rows = []
     for name, equations, remark in account_lines(account.lines, writer.families, writer.say):
         ends = [*("," for _ in equations[1:]), ""]
@@ -119,7 +119,7 @@ def constraints(writer: TextWriter) -> Iterator[Row]:
 
 def coordinates(writer: TextWriter, positions: Sequence[CartesianName]) -> Block:
     items = coordinate_items(writer)
-    if writer.equations.account.chosen_automatically:
+    if writer.equations.derivation.account.chosen_automatically:
         items += ["", "", *writer.say("(chosen automatically)").split(" ")]
     head = Row(writer.say("Coordinates"), "   ", words(items), "heading")
     listed = [(c.name, c.position) for c in positions]
@@ -136,7 +136,7 @@ def coordinate_items(writer: TextWriter) -> list[str]:
     """Names of coordinates; those of a family as one, with the range of its indices."""
     families = writer.families
     if families is None:
-        symbols = ((writer.printer.symbol(c.name), c) for c in writer.equations.coordinates)
+        symbols = ((writer.printer.symbol(c.name), c) for c in writer.equations.system.coordinates)
         names = [f"{q} > 0" if c.is_positive else q for q, c in symbols] or ["none"]
         return [f"{name}," for name in names[:-1]] + names[-1:]
     ascii_only = isinstance(writer.printer, ScenePrinter)

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 def motion(writer: TextWriter) -> list[Row]:
     rows = []
-    for one in writer.with_families("motion", len(writer.equations.shown)):
-        shown = one.shown if isinstance(one, FamilyRow) else writer.equations.shown[one]
+    for one in writer.with_families("motion", len(writer.equations.derivation.shown)):
+        shown = one.shown if isinstance(one, FamilyRow) else writer.equations.derivation.shown[one]
         left = suffixed(left_side(writer, shown, one), " = 0", 4)
         divisor, factor = divisor_and_factor(shown)
         aside = ""
@@ -80,17 +80,17 @@ def divisor_pieces(writer: TextWriter, expression: Expr, one: int | FamilyRow) -
 def accelerations(writer: TextWriter, heading: str = "") -> list[Row]:
     explicit = explicit_form(writer.equations)
     heading = heading or writer.say("Equations of motion")
-    if not writer.equations.coordinates:
+    if not writer.equations.system.coordinates:
         return [heading_row(heading), still(writer)]
     told = explicit_line(writer.equations, explicit, writer.say)
     rows = [Row(heading, ", ", words(told[0].lower() + told[1:]), "heading")]
-    solved = zip(writer.equations.coordinates, explicit.accelerations, strict=True)
+    solved = zip(writer.equations.system.coordinates, explicit.accelerations, strict=True)
     known = [(c.name, value) for c, value in solved if value is not None]
     rows += [
         formula(f"  {writer.printer.symbol(name, 2)}", " = ", right)
         for name, right in writer.listed(known)
     ]
-    for closure, value in zip(writer.equations.closures, explicit.multipliers, strict=True):
+    for closure, value in zip(writer.equations.system.closures, explicit.multipliers, strict=True):
         if value is not None:
             rows.append(writer.formula(f"  {joined(writer.pieces(closure.multiplier))}", value))
     return rows + coupled(writer, explicit)
@@ -98,7 +98,7 @@ def accelerations(writer: TextWriter, heading: str = "") -> list[Row]:
 
 def coupled(writer: TextWriter, explicit: ExplicitForm) -> list[Row]:
     """M and f of the accelerations that are not solved for, and what closures say of them."""
-    coordinates, open_rows = writer.equations.coordinates, explicit.coupled
+    coordinates, open_rows = writer.equations.system.coordinates, explicit.coupled
     if not open_rows:
         return []
     names = [writer.printer.symbol(c.name) for c in coordinates]
@@ -118,12 +118,12 @@ def coupled(writer: TextWriter, explicit: ExplicitForm) -> list[Row]:
     ]
     for i in open_rows:
         for j in open_rows:
-            entry = writer.equations.mass_matrix[i][j]
+            entry = writer.equations.system.mass_matrix[i][j]
             if j >= i and entry != 0:
                 rows.append(writer.formula(f"  {mass}[{names[i]}, {names[j]}]", entry))
     right = forcing_with_reactions(writer.equations)
     rows += [writer.formula(f"  {forcing}[{names[i]}]", right[i]) for i in open_rows]
-    for closure, value in zip(writer.equations.closures, explicit.multipliers, strict=True):
+    for closure, value in zip(writer.equations.system.closures, explicit.multipliers, strict=True):
         if value is None:
             row = display_row(differentiated(writer.equations, closure), writer.words)
             left = suffixed(writer.printer.pieces(row), " = 0", 4)

@@ -167,21 +167,24 @@ def emit_typst(
         An expression has no exact form in print.
     """
     content = content or asked_content(equations, options)
-    setter, say = Typesetter(stem=equations.name), language(str(options["language"]))
+    setter, say = Typesetter(stem=equations.presentation.name), language(str(options["language"]))
     written_out = bool(options["written_out"])
     writer = DocumentWriter(equations, TypstLetters(equations), say, written_out=written_out)
     sections = content.sections(writer, setter.columns)
     blocks = [_opening(equations, say.code, content.about), *map(setter.section, sections)]
-    return {f"{equations.name}.typ": "\n\n".join("\n".join(block) for block in blocks) + "\n"}
+    return {
+        f"{equations.presentation.name}.typ": "\n\n".join("\n".join(block) for block in blocks)
+        + "\n"
+    }
 
 
 def _opening(equations: Equations, language: str, about: str) -> list[str]:
-    title = typst_prose(equations.title or equations.name)
+    title = typst_prose(equations.presentation.title or equations.presentation.name)
     lines = [
-        f"// {equations.name}: {about}, written by lagrange",
+        f"// {equations.presentation.name}: {about}, written by lagrange",
         f'{_PREAMBLE}#set text(lang: "{language}")\n',
         f"#align(center, text(size: 17pt)[{title}])",
     ]
-    if equations.description:
-        lines += ["", typst_prose(equations.description)]
+    if equations.presentation.description:
+        lines += ["", typst_prose(equations.presentation.description)]
     return lines

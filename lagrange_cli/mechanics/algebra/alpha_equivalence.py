@@ -15,7 +15,7 @@ from typing import Generic, TypeVar
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.arithmetic import power, sympy_order
-from lagrange_cli.mechanics.equations import Coordinate
+from lagrange_cli.mechanics.system import Coordinate
 
 _Result = TypeVar("_Result")
 

@@ -35,12 +35,12 @@ from lagrange_cli.mechanics.certify.constraints import ClosureCheck
 from lagrange_cli.mechanics.certify.routes import Observation, Tapes
 from lagrange_cli.mechanics.diagnosis.errors import nesting_error
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure
 from lagrange_cli.mechanics.findings import Certificate
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double, working_digits
+from lagrange_cli.mechanics.system import Closure
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.stages import announce
 

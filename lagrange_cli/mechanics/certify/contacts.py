@@ -15,12 +15,12 @@ from sympy import Symbol
 
 from lagrange_cli.mechanics.certify.routes import Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure
 from lagrange_cli.mechanics.numerics.autodiff import Tape, TapeRun
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.mechanics.system import Closure
 
 _ZERO = mpf(0)
 

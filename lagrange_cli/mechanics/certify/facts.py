@@ -15,7 +15,6 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure
 from lagrange_cli.mechanics.findings import Conserved
 from lagrange_cli.mechanics.free_symbols import symbols_in, symbols_of_all
 from lagrange_cli.mechanics.proofs.finite_field import field_inverse
@@ -26,6 +25,7 @@ from lagrange_cli.mechanics.proofs.zero_test import (
     relation_holds,
     vanish,
 )
+from lagrange_cli.mechanics.system import Closure
 
 _ZERO = sp.Integer(0)
 

@@ -14,13 +14,13 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.contacts.infeasible import require_feasible
-from lagrange_cli.mechanics.equations import Closure, Contact
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, working_digits
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, gap_over_names
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.quoting import leave_out, quoted
 from lagrange_cli.mechanics.symbols.values import nearest_double
+from lagrange_cli.mechanics.system import Closure, Contact
 from lagrange_cli.scene.model import Unilateral
 
 #: Decimal digits of gaps that count; more are carried.

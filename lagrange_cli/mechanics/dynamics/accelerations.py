@@ -22,7 +22,8 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Closure, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Closure
 
 # Larger systems are left as M q̈ = f. The budgets are chosen so that a closed form takes a few
 # lines of print, since longer ones fill pages; none is tuned.
@@ -78,8 +79,8 @@ def explicit_form(equations: Equations) -> ExplicitForm:
     InternalError
         A solution does not solve the equations: a defect of this module.
     """
-    accelerations: list[sympy.Expr | None] = [None] * len(equations.coordinates)
-    multipliers: list[sympy.Expr | None] = [None] * len(equations.closures)
+    accelerations: list[sympy.Expr | None] = [None] * len(equations.system.coordinates)
+    multipliers: list[sympy.Expr | None] = [None] * len(equations.system.closures)
     for block, closures in _coupled_blocks(equations):
         if closures:
             solution = _solved_with_closures(equations, block, closures)
@@ -98,21 +99,21 @@ def _coupled_blocks(equations: Equations) -> Iterator[tuple[list[int], list[int]
     Both are numbers, ascending.
     """
     holders: dict[int, list[int]] = {}
-    for k, closure in enumerate(equations.closures):
+    for k, closure in enumerate(equations.system.closures):
         for i in closure.coordinate_numbers:
             holders.setdefault(i, []).append(k)
     placed: set[int] = set()
-    for start in range(len(equations.coordinates)):
+    for start in range(len(equations.system.coordinates)):
         if start in placed:
             continue
         block, closures, pending = {start}, set[int](), [start]
         while pending:
             i = pending.pop()
-            near = set(entries(equations.mass_matrix[i]))
+            near = set(entries(equations.system.mass_matrix[i]))
             for k in holders.get(i, ()):
                 if k not in closures:
                     closures.add(k)
-                    near.update(equations.closures[k].coordinate_numbers)
+                    near.update(equations.system.closures[k].coordinate_numbers)
             pending.extend(near - block)
             block |= near
         placed |= block
@@ -121,14 +122,14 @@ def _coupled_blocks(equations: Equations) -> Iterator[tuple[list[int], list[int]
 
 def forcing_with_reactions(equations: Equations) -> list[sympy.Expr]:
     """Right-hand sides f + Σ λ·gradient of M a = f + Σ λ·gradient, one for each coordinate."""
-    pairs = zip(equations.forcing, multiplier_terms(equations), strict=True)
+    pairs = zip(equations.system.forcing, multiplier_terms(equations), strict=True)
     return [sympy.Add(forcing, *terms) for forcing, terms in pairs]
 
 
 def multiplier_terms(equations: Equations) -> list[list[sympy.Expr]]:
     """Terms λ·gradient of closures and contacts, by coordinate."""
-    terms: list[list[sympy.Expr]] = [[] for _ in equations.coordinates]
-    for closure in equations.pushing:
+    terms: list[list[sympy.Expr]] = [[] for _ in equations.system.coordinates]
+    for closure in equations.system.pushing:
         for i, entry in entries(closure.gradient).items():
             terms[i].append(closure.multiplier * entry)
     return terms
@@ -137,7 +138,7 @@ def multiplier_terms(equations: Equations) -> list[list[sympy.Expr]]:
 def differentiated(equations: Equations, closure: Closure) -> ShownEquation:
     """The closure equation, differentiated until it holds accelerations, as terms."""
     slopes = entries(closure.gradient).items()
-    terms = [(slope, equations.coordinates[i].a) for i, slope in slopes]
+    terms = [(slope, equations.system.coordinates[i].a) for i, slope in slopes]
     return ShownEquation(closure.name, (*terms, (closure.bias, sympy.Integer(1))), sympy.Integer(1))
 
 
@@ -170,10 +171,10 @@ def _linear_system(
     equations: Equations, block: Sequence[int]
 ) -> tuple[list[list[sympy.Expr]], list[sympy.Expr]]:
     """Coefficients of the block's accelerations and the right-hand sides, as shown."""
-    unknowns = [equations.coordinates[i].a for i in block]
+    unknowns = [equations.system.coordinates[i].a for i in block]
     mass, forcing = [], []
     for i in block:
-        terms = equations.shown[i].terms
+        terms = equations.derivation.shown[i].terms
         mass.append([sympy.Add(*(c for c, factor in terms if factor == a)) for a in unknowns])
         forcing.append(-sympy.Add(*(c * factor for c, factor in terms if factor not in unknowns)))
     return mass, forcing
@@ -187,8 +188,8 @@ class _Letters(NamedTuple):
 
 
 def _letters(equations: Equations) -> _Letters:
-    parameters = frozenset(p.symbol for p in equations.parameters)
-    return _Letters([c.v for c in equations.coordinates], parameters)
+    parameters = frozenset(p.symbol for p in equations.system.parameters)
+    return _Letters([c.v for c in equations.system.coordinates], parameters)
 
 
 def _quotient(numerator: sympy.Expr, denominator: sympy.Expr, letters: _Letters) -> sympy.Expr:
@@ -251,20 +252,20 @@ def _saddle_system(
     column = {i: number for number, i in enumerate(block)}
     pushes = [
         (contact.closure.multiplier, entries(contact.closure.gradient))
-        for contact in equations.contacts
+        for contact in equations.system.contacts
     ]
     rows: list[_Row] = []
     right = []
     for i in block:
-        row = {column[j]: entry for j, entry in entries(equations.mass_matrix[i]).items()}
+        row = {column[j]: entry for j, entry in entries(equations.system.mass_matrix[i]).items()}
         for number, k in enumerate(closures, len(block)):
-            slope = entries(equations.closures[k].gradient).get(i)
+            slope = entries(equations.system.closures[k].gradient).get(i)
             row |= {} if slope is None else {number: -slope}
         rows.append(row)
         pushed = (multiplier * gradient[i] for multiplier, gradient in pushes if i in gradient)
-        right.append(sympy.Add(equations.forcing[i], *pushed))
+        right.append(sympy.Add(equations.system.forcing[i], *pushed))
     for k in closures:
-        closure = equations.closures[k]
+        closure = equations.system.closures[k]
         rows.append({column[i]: slope for i, slope in entries(closure.gradient).items()})
         right.append(-closure.bias)
     return rows, right

@@ -20,10 +20,10 @@ from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.factor import factored, grouped_sum, tidy
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
-from lagrange_cli.mechanics.equations import Closure, tagged
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
+from lagrange_cli.mechanics.system import Closure, tagged
 
 #: Terms that a part of a closure may be multiplied out to.
 _TERM_BUDGET = 200

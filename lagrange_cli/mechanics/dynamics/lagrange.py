@@ -42,10 +42,10 @@ from lagrange_cli.mechanics.dynamics.potential_forces import (
     raw_terms,
 )
 from lagrange_cli.mechanics.dynamics.shown_energies import ShownEnergies
-from lagrange_cli.mechanics.equations import BodyForce, Closure, Contact
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.mechanics.symbols.written_sums import written_sums
+from lagrange_cli.mechanics.system import BodyForce, Closure, Contact
 from lagrange_cli.scene.model import Force
 
 _Entry = TypeVar("_Entry")

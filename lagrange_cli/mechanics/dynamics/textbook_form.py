@@ -27,8 +27,9 @@ from lagrange_cli.mechanics.algebra.factor import (
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient, shortest_groups
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure, Coordinate, ShownEquation
+from lagrange_cli.mechanics.equations import ShownEquation
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
+from lagrange_cli.mechanics.system import Closure, Coordinate
 
 #: Functions that are never zero.
 _POSITIVE = (sp.exp, sp.cosh)

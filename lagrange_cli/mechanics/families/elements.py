@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias, cast
 import sympy as sp
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Coordinate
 
 #: Fewest elements of a family that is shown as a family: two or three are written out.
 FEWEST = 4
@@ -170,26 +171,26 @@ class Elements:
 
 def elements_of(equations: Equations) -> Elements | None:
     """Find the families of some equations; None if no coordinate belongs to one."""
-    families = families_of(c.name for c in equations.coordinates)
+    families = families_of(c.name for c in equations.system.coordinates)
     if not families:
         return None
     others = families_of(
-        [p.name for p in equations.parameters]
-        + [u.name for u in equations.inputs]
-        + [c.multiplier.name for c in equations.pushing]
+        [p.name for p in equations.system.parameters]
+        + [u.name for u in equations.system.inputs]
+        + [c.multiplier.name for c in equations.system.pushing]
     )
     if not families.keys().isdisjoint(others):
         return None
     by_symbol: dict[sp.Symbol, Element] = {}
-    for c in equations.coordinates:
+    for c in equations.system.coordinates:
         element = element_of(c.name)
         if element is not None and element.family in families:
             for order, symbol in enumerate((c.q, c.v, c.a)):
                 by_symbol[symbol] = element._replace(order=order)
     for named in (
-        *((p.name, p.symbol) for p in equations.parameters),
-        *((u.name, u.symbol) for u in equations.inputs),
-        *((c.multiplier.name, c.multiplier) for c in equations.pushing),
+        *((p.name, p.symbol) for p in equations.system.parameters),
+        *((u.name, u.symbol) for u in equations.system.inputs),
+        *((c.multiplier.name, c.multiplier) for c in equations.system.pushing),
     ):
         element = element_of(named[0])
         if element is not None and element.family in others:
@@ -201,8 +202,8 @@ def elements_of(equations: Equations) -> Elements | None:
 def _beyond(equations: Equations, families: Iterable[str]) -> Iterator[tuple[Element, sp.Expr]]:
     """Definitions of the scene for elements of families, with their rates: ``q[0]: q[n]``."""
     known = set(families)
-    coordinates: dict[sp.Symbol, Coordinate] = {c.q: c for c in equations.coordinates}
-    for name, expression in equations.abbreviations:
+    coordinates: dict[sp.Symbol, Coordinate] = {c.q: c for c in equations.system.coordinates}
+    for name, expression in equations.presentation.abbreviations:
         element = element_of(name)
         if element is None or element.family not in known:
             continue

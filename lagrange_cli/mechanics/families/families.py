@@ -74,10 +74,11 @@ class Families:
         self.equations = equations
         self._given = elements
         self.sizes = {
-            sp.Symbol(name, integer=True, positive=True): value for name, value in equations.sizes
+            sp.Symbol(name, integer=True, positive=True): value
+            for name, value in equations.presentation.sizes
         }
         self.letters = _letters(equations)
-        self._constants = frozenset(p.symbol for p in equations.parameters)
+        self._constants = frozenset(p.symbol for p in equations.system.parameters)
 
     # -- parts of a page ----------------------------------------------------------
 
@@ -97,17 +98,17 @@ class Families:
     @cached_property
     def kinetic(self) -> Form | None:
         """The kinetic energy, None if it is written out."""
-        return self.quantity(self.equations.kinetic)
+        return self.quantity(self.equations.system.kinetic)
 
     @cached_property
     def potential(self) -> Form | None:
         """The potential, None if it is written out."""
-        return self.quantity(self.equations.potential)
+        return self.quantity(self.equations.system.potential)
 
     @cached_property
     def dissipation(self) -> Form | None:
         """The dissipation function, None if it is written out."""
-        return self.quantity(self.equations.dissipation)
+        return self.quantity(self.equations.system.dissipation)
 
     def quantity(self, whole: sp.Expr) -> Form | None:
         """An energy or another quantity with sums over indices, None if it is written out."""
@@ -120,12 +121,14 @@ class Families:
     @cached_property
     def closures(self) -> tuple[FamilyRow, ...]:
         """Closure equations; those covered are numbers of :attr:`Equations.closures`."""
-        return self._named([(c.name, c.expression) for c in self.equations.closures])
+        return self._named([(c.name, c.expression) for c in self.equations.system.closures])
 
     @cached_property
     def momenta(self) -> tuple[FamilyRow, ...]:
         """Conserved momenta; those covered are numbers of :attr:`Equations.conserved`."""
-        return self._named([(c.coordinate or "", c.expression) for c in self.equations.conserved])
+        return self._named(
+            [(c.coordinate or "", c.expression) for c in self.equations.derivation.conserved]
+        )
 
     def definitions(self, named: Sequence[tuple[str, sp.Expr]]) -> tuple[FamilyRow, ...]:
         """Definitions of names; ``covers`` counts them in the given order."""
@@ -141,7 +144,7 @@ class Families:
     @cached_property
     def coordinates(self) -> tuple[FamilyName, ...]:
         """The families among the coordinates."""
-        numbers = {c.name: k for k, c in enumerate(self.equations.coordinates)}
+        numbers = {c.name: k for k, c in enumerate(self.equations.system.coordinates)}
         names = []
         for family, elements in families_of(numbers).items():
             for text in indexed_texts([*elements.values()], self.letters):
@@ -201,7 +204,7 @@ class Families:
 
     @property
     def _sizing(self) -> Sizes:
-        return Sizes(self.sizes, dict(self.equations.families), self._given)
+        return Sizes(self.sizes, dict(self.equations.presentation.families), self._given)
 
     # -- searches -------------------------------------------------------------------
 
@@ -213,7 +216,7 @@ class Families:
         """
         rows = [
             Row(k, element, shown)
-            for k, shown in enumerate(self.equations.shown)
+            for k, shown in enumerate(self.equations.derivation.shown)
             if (element := element_of(shown.coordinate)) is not None
             and element.family in self._given.families
         ]
@@ -234,14 +237,19 @@ class Families:
     def _point(self) -> Mapping[sp.Symbol, mpf]:
         """A random state at which the equations have values; that of the certificate if need be."""
         equations = self.equations
-        symbols = {equations.t, *self._constants}
-        symbols |= {s for c in equations.coordinates for s in (c.q, c.v, c.a)}
-        symbols |= {c.multiplier for c in equations.pushing} | {u.symbol for u in equations.inputs}
+        symbols = {equations.system.t, *self._constants}
+        symbols |= {s for c in equations.system.coordinates for s in (c.q, c.v, c.a)}
+        symbols |= {c.multiplier for c in equations.system.pushing} | {
+            u.symbol for u in equations.system.inputs
+        }
         point = random_point(sorted(symbols, key=str))
-        sources = equations.sources
+        sources = equations.derivation.sources
         if sources is None or not symbols <= sources.state.keys():
             return point
-        parts = [equations.potential, *(shown.residual for shown in equations.shown)]
+        parts = [
+            equations.system.potential,
+            *(shown.residual for shown in equations.derivation.shown),
+        ]
         values = Instances(self._given, point).values(parts)
         return sources.state if None in values else point
 
@@ -249,7 +257,7 @@ class Families:
     def _motion(self) -> tuple[FamilyRow, ...]:
         rows = list(self._decided[1])
         covered = {k for row in rows for k in row.covers}
-        for k, shown in enumerate(self.equations.shown):
+        for k, shown in enumerate(self.equations.derivation.shown):
             form = None
             if k not in covered and shown.momentum is None:
                 form = self.quantity(shown.residual)
@@ -320,19 +328,21 @@ def _stated(name: str, expression: sp.Expr) -> ShownEquation:
 def _letters(equations: Equations) -> tuple[sp.Symbol, ...]:
     """Letters of indices: those of the scene's families, then unused ones."""
     named = [
-        *(p.name for p in equations.parameters),
-        *(c.name for c in equations.coordinates),
-        *(c.name for c in equations.cartesian_names),
-        *(name for name, _ in (*equations.abbreviations, *equations.outputs)),
-        *(f.name for f in equations.functions),
-        *(u.name for u in equations.inputs),
-        *(name for name, _ in equations.sizes),
+        *(p.name for p in equations.system.parameters),
+        *(c.name for c in equations.system.coordinates),
+        *(c.name for c in equations.system.cartesian_names),
+        *(name for name, _ in (*equations.presentation.abbreviations, *equations.system.outputs)),
+        *(f.name for f in equations.system.functions),
+        *(u.name for u in equations.system.inputs),
+        *(name for name, _ in equations.presentation.sizes),
         "t",
     ]
     taken = {name.partition("[")[0].partition("_")[0].rstrip("0123456789") for name in named}
     taken |= {name.partition("[")[0] for name in named}
-    families = [element.family for c in equations.coordinates if (element := element_of(c.name))]
-    declared = dict(equations.families)
+    families = [
+        element.family for c in equations.system.coordinates if (element := element_of(c.name))
+    ]
+    declared = dict(equations.presentation.families)
     declared_letters = next((declared[f] for f in families if f in declared), ())
     letters = dict.fromkeys([index.letter for index in declared_letters] + [*_LETTERS])
     return tuple(

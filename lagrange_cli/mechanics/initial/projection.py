@@ -9,11 +9,11 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentStartError, InputError, Problem
-from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.initial.configuration import NEWTON_STARTS, ConfigurationSearch
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.values import decimal
+from lagrange_cli.mechanics.system import InitialState
 
 _ZERO = mpf(0)
 

@@ -13,7 +13,6 @@ import sympy as sp
 
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure, Contact, InitialState
 from lagrange_cli.mechanics.initial.suggestions import other_start_hint
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import (
@@ -23,6 +22,7 @@ from lagrange_cli.mechanics.numerics.rank import (
     normalized_row,
 )
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.mechanics.system import Closure, Contact, InitialState
 
 
 def rank_deficiency_warning(

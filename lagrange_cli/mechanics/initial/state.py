@@ -23,7 +23,6 @@ from lagrange_cli.errors import (
     Problem,
     SingularError,
 )
-from lagrange_cli.mechanics.equations import InitialState
 from lagrange_cli.mechanics.initial.configuration import Configurations, ConfigurationSearch
 from lagrange_cli.mechanics.initial.contact_gaps import GapProjection
 from lagrange_cli.mechanics.initial.projection import ClosureProjection, state_of
@@ -39,6 +38,7 @@ from lagrange_cli.mechanics.numerics.rank import (
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.quoting import near_snippet
 from lagrange_cli.mechanics.symbols.values import evaluated, evaluated_by_factors
+from lagrange_cli.mechanics.system import InitialState
 from lagrange_cli.scene.conditions import InitialValue
 
 #: Largest violation, relative to the scene's length, that is projected instead of refused.

@@ -31,7 +31,7 @@ from lagrange_cli.mechanics.certify.constraints import ClosureCheck
 from lagrange_cli.mechanics.certify.routes import Tapes
 from lagrange_cli.mechanics.dynamics.accelerations import explicit_form, multiplier_terms
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Equations, tagged
+from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import working_digits
@@ -48,6 +48,7 @@ from lagrange_cli.mechanics.reactions.multipliers import (
     multipliers,
 )
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
+from lagrange_cli.mechanics.system import tagged
 from lagrange_cli.scene.language.expression import Equation as Written
 from lagrange_cli.scene.model import Scene
 
@@ -119,10 +120,14 @@ def _form(
     equations: Equations, shown: Sequence[sp.Expr]
 ) -> Literal["motion", "accelerations", "multipliers"]:
     """Name the class of symbols in the expressions."""
-    if equations.pushing:
+    if equations.system.pushing:
         return "multipliers"
     symbols = set().union(*(e.free_symbols for e in shown))
-    return "motion" if symbols.isdisjoint(c.a for c in equations.coordinates) else "accelerations"
+    return (
+        "motion"
+        if symbols.isdisjoint(c.a for c in equations.system.coordinates)
+        else "accelerations"
+    )
 
 
 def _forces(derivation: Uncertified, equations: Equations, applied: AppliedForces) -> _Forces:
@@ -146,10 +151,12 @@ def _forces(derivation: Uncertified, equations: Equations, applied: AppliedForce
 
 def _accelerations(equations: Equations) -> dict[sp.Symbol, sp.Expr]:
     """Closed forms of all accelerations; empty if one has none."""
-    if equations.closures or len(equations.coordinates) > _SOLVED:
+    if equations.system.closures or len(equations.system.coordinates) > _SOLVED:
         return {}
     explicit = explicit_form(equations).accelerations
-    solved = {c.a: e for c, e in zip(equations.coordinates, explicit, strict=True) if e is not None}
+    solved = {
+        c.a: e for c, e in zip(equations.system.coordinates, explicit, strict=True) if e is not None
+    }
     return solved if len(solved) == len(explicit) else {}
 
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.values import ParameterValues
+from lagrange_cli.mechanics.system import Coordinate
 from lagrange_cli.scene.checks.table import latex_names
 
 

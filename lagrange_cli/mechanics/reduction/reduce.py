@@ -29,7 +29,6 @@ from lagrange_cli.mechanics.diagnosis.inconsistency import (
 )
 from lagrange_cli.mechanics.elimination.branches import AmbiguousFactorError, NoRealSolutionError
 from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, eliminate
-from lagrange_cli.mechanics.equations import tagged
 from lagrange_cli.mechanics.free_symbols import holds
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, working_digits
 from lagrange_cli.mechanics.reduction.coordinates import (
@@ -65,6 +64,7 @@ from lagrange_cli.mechanics.reduction.velocity_constraints import (
 )
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues, evaluated, particle_mass
+from lagrange_cli.mechanics.system import tagged
 from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.language.expression import Equation
 from lagrange_cli.scene.model import DeclaredParameter, Scene

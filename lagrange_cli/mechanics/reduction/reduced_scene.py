@@ -14,7 +14,6 @@ from mpmath import mpf
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.algebra.shorten import drawn_from_roots
 from lagrange_cli.mechanics.algebra.substitution import Element, Shape, Step, Substitution
-from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.findings import Account
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
@@ -31,6 +30,7 @@ from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues
+from lagrange_cli.mechanics.system import Coordinate
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 

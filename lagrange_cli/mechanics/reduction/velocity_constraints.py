@@ -16,7 +16,6 @@ from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.elimination.solve_equation import factor_branches
-from lagrange_cli.mechanics.equations import Coordinate
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.rank import (
@@ -36,6 +35,7 @@ from lagrange_cli.mechanics.reduction.integrability import (
 )
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out
+from lagrange_cli.mechanics.system import Coordinate
 from lagrange_cli.scene.language.expression import Equation
 
 

@@ -152,9 +152,11 @@ def _coordinates(
     derivation: Uncertified, collector: Collector, equations: Equations
 ) -> Iterator[CoordinateSteps]:
     reduced = derivation.reduced
-    momenta = {c.coordinate: c.expression for c in equations.conserved if c.kind == "momentum"}
+    momenta = {
+        c.coordinate: c.expression for c in equations.derivation.conserved if c.kind == "momentum"
+    }
     terms = sp.Add.make_args(derivation.lagrangian)
-    for c, shown in zip(reduced.coordinates, equations.shown, strict=True):
+    for c, shown in zip(reduced.coordinates, equations.derivation.shown, strict=True):
         slopes = {s: sp.Add(*(derivative(e, s) for e in terms)) for s in (c.q, c.v)}
         momentum = momenta.get(c.name, collector.collected(slopes[c.v]))
         yield CoordinateSteps(

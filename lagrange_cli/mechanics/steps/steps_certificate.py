@@ -215,7 +215,7 @@ class _StepsCheck:
             yield steps.momentum_rate, momenta[j][1]
             yield steps.slope, slopes[j][0]
             yield steps.drag, drag[j]
-            shown = self.equations.shown[j]
+            shown = self.equations.derivation.shown[j]
             derived = [x * point[tapes.a[k]] for k, x in mass[j].items()]
             lacking = sum(derived, -forcing[j] - sum(pushes[j], _ZERO))
             lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j] - sum(pushes[j], _ZERO)
@@ -254,7 +254,7 @@ class _StepsCheck:
 
     def _newton(self, point: SymbolValues) -> tuple[SymbolValues, list[_Pair]]:
         """m r̈ = F + f of each particle along a motion, where constraint forces are derived."""
-        reactions, tapes = self.equations.constraint_forces, self.tapes
+        reactions, tapes = self.equations.derivation.constraint_forces, self.tapes
         if reactions is None:
             return point, []
         solution = self.closures.solved(point, *tapes.derived_parts(point)) if tapes.n else []

@@ -160,7 +160,7 @@ def solve_blocks(
     closures, and their compliance in a compliant block) and ``dense_forcing``
     (right-hand sides, followed by −bias).
     """
-    facts = equations.facts
+    facts = equations.derivation.facts
     matrix = inertia_rows(values, equations)
     gradients = converted_rows(values, [gradient for gradient, _ in system.closures])
     definite = facts.positive_definite_mass_matrix
@@ -181,7 +181,7 @@ def solve_blocks(
             blocks.append(block)
             _Band(values, equations, system, block, gradients).write(outputs)
         else:
-            compliant = bool(closures and equations.contacts)
+            compliant = bool(closures and equations.system.contacts)
             block = MatrixBlock(members, False, definite and not closures, closures=closures)
             blocks.append(replace(block, compliant=compliant))
             dense, forcing = outputs["dense_matrix"], outputs["dense_forcing"]
@@ -196,8 +196,8 @@ def solve_blocks(
 
 def inertia_rows(values: ValueGraph, equations: Equations) -> _Rows:
     """Rows of the mass matrix; where it is proven diagonal, all other entries count as zero."""
-    rows = equations.mass_matrix
-    if not equations.facts.diagonal_mass_matrix:
+    rows = equations.system.mass_matrix
+    if not equations.derivation.facts.diagonal_mass_matrix:
         return converted_rows(values, rows)
     diagonal = [values.convert(row[i]) for i, row in enumerate(rows)]
     return [{i: value} if value[0] else {} for i, value in enumerate(diagonal)]
@@ -245,7 +245,7 @@ class _Band:
         self.system = system
         self.block = block
         self.gradients = [gradients[k] for k in block.closures]
-        mass = {i: equations.mass_matrix[i][i] for i in block.coordinates}
+        mass = {i: equations.system.mass_matrix[i][i] for i in block.coordinates}
         # Reciprocals are nodes of their own: one division for all that has one mass.
         inverse = {i: values.multiply([(values.convert(m), -1)]) for i, m in mass.items()}
         self.directions = [
@@ -324,10 +324,10 @@ def _unroll(
     values: ValueGraph, equations: Equations, right: Sequence[Expr], members: tuple[int, ...]
 ) -> _Unrolled:
     """Solve a block in straight-line code, exactly where that is known to be stable and short."""
-    mass = [[equations.mass_matrix[i][j] for j in members] for i in members]
+    mass = [[equations.system.mass_matrix[i][j] for j in members] for i in members]
     forcing = [right[i] for i in members]
     if len(members) > 1:
-        solution = solve_exactly(mass, forcing, [c.q for c in equations.coordinates])
+        solution = solve_exactly(mass, forcing, [c.q for c in equations.system.coordinates])
         if solution is not None:
             return _substitute(values, solution)
     matrix = [[values.convert(m) for m in row] for row in mass]

@@ -163,7 +163,7 @@ def solve_jacobian(
     gradients = converted_rows(values, [gradient for gradient, _ in system.closures])
     seeds = {values.convert(symbol)[1]: {k: UNIT} for k, symbol in enumerate(by)}
     changes = changes_along(values, system, matrix, gradients, seeds)
-    definite = equations.facts.positive_definite_mass_matrix
+    definite = equations.derivation.facts.positive_definite_mass_matrix
     outputs: dict[str, list[ScaledNode]] = {
         name: [] for name in ("entries", "dense_matrix", "dense_forcing")
     }
@@ -180,7 +180,7 @@ def solve_jacobian(
             written += solved
             outputs["entries"] += nodes
             continue
-        compliant = bool(closures and equations.contacts)
+        compliant = bool(closures and equations.system.contacts)
         number = {column: k for k, column in enumerate(columns)}
         stored_entries = [
             (i, number[k], x) for i, row in enumerate(right) for k, x in sorted(row.items())

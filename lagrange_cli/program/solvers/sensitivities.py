@@ -50,7 +50,7 @@ def with_sensitivities(
     """
     if not all(block.unrolled for block in blocks):
         raise _too_coupled()
-    n = len(equations.mass_matrix)
+    n = len(equations.system.mass_matrix)
     matrix = inertia_rows(values, equations)
     rights = changes_along(values, system, matrix, [], _seeds(values, equations, n))
     accelerations = iter(outputs["acceleration"])
@@ -64,7 +64,7 @@ def with_sensitivities(
         none = (UNIT[0] * 0, UNIT[1])
         rows = factored(values, [[matrix[i].get(j, none) for j in members] for i in members])
         tests = [(next(pivots), next(scales)) for _ in members]
-        for k in range(len(equations.sensitivities)):
+        for k in range(len(equations.system.sensitivities)):
             right = replaced(values, [rights[i].get(k, none) for i in members], known)
             added["acceleration"] += substituted(values, rows, right)
             # A matrix that is singular for the motion is singular for its derivatives.
@@ -88,9 +88,9 @@ def _too_coupled() -> InputError:
 def _seeds(values: ValueGraph, equations: Equations, n: int) -> dict[int, Tangent]:
     """Derivatives of coordinates, velocities and parameters along each direction."""
     seeds: dict[int, dict[int, ScaledNode]] = {}
-    for k, parameters in enumerate(equations.sensitivities):
-        further = equations.coordinates[n * (k + 1) : n * (k + 2)]
-        for coordinate, change in zip(equations.coordinates[:n], further, strict=True):
+    for k, parameters in enumerate(equations.system.sensitivities):
+        further = equations.system.coordinates[n * (k + 1) : n * (k + 2)]
+        for coordinate, change in zip(equations.system.coordinates[:n], further, strict=True):
             seeds.setdefault(values.convert(coordinate.q)[1], {})[k] = values.convert(change.q)
             seeds.setdefault(values.convert(coordinate.v)[1], {})[k] = values.convert(change.v)
         for symbol, slope in parameters.items():

@@ -15,7 +15,8 @@ from lagrange_cli.program.systems.loop_builder import Formula
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Closure, Coordinate
 
 
 def _gradient_square(
@@ -30,11 +31,11 @@ def _gradient_square(
 def gradient_squares(equations: Equations) -> list[Formula]:
     """Make gradient²/M of each closure of positions."""
     formulas = []
-    for closure in equations.closures:
+    for closure in equations.system.closures:
         if closure.kind == "position":
             row = entries(closure.gradient)
             gradient = tuple(row.values())
-            masses = tuple(equations.mass_matrix[j][j] for j in row)
+            masses = tuple(equations.system.mass_matrix[j][j] for j in row)
             make = partial(_gradient_square, gradient, masses)
             formulas.append(Formula("square", (*gradient, *masses), make))
     return formulas
@@ -102,7 +103,7 @@ CLOSURE_FORMULAS: dict[str, tuple[str, ClosureFunction]] = {
 def closure_formulas(equations: Equations, output: str) -> list[Formula]:
     """The formulas of an output of :data:`CLOSURE_FORMULAS`."""
     kind, make = CLOSURE_FORMULAS[output]
-    values = (ClosureValue(make, c, equations) for c in equations.closures if kind in c.kind)
+    values = (ClosureValue(make, c, equations) for c in equations.system.closures if kind in c.kind)
     return [Formula(make.__name__, value.parts, value) for value in values]
 
 
@@ -126,7 +127,7 @@ class ClosureValue:
 
     @property
     def coordinates(self) -> _Coordinates:
-        return [self.equations.coordinates[j] for j in self.closure.coordinate_numbers]
+        return [self.equations.system.coordinates[j] for j in self.closure.coordinate_numbers]
 
     @property
     def parts(self) -> tuple[Expr, ...]:

@@ -26,7 +26,8 @@ from lagrange_cli.program.solvers.blocks import MassMatrixSystem
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Closure, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Closure
 
 _Weighted: TypeAlias = "Sequence[tuple[Closure, Expr]]"
 """Closures, each with its weight: 1, or the flag of a contact."""
@@ -41,7 +42,7 @@ def _rate_of(closure: Closure, e: Equations) -> Expr:
 
 
 def _rate_terms(closure: Closure, e: Equations) -> list[Expr]:
-    return [*_products(closure, [c.v for c in e.coordinates]), closure.rate]
+    return [*_products(closure, [c.v for c in e.system.coordinates]), closure.rate]
 
 
 def _products(closure: Closure, by: Sequence[Expr]) -> list[Expr]:
@@ -58,7 +59,7 @@ def times(weight: Expr, row: Sequence[Expr]) -> Sequence[Expr]:
 
 def no_forces(e: Equations) -> list[Expr]:
     """Return zeros, the right-hand side of a change without forces."""
-    return [sympy.S.Zero] * len(e.coordinates)
+    return [sympy.S.Zero] * len(e.system.coordinates)
 
 
 def system_of(
@@ -92,8 +93,10 @@ def systems_of(closures: _Choice) -> dict[str, Callable[[Equations], MassMatrixS
         return system_of(weighted, no_forces(e), (c.expression for c, _ in weighted))
 
     return {
-        "acceleration": lambda e: system_of(closures(e), e.forcing, biases(e), whole=True),
-        "multipliers": lambda e: system_of(closures(e), e.forcing, biases(e), multipliers=True),
+        "acceleration": lambda e: system_of(closures(e), e.system.forcing, biases(e), whole=True),
+        "multipliers": lambda e: system_of(
+            closures(e), e.system.forcing, biases(e), multipliers=True
+        ),
         "position_change": position_change,
         "velocity_change": lambda e: system_of(
             closures(e), no_forces(e), (_rate_of(c, e) for c, _ in closures(e))
@@ -103,7 +106,7 @@ def systems_of(closures: _Choice) -> dict[str, Callable[[Equations], MassMatrixS
 
 def _plain(e: Equations) -> _Weighted:
     """The closures, with weight 1."""
-    return [(closure, sympy.S.One) for closure in e.closures]
+    return [(closure, sympy.S.One) for closure in e.system.closures]
 
 
 def _of_positions(weighted: _Weighted) -> _Weighted:
@@ -116,7 +119,7 @@ def _shifted_change(e: Equations) -> MassMatrixSystem:
     The shifted positions stand in place of the velocities (RATTLE; *Geometric Numerical
     Integration*, VII.1.4).
     """
-    there = {c.q: c.v for c in e.coordinates}
+    there = {c.q: c.v for c in e.system.coordinates}
     weighted = _of_positions(_plain(e))
     return system_of(weighted, no_forces(e), (c.expression.xreplace(there) for c, _ in weighted))
 
@@ -131,7 +134,7 @@ def residual_size(closure: Closure, e: Equations) -> Expr:
     These are its terms, and the products of the gradient with the coordinates.
     """
     terms = sympy.Add.make_args(closure.expression)
-    return _magnitude([*terms, *_products(closure, [c.q for c in e.coordinates])])
+    return _magnitude([*terms, *_products(closure, [c.q for c in e.system.coordinates])])
 
 
 def _gradient_square(gradient: Sequence[Expr], e: Equations) -> Expr:
@@ -140,7 +143,7 @@ def _gradient_square(gradient: Sequence[Expr], e: Equations) -> Expr:
     But for couplings it is the square of the largest change of a residual by a change of the
     coordinates of norm 1 in the metric of the kinetic energy.
     """
-    masses = {j: e.mass_matrix[j][j] for j in entries(gradient)}
+    masses = {j: e.system.mass_matrix[j][j] for j in entries(gradient)}
     squares = (g**2 / masses[j] for j, g in entries(gradient).items() if masses[j] != 0)
     return sympy.Add(*squares)
 
@@ -180,20 +183,20 @@ CLOSURE_OUTPUTS = outputs_of(_plain)
 
 def momenta(e: Equations) -> list[Expr]:
     """∂L/∂q̇ of each coordinate."""
-    return [derivative(e.lagrangian, c.v) for c in e.coordinates]
+    return [derivative(e.system.lagrangian, c.v) for c in e.system.coordinates]
 
 
 def _legendre(e: Equations) -> MassMatrixSystem:
-    at_rest = {c.v: sympy.S.Zero for c in e.coordinates}
-    pairs = zip(e.coordinates, momenta(e), strict=True)
+    at_rest = {c.v: sympy.S.Zero for c in e.system.coordinates}
+    pairs = zip(e.system.coordinates, momenta(e), strict=True)
     return MassMatrixSystem([c.v - p.xreplace(at_rest) for c, p in pairs])
 
 
 def _rates(e: Equations) -> Iterable[Expr]:
-    for j, c in enumerate(e.coordinates):
-        forces = (force.generalized[j] for force in e.forces)
-        friction = -derivative(e.dissipation, c.v)
-        yield sympy.Add(derivative(e.lagrangian, c.q), friction, *forces)
+    for j, c in enumerate(e.system.coordinates):
+        forces = (force.generalized[j] for force in e.system.forces)
+        friction = -derivative(e.system.dissipation, c.v)
+        yield sympy.Add(derivative(e.system.lagrangian, c.q), friction, *forces)
 
 
 #: Output of equations without multipliers → the system with the mass matrix that it solves.

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.mechanics.equations import Parameter
+from lagrange_cli.mechanics.system import Parameter
 from lagrange_cli.program.solvers.blocks import MassMatrixSystem
 from lagrange_cli.program.systems.constraint_systems import (
     no_forces,
@@ -30,7 +30,8 @@ from lagrange_cli.program.systems.constraint_systems import (
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Closure, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Closure
 
 
 def with_contact_flags(equations: Equations) -> Equations:
@@ -39,31 +40,34 @@ def with_contact_flags(equations: Equations) -> Equations:
     A flag is 1.0 in contact and 0.0 else; a target is the change of a flagged contact's rate by an
     impulse.
     """
-    contacts = equations.contacts
+    contacts = equations.system.contacts
     names = [f"{kind}({c.name})" for kind in ("flag", "target") for c in contacts]
     further = (Parameter(name, sympy.Symbol(name, real=True)) for name in names)
-    return replace(equations, parameters=(*equations.parameters, *further))
+    return replace(
+        equations,
+        system=replace(equations.system, parameters=(*equations.system.parameters, *further)),
+    )
 
 
 def _flags(e: Equations) -> list[Expr]:
-    count = len(e.contacts)
-    return [p.symbol for p in e.parameters[-2 * count : -count]]
+    count = len(e.system.contacts)
+    return [p.symbol for p in e.system.parameters[-2 * count : -count]]
 
 
 def _weighted(e: Equations) -> list[tuple[Closure, Expr]]:
     """Closures with weight 1, then contacts with their flags."""
-    contacts = zip((contact.closure for contact in e.contacts), _flags(e), strict=True)
-    return [*((closure, sympy.S.One) for closure in e.closures), *contacts]
+    contacts = zip((contact.closure for contact in e.system.contacts), _flags(e), strict=True)
+    return [*((closure, sympy.S.One) for closure in e.system.closures), *contacts]
 
 
 def _impulse(e: Equations) -> MassMatrixSystem:
-    changes = [*(sympy.S.Zero for _ in e.closures), *_targets(e)]
+    changes = [*(sympy.S.Zero for _ in e.system.closures), *_targets(e)]
     return system_of(_weighted(e), no_forces(e), changes)
 
 
 def _targets(e: Equations) -> list[Expr]:
     """List the biases of an impulse, also of contacts that are open."""
-    return [-p.symbol for p in e.parameters[-len(e.contacts) :]]
+    return [-p.symbol for p in e.system.parameters[-len(e.system.contacts) :]]
 
 
 @dataclass(frozen=True)
@@ -90,12 +94,14 @@ class WeightedClosures:
 
 def weighted_closures(e: Equations, outputs: Sequence[str]) -> WeightedClosures:
     """Translate outputs of contacts to outputs of equations in which contacts are closures."""
-    contacts = [contact.closure for contact in e.contacts]
+    contacts = [contact.closure for contact in e.system.contacts]
     if outputs[0] == "gaps":
         names = (name.replace("gap", "closure", 1) for name in outputs)
-        return WeightedClosures(replace(e, closures=tuple(contacts)), tuple(names))
+        return WeightedClosures(
+            replace(e, system=replace(e.system, closures=tuple(contacts))), tuple(names)
+        )
     if outputs[0] == "impulse":
-        changes = [*(sympy.S.Zero for _ in e.closures), *_targets(e)]
+        changes = [*(sympy.S.Zero for _ in e.system.closures), *_targets(e)]
     elif outputs[0].startswith("contact_"):
         changes = [closure.bias for closure, _ in _weighted(e)]
     else:
@@ -114,7 +120,12 @@ def weighted_closures(e: Equations, outputs: Sequence[str]) -> WeightedClosures:
     names = (name.removeprefix("contact_") for name in outputs)
     compliance = tuple(1 - weight for _, weight in _weighted(e))
     flags = 2 * len(contacts)
-    return WeightedClosures(replace(e, closures=tuple(weighted)), tuple(names), compliance, flags)
+    return WeightedClosures(
+        replace(e, system=replace(e.system, closures=tuple(weighted))),
+        tuple(names),
+        compliance,
+        flags,
+    )
 
 
 #: Output of flagged equations → the system with the mass matrix that it solves.
@@ -125,16 +136,16 @@ CONTACT_SYSTEMS: dict[str, Callable[[Equations], MassMatrixSystem]] = {
 
 
 def _gradients(e: Equations) -> Iterable[Expr]:
-    return (entry for contact in e.contacts for entry in contact.closure.gradient)
+    return (entry for contact in e.system.contacts for entry in contact.closure.gradient)
 
 
 #: Output of flagged equations → its expressions.
 CONTACT_OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     **{f"contact_{name}": output for name, output in outputs_of(_weighted).items()},
-    "gaps": lambda e: [contact.closure.expression for contact in e.contacts],
-    "gap_sizes": lambda e: [residual_size(contact.closure, e) for contact in e.contacts],
+    "gaps": lambda e: [contact.closure.expression for contact in e.system.contacts],
+    "gap_sizes": lambda e: [residual_size(contact.closure, e) for contact in e.system.contacts],
     "gap_gradients": _gradients,
-    "gap_rates": lambda e: [contact.closure.rate for contact in e.contacts],
-    "gap_biases": lambda e: [contact.closure.bias for contact in e.contacts],
-    "restitutions": lambda e: [contact.restitution for contact in e.contacts],
+    "gap_rates": lambda e: [contact.closure.rate for contact in e.system.contacts],
+    "gap_biases": lambda e: [contact.closure.bias for contact in e.system.contacts],
+    "restitutions": lambda e: [contact.restitution for contact in e.system.contacts],
 }

@@ -126,9 +126,9 @@ class DirectDerivation:
 
     def __init__(self, values: ValueGraph, equations: Equations) -> None:
         self.values, self._equations = values, equations
-        assert equations.sources is not None
-        self._sources: DerivationSources = equations.sources
-        coordinates = equations.coordinates[: len(equations.mass_matrix)]
+        assert equations.derivation.sources is not None
+        self._sources: DerivationSources = equations.derivation.sources
+        coordinates = equations.system.coordinates[: len(equations.system.mass_matrix)]
         self._n = len(coordinates)
         self._v = [values.convert(c.v) for c in coordinates]
         q = [values.convert(c.q)[1] for c in coordinates]
@@ -137,7 +137,7 @@ class DirectDerivation:
         self._along: dict[int, Tangent] = {
             number: {0: v} for number, v in zip(q, self._v, strict=True)
         }
-        self._along[values.convert(equations.t)[1]] = {0: UNIT}
+        self._along[values.convert(equations.system.t)[1]] = {0: UNIT}
         self._masses: dict[tuple[int, int], list[ScaledNode]] = {}
         self._forces: list[list[ScaledNode]] = [[] for _ in range(self._n)]
         self._add_particles()
@@ -157,7 +157,7 @@ class DirectDerivation:
 
     def _add_particles(self) -> None:
         """Add products that recur in several particles, as in a chain, once, times the mass sum."""
-        values, particles = self.values, self._equations.particles
+        values, particles = self.values, self._equations.system.particles
         masses = [values.convert(p.mass) for p in particles for _ in range(3)]
         positions = [values.convert(r) for p in particles for r in p.position]
         rows = [
@@ -232,10 +232,10 @@ class DirectDerivation:
 
     def _add_forces(self) -> None:
         values, equations = self.values, self._equations
-        for force in equations.forces:
+        for force in equations.system.forces:
             for terms, component in zip(self._forces, force.generalized, strict=True):
                 terms.append(values.convert(component))
-        (drag,) = derivatives(values, [values.convert(equations.dissipation)], self._by_v)
+        (drag,) = derivatives(values, [values.convert(equations.system.dissipation)], self._by_v)
         for j, value in drag.items():
             self._forces[j].append(scaled(value, _MINUS))
 
@@ -258,10 +258,10 @@ class DirectDerivation:
 
     def define(self) -> None:
         """Make these values those of the collected expressions in the graph."""
-        for row, derived in zip(self._equations.mass_matrix, self.mass, strict=True):
+        for row, derived in zip(self._equations.system.mass_matrix, self.mass, strict=True):
             for k, entry in entries(row).items():
                 self.values.define(entry, derived.get(k, _ZERO))
-        for entry, value in zip(self._equations.forcing, self.forcing, strict=True):
+        for entry, value in zip(self._equations.system.forcing, self.forcing, strict=True):
             self.values.define(entry, value)
 
     def agrees(self) -> bool:
@@ -277,13 +277,13 @@ class DirectDerivation:
         upper = [(j, k) for j, row in enumerate(self.mass) for k in row if j <= k]
         pushed = [
             (j, number, values.convert(entry))
-            for number, closure in enumerate(equations.pushing)
+            for number, closure in enumerate(equations.system.pushing)
             for j, entry in entries(closure.gradient).items()
         ]
         wanted = [
             *self.forcing,
             *(solution_value(f"a{k}") for k in range(self._n)),
-            *(solution_value(f"l{k}") for k in range(len(equations.pushing))),
+            *(solution_value(f"l{k}") for k in range(len(equations.system.pushing))),
             *(self.mass[j][k] for j, k in upper),
             *(slope for _, _, slope in pushed),
         ]
@@ -291,7 +291,7 @@ class DirectDerivation:
         with localcontext(_DECIMALS):
             residuals = [-x for x in islice(numbers, self._n)]
             a = list(islice(numbers, self._n))
-            pushes = list(islice(numbers, len(equations.pushing)))
+            pushes = list(islice(numbers, len(equations.system.pushing)))
             for (j, k), inertia in zip(upper, numbers, strict=False):
                 residuals[j] += inertia * a[k]
                 if j != k:
@@ -309,14 +309,14 @@ def at_certificate(
 
     They are NaN where an operation has no real result.
     """
-    sources = equations.sources
+    sources = equations.derivation.sources
     assert sources is not None
-    symbols: dict[str, Expr] = {"t": equations.t}
-    symbols |= {f"p{k}": p.symbol for k, p in enumerate(equations.parameters)}
-    symbols |= {f"u{k}": u.symbol for k, u in enumerate(equations.inputs)}
-    for k, c in enumerate(equations.coordinates[: len(equations.mass_matrix)]):
+    symbols: dict[str, Expr] = {"t": equations.system.t}
+    symbols |= {f"p{k}": p.symbol for k, p in enumerate(equations.system.parameters)}
+    symbols |= {f"u{k}": u.symbol for k, u in enumerate(equations.system.inputs)}
+    for k, c in enumerate(equations.system.coordinates[: len(equations.system.mass_matrix)]):
         symbols |= {f"q{k}": c.q, f"v{k}": c.v, f"a{k}": c.a}
-    symbols |= {f"l{k}": closure.multiplier for k, closure in enumerate(equations.pushing)}
+    symbols |= {f"l{k}": closure.multiplier for k, closure in enumerate(equations.system.pushing)}
     number, functions = (_decimal, _IN_DECIMALS) if digits else (float, _IN_DOUBLES)
     with mpmath.workdps(_DIGITS), localcontext(_DECIMALS):
         try:
@@ -377,7 +377,10 @@ _IN_DECIMALS = _functions(mpmath.mp, _of_decimals)
 
 def is_derivable(equations: Equations) -> bool:
     """Tell whether mass matrix and forcing are still those of the derivation."""
-    return equations.sources is not None and equations.sources.forcing is equations.forcing
+    return (
+        equations.derivation.sources is not None
+        and equations.derivation.sources.forcing is equations.system.forcing
+    )
 
 
 #: Least number of operations of a collected term, which holds two velocities and a mass.
@@ -405,33 +408,33 @@ class DirectEnergy:
         self.values, self._equations = values, equations
         self._terms = [*_of_particles(values, equations), *_of_others(values, equations)]
         self.energy = values.add(self._terms)
-        self.operations_shown = _LEAST_OF_TERM * len(equations.energy.args)
+        self.operations_shown = _LEAST_OF_TERM * len(equations.system.energy.args)
 
     def agrees(self) -> bool:
         """Compare with the energy that is shown, at the state of the certificate, in doubles."""
-        equations, sources = self._equations, self._equations.sources
-        if sources is not None and equations.energy is sources.energy:
+        equations, sources = self._equations, self._equations.derivation.sources
+        if sources is not None and equations.system.energy is sources.energy:
             shown = float(sources.energy_value)
             terms = at_certificate(self.values, self._terms, equations, digits=False)
         else:
             values = self.values.copy()
-            wanted = [values.convert(equations.energy), *self._terms]
+            wanted = [values.convert(equations.system.energy), *self._terms]
             shown, *terms = at_certificate(values, wanted, equations, digits=False)
         return bool(abs(sum(terms) - shown) <= _ROUNDING * sum(map(abs, terms)))
 
 
 def _of_particles(values: ValueGraph, equations: Equations) -> Iterator[ScaledNode]:
     """Yield ½ m ((J q̇)² − (∂r/∂t)²) of each particle."""
-    positions = [values.convert(r) for p in equations.particles for r in p.position]
-    rates = {values.convert(c.q)[1]: {0: values.convert(c.v)} for c in equations.coordinates}
-    time = {values.convert(equations.t)[1]: {0: UNIT}}
+    positions = [values.convert(r) for p in equations.system.particles for r in p.position]
+    rates = {values.convert(c.q)[1]: {0: values.convert(c.v)} for c in equations.system.coordinates}
+    time = {values.convert(equations.system.t)[1]: {0: UNIT}}
     half = Fraction(1, 2)
     squares = [
         scaled(product(values, tangent[0], tangent[0]), sign * half) if tangent else (0, 0)
         for sign, seeds in ((1, rates), (-1, time))
         for tangent in derivatives(values, positions, seeds)
     ]
-    for k, particle in enumerate(equations.particles):
+    for k, particle in enumerate(equations.system.particles):
         axes = slice(3 * k, 3 * k + 3)
         square = values.add([*squares[axes], *squares[len(positions) :][axes]])
         yield product(values, values.convert(particle.mass), square)
@@ -439,9 +442,9 @@ def _of_particles(values: ValueGraph, equations: Equations) -> Iterator[ScaledNo
 
 def _of_others(values: ValueGraph, equations: Equations) -> Iterator[ScaledNode]:
     """Yield the terms of Σ q̇ ∂L'/∂q̇ − L'."""
-    assert equations.sources is not None
-    remainder = values.convert(equations.sources.other_lagrangian)
-    velocities = [values.convert(c.v) for c in equations.coordinates]
+    assert equations.derivation.sources is not None
+    remainder = values.convert(equations.derivation.sources.other_lagrangian)
+    velocities = [values.convert(c.v) for c in equations.system.coordinates]
     seeds = {number: {k: UNIT} for k, (_, number) in enumerate(velocities)}
     (momenta,) = derivatives(values, [remainder], seeds)
     for k, momentum in momenta.items():

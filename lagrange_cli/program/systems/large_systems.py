@@ -84,14 +84,19 @@ class LargeSystem(NamedTuple):
 
 def is_large_system(equations: Equations) -> bool:
     """Tell whether the programs of a system are made of loops."""
-    n, m = len(equations.coordinates), len(equations.closures) + len(equations.contacts)
+    n, m = (
+        len(equations.system.coordinates),
+        len(equations.system.closures) + len(equations.system.contacts),
+    )
     large = n + m >= FEWEST_UNKNOWNS if m else n >= _FEWEST_FREE
-    if not large or not equations.facts.positive_definite_mass_matrix:
+    if not large or not equations.derivation.facts.positive_definite_mass_matrix:
         return False
-    if equations.sensitivities:
+    if equations.system.sensitivities:
         return False
-    rows = enumerate(equations.mass_matrix)
-    return equations.facts.diagonal_mass_matrix or all(entries(r).keys() == {i} for i, r in rows)
+    rows = enumerate(equations.system.mass_matrix)
+    return equations.derivation.facts.diagonal_mass_matrix or all(
+        entries(r).keys() == {i} for i, r in rows
+    )
 
 
 def large_system(
@@ -111,7 +116,7 @@ def large_system(
         return _System(asked, _SYSTEMS[outputs[0]]).program()
     loops = LoopBuilder(ShapeTable(_inputs(asked)))
     formulas: list[Formula] = []
-    n = len(equations.coordinates)
+    n = len(equations.system.coordinates)
     for name in outputs:
         if rows := _matrix_rows(equations, name):
             loops.parts.append(Zeros("out", 0, n * len(rows)))
@@ -134,8 +139,8 @@ def large_system(
 def _matrix_rows(equations: Equations, output: str) -> list[Mapping[int, Expr]]:
     """List the nonzero entries of each row of an output that is a matrix, none of others."""
     if output == "mass_matrix":
-        return [{i: row[i]} for i, row in enumerate(equations.mass_matrix)]
-    contacts = equations.contacts if output == "gap_gradients" else ()
+        return [{i: row[i]} for i, row in enumerate(equations.system.mass_matrix)]
+    contacts = equations.system.contacts if output == "gap_gradients" else ()
     return [entries(contact.closure.gradient) for contact in contacts]
 
 
@@ -146,13 +151,13 @@ def _inputs(asked: WeightedClosures) -> dict[Expr, Cell]:
     emitted code.
     """
     equations = asked.equations
-    places: dict[Expr, Cell] = {equations.t: Cell("t", 0)}
-    flags_from = len(equations.parameters) - asked.flags
-    for i, p in enumerate(equations.parameters):
+    places: dict[Expr, Cell] = {equations.system.t: Cell("t", 0)}
+    flags_from = len(equations.system.parameters) - asked.flags
+    for i, p in enumerate(equations.system.parameters):
         places[p.symbol] = Cell("p" if i < flags_from else "s", i)
-    places |= {u.symbol: Cell("u", i) for i, u in enumerate(equations.inputs)}
-    places |= {c.q: Cell("q", i) for i, c in enumerate(equations.coordinates)}
-    return places | {c.v: Cell("v", i) for i, c in enumerate(equations.coordinates)}
+    places |= {u.symbol: Cell("u", i) for i, u in enumerate(equations.system.inputs)}
+    places |= {c.q: Cell("q", i) for i, c in enumerate(equations.system.coordinates)}
+    return places | {c.v: Cell("v", i) for i, c in enumerate(equations.system.coordinates)}
 
 
 @dataclass(frozen=True)
@@ -212,7 +217,7 @@ class _System:
         self.equations = weighted.equations
         self.asked = asked
         self.loops = LoopBuilder(ShapeTable(_inputs(weighted)))
-        closures = enumerate(weighted.equations.closures)
+        closures = enumerate(weighted.equations.system.closures)
         self.closures = [k for k, c in closures if asked.kind in c.kind]
         self.compliance = {k: c for k, c in enumerate(weighted.compliance) if c != 0}
         self.compliant: dict[int, ScaledCell] = {}
@@ -239,16 +244,16 @@ class _System:
     def _formulas(self) -> None:
         """Gradients, residuals, and accelerations without closures."""
         e = self.equations
-        mass = [row[i] for i, row in enumerate(e.mass_matrix)]
+        mass = [row[i] for i, row in enumerate(e.system.mass_matrix)]
         formulas = []
         for k in self.closures:
-            closure = e.closures[k]
+            closure = e.system.closures[k]
             masses = tuple(mass[j] for j in closure.coordinate_numbers)
             residual = ClosureValue(self.asked.residual, closure, e)
             parts = (*entries(closure.gradient).values(), *masses, *residual.parts)
             formulas.append(Formula(len(masses), parts, partial(_of_row, residual, masses)))
         forced = range(len(mass)) if self.asked.forced else ()
-        both = ((e.forcing[j], mass[j]) for j in forced)
+        both = ((e.system.forcing[j], mass[j]) for j in forced)
         formulas += [Formula("free", pair, partial(_free, *pair)) for pair in both]
         compliant = [k for k in self.closures if k in self.compliance]
         formulas += (value_formula(self.compliance[k]) for k in compliant)
@@ -256,7 +261,7 @@ class _System:
         for k in self.closures:
             *cells, residual_cell = next(results)
             pairs = zip(cells[: len(cells) // 2], cells[len(cells) // 2 :], strict=True)
-            self.rows.append(dict(zip(e.closures[k].coordinate_numbers, pairs, strict=True)))
+            self.rows.append(dict(zip(e.system.closures[k].coordinate_numbers, pairs, strict=True)))
             self.residuals.append(residual_cell)
         self.free = {j: next(results)[0] for j in forced}
         self.compliant = {k: next(results)[0] for k in compliant}
@@ -305,7 +310,7 @@ class _System:
 
     def _accelerations(self, multipliers: Sequence[Cell]) -> int:
         """Combine accelerations, after the velocities in a right-hand side; count the results."""
-        n = len(self.equations.coordinates)
+        n = len(self.equations.system.coordinates)
         terms = [[_product(self.free[j])] if j in self.free else [] for j in range(n)]
         for row, multiplier in zip(self.rows, multipliers, strict=True):
             for j, (_, over) in row.items():

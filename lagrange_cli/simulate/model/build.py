@@ -10,7 +10,7 @@ from sympy import Integer
 from lagrange_cli.emit.c.constraints import workspace_size
 from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.errors import InputError, Mark, placed
-from lagrange_cli.mechanics.equations import Parameter
+from lagrange_cli.mechanics.system import Parameter
 from lagrange_cli.program.emitted_functions import (
     constraint_programs,
     contact_programs,
@@ -97,8 +97,10 @@ class _Evaluated:
         exponents, steep = peak_exponents(known, parts), steep_arguments(known, parts)
         sided = one_sided(known, parts)
         if sided is not None:
-            known = replace(known, parameters=sided.equations.parameters)
-        if known.contacts:
+            known = replace(
+                known, system=replace(known.system, parameters=sided.equations.system.parameters)
+            )
+        if known.system.contacts:
             known = with_contact_flags(known)
         return cls(known, sided, exponents, steep)
 
@@ -114,45 +116,45 @@ def model_of(equations: Equations) -> Model:
     try:
         return _model_of(equations)
     except InputError as refusal:
-        raise placed(refusal, Mark(equations.file, 1, 1)) from refusal
+        raise placed(refusal, Mark(equations.presentation.file, 1, 1)) from refusal
 
 
 def _model_of(equations: Equations) -> Model:
-    unused = equations.facts.unused_parameters
-    initial = equations.initial
-    facts = asdict(equations.facts)
+    unused = equations.derivation.facts.unused_parameters
+    initial = equations.system.initial
+    facts = asdict(equations.derivation.facts)
     del facts["unused_parameters"]
     evaluated = _Evaluated.of(_with_terms(equations))
     return Model(
-        name=equations.name,
-        coordinates=tuple(c.name for c in equations.coordinates),
-        kinds=coordinate_kinds(equations.coordinates),
-        cartesian=tuple(c.name for c in equations.cartesian_names),
+        name=equations.presentation.name,
+        coordinates=tuple(c.name for c in equations.system.coordinates),
+        kinds=coordinate_kinds(equations.system.coordinates),
+        cartesian=tuple(c.name for c in equations.system.cartesian_names),
         parameters=tuple(
             ModelParameter(p.name, p.value, p.name not in unused, p.decimal)
-            for p in equations.parameters
+            for p in equations.system.parameters
         ),
         initial=None if initial is None else (*initial.positions, *initial.velocities),
         initial_decimals=() if initial is None else initial.decimals,
-        defaults=equations.simulate,
-        conserved=tuple(c.kind for c in equations.conserved),
+        defaults=equations.system.simulate,
+        conserved=tuple(c.kind for c in equations.derivation.conserved),
         facts=facts,
-        formulation=equations.formulation,
+        formulation=equations.system.formulation,
         code=_code(evaluated, _forces(equations)),
-        multipliers=tuple(c.name for c in equations.closures),
-        symbols=tuple(c.multiplier.name for c in equations.pushing),
-        residuals=sum(1 + (c.kind == "position") for c in equations.closures),
-        outputs=tuple(name for name, _ in equations.outputs),
+        multipliers=tuple(c.name for c in equations.system.closures),
+        symbols=tuple(c.multiplier.name for c in equations.system.pushing),
+        residuals=sum(1 + (c.kind == "position") for c in equations.system.closures),
+        outputs=tuple(name for name, _ in equations.system.outputs),
         quantities=None
-        if equations.followed is None
-        else tuple(ModelQuantity(f.name, len(f.terms)) for f in equations.followed),
-        suggested=equations.suggested,
+        if equations.derivation.followed is None
+        else tuple(ModelQuantity(f.name, len(f.terms)) for f in equations.derivation.followed),
+        suggested=equations.derivation.suggested,
         forces=tuple(name for name, _ in _force_columns(equations)),
-        contacts=tuple(c.name for c in equations.contacts),
-        recordings=tuple(u.recording for u in equations.inputs if u.recording is not None),
-        driven=tuple(u.name for u in equations.inputs if u.driven),
+        contacts=tuple(c.name for c in equations.system.contacts),
+        recordings=tuple(u.recording for u in equations.system.inputs if u.recording is not None),
+        driven=tuple(u.name for u in equations.system.inputs if u.driven),
         singular=chart_singularities(equations),
-        positive=tuple(name for name, _ in equations.positive),
+        positive=tuple(name for name, _ in equations.system.positive),
         chart=former_chart(equations),
         massless=_massless(equations),
         steep=steep_places(evaluated.equations, evaluated.steep),
@@ -164,11 +166,11 @@ def _model_of(equations: Equations) -> Model:
 
 def _massless(equations: Equations) -> tuple[str, ...]:
     """Coordinates whose inertia vanishes everywhere where a parameter is 0 that has to be."""
-    vanished = {p.symbol: Integer(0) for p in equations.parameters if p.value == 0}
-    diagonal = (row[k] for k, row in enumerate(equations.mass_matrix)) if vanished else ()
+    vanished = {p.symbol: Integer(0) for p in equations.system.parameters if p.value == 0}
+    diagonal = (row[k] for k, row in enumerate(equations.system.mass_matrix)) if vanished else ()
     return tuple(
         c.name
-        for c, inertia in zip(equations.coordinates, diagonal, strict=False)
+        for c, inertia in zip(equations.system.coordinates, diagonal, strict=False)
         if not vanished.keys().isdisjoint(inertia.free_symbols) and inertia.xreplace(vanished) == 0
     )
 
@@ -183,7 +185,7 @@ def _surfaces(evaluated: _Evaluated) -> dict[str, Any]:
     sided = evaluated.sided
     if sided is None:
         return {}
-    velocities = {c.v for c in evaluated.equations.coordinates}
+    velocities = {c.v for c in evaluated.equations.system.coordinates}
     return {
         "surfaces": tuple(s.free_symbols.isdisjoint(velocities) for s in sided.surfaces),
         "continuous": len(sided.continuous),
@@ -192,7 +194,7 @@ def _surfaces(evaluated: _Evaluated) -> dict[str, Any]:
 
 def _programs(equations: Equations) -> dict[str, Program]:
     programs = {name: program_of(equations, name) for name in _EVALUATORS}
-    if equations.outputs:
+    if equations.system.outputs:
         programs["outputs"] = program_of(equations, "outputs")
     constrained = constraint_programs(equations, programs["rhs"])
     return programs | constrained | contact_programs(equations)
@@ -204,7 +206,7 @@ def _sided_programs(sided: OneSided | None) -> dict[str, Program]:
     if sided is None:
         return {}
     programs = {}
-    if sided.equations.contacts:
+    if sided.equations.system.contacts:
         sided = replace(sided, equations=with_contact_flags(sided.equations))
         programs["sided_contact_rhs"] = build_program(sided.equations, ("contact_acceleration",))
     return programs | {
@@ -238,11 +240,11 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
         c=library_source(compiled) + guard_source(compiled, rates, C_DOUBLE),
         lanes=lanes + guard_source(compiled, rates, C_DOUBLE, lanes),
         # The series know nothing of the borders.
-        taylor="" if sided or equations.positive else taylor_source(programs),
+        taylor="" if sided or equations.system.positive else taylor_source(programs),
         tables=lane_tables_source(programs),
         python=module_source(watched),
         work=workspace_size(compiled),
-        factors=max(d.parameters for d in disturbed.values()) - len(equations.parameters),
+        factors=max(d.parameters for d in disturbed.values()) - len(equations.system.parameters),
         forces="" if forces is None else module_source({"outputs": forces}),
         singular="" if singular is None else module_source({"outputs": singular}),
         positive=positive_source(equations),
@@ -253,9 +255,13 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
 def _with_terms(equations: Equations) -> Equations:
     """Add the terms of quantities that are followed to the outputs."""
     terms = (
-        (f"term({k}, {f.name})", e) for f in equations.followed or () for k, e in enumerate(f.terms)
+        (f"term({k}, {f.name})", e)
+        for f in equations.derivation.followed or ()
+        for k, e in enumerate(f.terms)
     )
-    return replace(equations, outputs=(*equations.outputs, *terms))
+    return replace(
+        equations, system=replace(equations.system, outputs=(*equations.system.outputs, *terms))
+    )
 
 
 def _watched(evaluated: _Evaluated) -> dict[str, Program]:
@@ -267,7 +273,7 @@ def _watched(evaluated: _Evaluated) -> dict[str, Program]:
 
 def _force_columns(equations: Equations) -> list[tuple[str, Expr]]:
     """Return the columns of constraint forces, if they were asked for."""
-    if equations.constraint_forces is None:
+    if equations.derivation.constraint_forces is None:
         return []
     from lagrange_cli.emit.phrases.forces import force_columns  # imports the words of documents
 
@@ -279,8 +285,13 @@ def _forces(equations: Equations) -> Program | None:
     columns = _force_columns(equations)
     if not columns:
         return None
-    closures = [*equations.closures, *(contact.closure for contact in equations.contacts)]
-    unknowns = [*(c.a for c in equations.coordinates), *(c.multiplier for c in closures)]
-    known = (*equations.parameters, *(Parameter(s.name, s) for s in unknowns))
-    asked = replace(equations, parameters=known, outputs=tuple(columns))
+    closures = [
+        *equations.system.closures,
+        *(contact.closure for contact in equations.system.contacts),
+    ]
+    unknowns = [*(c.a for c in equations.system.coordinates), *(c.multiplier for c in closures)]
+    known = (*equations.system.parameters, *(Parameter(s.name, s) for s in unknowns))
+    asked = replace(
+        equations, system=replace(equations.system, parameters=known, outputs=tuple(columns))
+    )
     return program_of(substitute_inputs(asked), "outputs")

@@ -11,7 +11,8 @@ from lagrange_cli.simulate.model.expressions import outputs_program
 from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Coordinate
     from lagrange_cli.program.program import Program
 
 
@@ -22,7 +23,7 @@ def coordinate_kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
 
 def chart_singularities(equations: Equations) -> tuple[ChartSingularity, ...]:
     """Describe the singular configurations of the coordinates in words of the scene."""
-    if not equations.singular:
+    if not equations.derivation.singular:
         return ()
     from lagrange_cli.emit.json_report import in_scene_language  # imports all of notation
 
@@ -30,38 +31,44 @@ def chart_singularities(equations: Equations) -> tuple[ChartSingularity, ...]:
         ChartSingularity(
             f"{in_scene_language(equations, place.where)} = 0", place.coordinates, place.infinite
         )
-        for place in equations.singular
+        for place in equations.derivation.singular
     )
 
 
 def singular_program(equations: Equations) -> Program | None:
     """Make a program whose numbers vanish at singular configurations; None if there are none."""
-    if not equations.singular:
+    if not equations.derivation.singular:
         return None
     # Inertia holds no inputs.
-    equations = replace(equations, inputs=())
-    return outputs_program(equations, (place.where for place in equations.singular))
+    equations = replace(equations, system=replace(equations.system, inputs=()))
+    return outputs_program(equations, (place.where for place in equations.derivation.singular))
 
 
 def positive_source(equations: Equations) -> str:
     """Write a function whose numbers are positive where the equations hold; empty if the scene
     declares nothing positive."""
-    if not equations.positive:
+    if not equations.system.positive:
         return ""
-    above = (expression for _, expression in equations.positive)
+    above = (expression for _, expression in equations.system.positive)
     # Inputs move no coordinate.
-    return module_source({"outputs": outputs_program(replace(equations, inputs=()), above)})
+    return module_source(
+        {
+            "outputs": outputs_program(
+                replace(equations, system=replace(equations.system, inputs=())), above
+            )
+        }
+    )
 
 
 def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | None:
     """A program whose numbers vanish where coordinates lose their meaning but do not end, and at
     the border of what is positive; with, for each, the numbers in the state of the rates that move
     nothing there. None if there is no such place."""
-    places = [place for place in equations.singular if not place.infinite]
-    above = [expression for _, expression in equations.positive]
+    places = [place for place in equations.derivation.singular if not place.infinite]
+    above = [expression for _, expression in equations.system.positive]
     if not (places or above):
         return None
-    names = [c.name for c in equations.coordinates]
+    names = [c.name for c in equations.system.coordinates]
     rates = [[len(names) + names.index(name) for name in place.coordinates] for place in places]
     vanishing = [*(place.where for place in places), *above]
     return outputs_program(equations, vanishing), [*rates, *([] for _ in above)]
@@ -69,16 +76,19 @@ def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | Non
 
 def former_chart(equations: Equations) -> FormerChart | None:
     """Gather the coordinates that were replaced, and functions from them to the present ones."""
-    chart = equations.chart
+    chart = equations.system.chart
     if chart is None:
         return None
     former = replace(
         equations,
-        coordinates=chart.coordinates,
-        cartesian_names=chart.places,
-        closures=(),
-        inputs=(),
-        outputs=(),
+        system=replace(
+            equations.system,
+            coordinates=chart.coordinates,
+            cartesian_names=chart.places,
+            closures=(),
+            inputs=(),
+            outputs=(),
+        ),
     )
     programs = {name: program_of(former, name) for name in ("positions", "velocities")}
     start = chart.start

@@ -10,8 +10,8 @@ import sympy
 
 from lagrange_cli.emit.python.functions import program_of
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.mechanics.system import Parameter
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 def forces_and_inertias(equations: Equations) -> Iterator[Expr]:
     """Yield the forces, then the entries of the mass matrix that are not zero."""
-    yield from equations.forcing
-    for row in equations.mass_matrix:
+    yield from equations.system.forcing
+    for row in equations.system.mass_matrix:
         yield from entries(row).values()
 
 
@@ -53,13 +53,18 @@ def calls_and_powers(equations: Equations) -> list[Expr]:
 def outputs_program(equations: Equations, expressions: Iterable[Expr]) -> Program:
     """Make the program that evaluates some expressions, in place of the scene's outputs."""
     outputs = tuple((f"output({k})", e) for k, e in enumerate(expressions))
-    return program_of(replace(equations, outputs=outputs), "outputs")
+    return program_of(
+        replace(equations, system=replace(equations.system, outputs=outputs)), "outputs"
+    )
 
 
 def with_accelerations(equations: Equations) -> Equations:
     """Add the accelerations as further parameters."""
-    accelerations = (Parameter(c.a.name, c.a) for c in equations.coordinates)
-    return replace(equations, parameters=(*equations.parameters, *accelerations))
+    accelerations = (Parameter(c.a.name, c.a) for c in equations.system.coordinates)
+    return replace(
+        equations,
+        system=replace(equations.system, parameters=(*equations.system.parameters, *accelerations)),
+    )
 
 
 def rates(
@@ -70,7 +75,7 @@ def rates(
     A second rate is 0 where the expression depends on velocities. ``in_time`` is the partial
     derivative with respect to the time.
     """
-    velocities = {c.v for c in equations.coordinates}
+    velocities = {c.v for c in equations.system.coordinates}
     first = [_rate(e, equations, in_time) for e in expressions]
     second = [
         sympy.Integer(0) if e.free_symbols & velocities else _rate(rate, equations, in_time)
@@ -80,8 +85,8 @@ def rates(
 
 
 def _rate(expression: Expr, equations: Equations, in_time: Callable[[Expr, Symbol], Expr]) -> Expr:
-    terms = [in_time(expression, equations.t)]
-    for c in equations.coordinates:
+    terms = [in_time(expression, equations.system.t)]
+    for c in equations.system.coordinates:
         terms.append(derivative(expression, c.q) * c.v)
         if c.v in expression.free_symbols:
             terms.append(derivative(expression, c.v) * c.a)

@@ -10,7 +10,7 @@ from sympy import I, Symbol, nan, oo, zoo
 
 from lagrange_cli.errors import InputError, NotRealError, Problem, nearest
 from lagrange_cli.files.interpolation import COEFFICIENTS
-from lagrange_cli.mechanics.equations import Input
+from lagrange_cli.mechanics.system import Input
 from lagrange_cli.simulate.model.expressions import calls_and_powers
 from lagrange_cli.simulate.model.sharp_functions import steep_arguments
 from lagrange_cli.simulate.model.switching_surfaces import one_sided
@@ -32,22 +32,22 @@ def with_driven_inputs(equations: Equations, names: Set[str]) -> Equations:
     """
     if not names:
         return equations
-    known = [u.name for u in equations.inputs]
+    known = [u.name for u in equations.system.inputs]
     for name in sorted(names - set(known)):
         hint = nearest(name, known) or "inputs: [F] declares one"
         raise _refused(f"the scene has no input '{name}'", hint)
     inputs = tuple(
         replace(u, expression=None, recording=None) if u.name in names else u
-        for u in equations.inputs
+        for u in equations.system.inputs
     )
-    driven = replace(equations, inputs=inputs)
+    driven = replace(equations, system=replace(equations.system, inputs=inputs))
     _require_smooth(driven)
     return driven
 
 
 def _require_smooth(equations: Equations) -> None:
     """Refuse driven inputs in what is followed by its rate."""
-    driven = {u.symbol: u.name for u in equations.inputs if u.driven}
+    driven = {u.symbol: u.name for u in equations.system.inputs if u.driven}
     substituted = substitute_inputs(equations)
     parts = calls_and_powers(substituted)
     sided = one_sided(substituted, parts)
@@ -76,20 +76,22 @@ def substitute_inputs(equations: Equations) -> Equations:
     InputError
         They make an expression that is no finite real number, as 1/u with u = 0.
     """
-    if not equations.inputs:
+    if not equations.system.inputs:
         return equations
     replacements, inputs = {}, list[Input]()
-    for u in equations.inputs:
+    for u in equations.system.inputs:
         if u.driven:
             continue
         numbers = tuple(_numbers(u))
-        replacements[u.symbol] = _polynomial(numbers, equations.t) if numbers else u.expression
+        replacements[u.symbol] = (
+            _polynomial(numbers, equations.system.t) if numbers else u.expression
+        )
         inputs += numbers
 
     def put(expression: Expr) -> Expr:
         substituted = expression.xreplace(replacements)
         if substituted.has(zoo, nan, oo, -oo, I):
-            names = ", ".join(f"'{u.name}'" for u in equations.inputs)
+            names = ", ".join(f"'{u.name}'" for u in equations.system.inputs)
             raise NotRealError(
                 Problem(
                     f"with the values of {names} a force or an energy is no finite real number",
@@ -101,13 +103,16 @@ def substitute_inputs(equations: Equations) -> Equations:
 
     return replace(
         equations,
-        inputs=(*inputs, *(u for u in equations.inputs if u.driven)),
-        forcing=tuple(map(put, equations.forcing)),
-        energy=put(equations.energy),
-        kinetic=put(equations.kinetic),
-        potential=put(equations.potential),
-        lagrangian=put(equations.lagrangian),
-        outputs=tuple((name, put(e)) for name, e in equations.outputs),
+        system=replace(
+            equations.system,
+            inputs=(*inputs, *(u for u in equations.system.inputs if u.driven)),
+            forcing=tuple(map(put, equations.system.forcing)),
+            energy=put(equations.system.energy),
+            kinetic=put(equations.system.kinetic),
+            potential=put(equations.system.potential),
+            lagrangian=put(equations.system.lagrangian),
+            outputs=tuple((name, put(e)) for name, e in equations.system.outputs),
+        ),
     )
 
 

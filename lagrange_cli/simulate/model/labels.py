@@ -79,14 +79,14 @@ class Labels:
 
 def labels_of(equations: Equations) -> Labels:
     """Gather the labels of a system."""
-    latex = {c.name: c.latex for c in equations.coordinates}
-    latex |= {c.name: c.latex for c in equations.cartesian_names}
-    latex |= {p.name: p.latex for p in equations.parameters}
-    found = equations.units
-    given = {p.name: p.unit for p in equations.parameters if p.unit is not None}
-    is_jacobi = any(c.kind == "jacobi" for c in equations.conserved)
+    latex = {c.name: c.latex for c in equations.system.coordinates}
+    latex |= {c.name: c.latex for c in equations.system.cartesian_names}
+    latex |= {p.name: p.latex for p in equations.system.parameters}
+    found = equations.presentation.units
+    given = {p.name: p.unit for p in equations.system.parameters if p.unit is not None}
+    is_jacobi = any(c.kind == "jacobi" for c in equations.derivation.conserved)
     return Labels(
-        title=equations.title or equations.name,
+        title=equations.presentation.title or equations.presentation.name,
         energy="h" if is_jacobi else "E",
         latex={name: given for name, given in latex.items() if given is not None},
         dimensions=found.dimensions,

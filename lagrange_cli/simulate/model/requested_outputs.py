@@ -24,7 +24,8 @@ from lagrange_cli.scene.language.written_text import INEQUALITIES, WrittenText
 if TYPE_CHECKING:
     from sympy import Expr, Rational
 
-    from lagrange_cli.mechanics.equations import Coordinate, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Coordinate
 
 
 #: Name → function that adds its outputs, as ``module:function``, in this order. The functions need
@@ -64,13 +65,18 @@ def with_values(equations: Equations, kind: str, values: Sequence[Expr]) -> Equa
     """Return equations whose outputs include those of :func:`output_names` for each value."""
     from lagrange_cli.mechanics.algebra.derivatives import derivative
 
-    state = [*(c.q for c in equations.coordinates), *(c.v for c in equations.coordinates)]
+    state = [
+        *(c.q for c in equations.system.coordinates),
+        *(c.v for c in equations.system.coordinates),
+    ]
     outputs: list[tuple[str, Expr]] = []
     for number, value in enumerate(values):
-        names = output_names(kind, number, len(equations.coordinates))
+        names = output_names(kind, number, len(equations.system.coordinates))
         expressions = [value, *(derivative(value, symbol) for symbol in state)]
         outputs += zip(names, expressions, strict=True)
-    return replace(equations, outputs=(*equations.outputs, *outputs))
+    return replace(
+        equations, system=replace(equations.system, outputs=(*equations.system.outputs, *outputs))
+    )
 
 
 #: Kind → what its number is.
@@ -144,7 +150,7 @@ def with_reductions(equations: Equations, reductions: Sequence[Reduction]) -> Eq
 def _reduced_value(equations: Equations, reduction: Reduction) -> Expr:
     from lagrange_cli.mechanics.interpretation import value_of
 
-    further = {**dict(equations.outputs), "energy": equations.energy}
+    further = {**dict(equations.system.outputs), "energy": equations.system.energy}
     start, end = reduction.start, reduction.end
     if reduction.kind != "first":
         return value_of(equations, reduction, start, end, further)
@@ -182,7 +188,7 @@ def with_section(equations: Equations, condition: WrittenCondition) -> Equations
     InputError
         Located: what is wrong with the condition; or there are contacts.
     """
-    if equations.contacts:
+    if equations.system.contacts:
         message = "sections of motions with contacts, where velocities jump, are not found"
         raise InputError(Problem(message, hint="--plot-of shows samples", rule="section"))
     equation, *inequalities = _read_condition(equations, condition)
@@ -192,19 +198,19 @@ def with_section(equations: Equations, condition: WrittenCondition) -> Equations
 def free_coordinates(equations: Equations, condition: WrittenCondition) -> tuple[str, ...]:
     """Names of the coordinates that the equation of a section does not fix; all if it fixes all."""
     equation, *_ = _read_condition(equations, condition)
-    free = [c.name for c in equations.coordinates if c.q not in equation.free_symbols]
-    return tuple(free or [c.name for c in equations.coordinates])
+    free = [c.name for c in equations.system.coordinates if c.q not in equation.free_symbols]
+    return tuple(free or [c.name for c in equations.system.coordinates])
 
 
 def turning_coordinates(equations: Equations) -> tuple[str, ...]:
     """Names of the angles a whole turn of which is proven to leave the equations as they are."""
-    return tuple(c.name for c in equations.coordinates if _turns(equations, c))
+    return tuple(c.name for c in equations.system.coordinates if _turns(equations, c))
 
 
 def _turns(equations: Equations, coordinate: Coordinate) -> bool:
     from lagrange_cli.mechanics.proofs.zero_test import is_periodic
 
-    everything = (equations.lagrangian, *equations.forcing)
+    everything = (equations.system.lagrangian, *equations.system.forcing)
     return coordinate.is_angle and all(is_periodic(e, coordinate.q) for e in everything)
 
 
@@ -217,7 +223,7 @@ def _modulo_turns(equations: Equations, difference: Expr) -> Expr:
     import sympy
 
     steps: list[Rational] = []
-    for c in equations.coordinates:
+    for c in equations.system.coordinates:
         if c.q in difference.free_symbols and _turns(equations, c):
             step = sympy.expand(difference.xreplace({c.q: c.q + 2 * sympy.pi}) - difference)
             step = sympy.simplify(step / (2 * sympy.pi))
@@ -276,8 +282,8 @@ def _require_section(
     """Refuse an equation that holds always or never, or whose sides jump."""
     import sympy
 
-    moving = {equations.t, *(u.symbol for u in equations.inputs)}
-    moving |= {symbol for c in equations.coordinates for symbol in (c.q, c.v)}
+    moving = {equations.system.t, *(u.symbol for u in equations.system.inputs)}
+    moving |= {symbol for c in equations.system.coordinates for symbol in (c.q, c.v)}
     if difference.free_symbols.isdisjoint(moving):
         said = "nothing in this equation changes along a motion"
         hint = "a section is a condition on the state or the time"

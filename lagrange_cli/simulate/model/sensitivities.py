@@ -19,9 +19,9 @@ import sympy
 
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.equations import Coordinate, InitialState
 from lagrange_cli.mechanics.proofs.finite_field import NoValueError, solved_linear_system
 from lagrange_cli.mechanics.proofs.zero_test import relation_holds
+from lagrange_cli.mechanics.system import Coordinate, InitialState
 from lagrange_cli.simulate.model.build import model_of
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ class SensitiveModels:
         def with_parameter(name: str, text: str) -> Model:
             return self._model({**parameters, name: text}, initial)
 
-        starts = {p.start_of: p.name for p in self._equations.parameters if p.start_of}
+        starts = {p.start_of: p.name for p in self._equations.system.parameters if p.start_of}
         directions = [
             _direction(name, model, starts, with_parameter) for name in dict.fromkeys(names)
         ]
@@ -130,25 +130,31 @@ class SensitiveModels:
 
 def _varied(equations: Equations, directions: Sequence[_Direction]) -> Equations:
     """Add the derivatives of the coordinates to the coordinates."""
-    further = [_change(c, d.name) for d in directions for c in equations.coordinates]
-    symbols = {p.name: p.symbol for p in equations.parameters}
+    further = [_change(c, d.name) for d in directions for c in equations.system.coordinates]
+    symbols = {p.name: p.symbol for p in equations.system.parameters}
     # What is left of a derivative that vanishes is rounding, which has no scale.
     moving = {p for d in directions for p in d.parameters if not _drops_out(equations, symbols[p])}
     return replace(
         equations,
-        coordinates=(*equations.coordinates, *further),
-        initial=None,
-        sensitivities=tuple(
-            {symbols[name]: slope for name, slope in d.parameters.items() if name in moving}
-            for d in directions
+        system=replace(
+            equations.system,
+            coordinates=(*equations.system.coordinates, *further),
+            initial=None,
+            sensitivities=tuple(
+                {symbols[name]: slope for name, slope in d.parameters.items() if name in moving}
+                for d in directions
+            ),
         ),
     )
 
 
 def _drops_out(equations: Equations, parameter: Symbol) -> bool:
     """Tell if accelerations are proven not to depend on a parameter, as a mass in free fall."""
-    n = len(equations.mass_matrix)
-    rows = [[*row, f] for row, f in zip(equations.mass_matrix, equations.forcing, strict=True)]
+    n = len(equations.system.mass_matrix)
+    rows = [
+        [*row, f]
+        for row, f in zip(equations.system.mass_matrix, equations.system.forcing, strict=True)
+    ]
     rows += [[derivative(entry, parameter) for entry in row] for row in rows]
 
     def vanishes(values: Sequence[int], p: int) -> bool:
@@ -180,10 +186,10 @@ def _require_smooth(equations: Equations, model: Model) -> None:
     if model.initial is None or any(p.value is None and p.used for p in model.parameters):
         return  # told where the motion is asked for
     reason, hint = "", ""
-    if equations.closures:
+    if equations.system.closures:
         reason = "constraints are kept beside the coordinates"
         hint = "--formulation minimal, where there is one"
-    elif equations.contacts or model.surfaces:
+    elif equations.system.contacts or model.surfaces:
         reason = "forces of contacts, abs, sign, min or max make it change by jumps"
     if reason:
         message = f"the motion's derivatives are not found where {reason}"

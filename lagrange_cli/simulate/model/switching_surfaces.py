@@ -19,14 +19,15 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.equations import Parameter
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
+from lagrange_cli.mechanics.system import Parameter
 from lagrange_cli.simulate.model.expressions import distinct_parts, rates
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-    from lagrange_cli.mechanics.equations import Closure, Contact, Equations
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import Closure, Contact
 
 _ONE = sympy.Integer(1)
 
@@ -70,25 +71,28 @@ def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
     further = distinct_parts(_beside_forces(equations))
     if set(_KINKED).isdisjoint(map(type, chain(parts, further))):
         return None
-    moving = {equations.t, *(u.symbol for u in equations.inputs)}
-    moving |= {s for c in equations.coordinates for s in (c.q, c.v)}
+    moving = {equations.system.t, *(u.symbol for u in equations.system.inputs)}
+    moving |= {s for c in equations.system.coordinates for s in (c.q, c.v)}
     sides = _Sides(frozenset(moving))
-    mass = tuple(_row(row, sides.smooth) for row in equations.mass_matrix)
-    forcing = tuple(map(sides.smooth, equations.forcing))
-    closures = tuple(_closure(closure, sides.smooth) for closure in equations.closures)
-    contacts = tuple(_contact(contact, sides.smooth) for contact in equations.contacts)
-    continuous = (sides.smooth(equations.energy), *_momenta(equations, sides))
+    mass = tuple(_row(row, sides.smooth) for row in equations.system.mass_matrix)
+    forcing = tuple(map(sides.smooth, equations.system.forcing))
+    closures = tuple(_closure(closure, sides.smooth) for closure in equations.system.closures)
+    contacts = tuple(_contact(contact, sides.smooth) for contact in equations.system.contacts)
+    continuous = (sides.smooth(equations.system.energy), *_momenta(equations, sides))
     if not sides.surfaces:
         return None
     weights = [*sides.above, *sides.below]
     return OneSided(
         replace(
             equations,
-            mass_matrix=mass,
-            forcing=forcing,
-            closures=closures,
-            contacts=contacts,
-            parameters=(*equations.parameters, *(Parameter(w.name, w) for w in weights)),
+            system=replace(
+                equations.system,
+                mass_matrix=mass,
+                forcing=forcing,
+                closures=closures,
+                contacts=contacts,
+                parameters=(*equations.system.parameters, *(Parameter(w.name, w) for w in weights)),
+            ),
         ),
         tuple(sides.surfaces),
         tuple(up - down for up, down in zip(sides.above, sides.below, strict=True)),
@@ -98,20 +102,22 @@ def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
 
 def _beside_forces(equations: Equations) -> Iterator[Expr]:
     """Yield what is to be without kinks beside forces and inertias."""
-    yield equations.energy
-    for closure in (*equations.closures, *(c.closure for c in equations.contacts)):
+    yield equations.system.energy
+    for closure in (*equations.system.closures, *(c.closure for c in equations.system.contacts)):
         yield from (closure.expression, closure.rate, closure.bias)
         yield from entries(closure.gradient).values()
 
 
 def _momenta(equations: Equations, sides: _Sides) -> list[Expr]:
     """Return the momenta of coordinates on whose velocities a kink of L depends."""
-    if sides.is_plain(equations.lagrangian):
+    if sides.is_plain(equations.system.lagrangian):
         return []
-    kinks = equations.lagrangian.atoms(*_KINKED)
+    kinks = equations.system.lagrangian.atoms(*_KINKED)
     kinked = {s for kink in kinks for s in kink.free_symbols}
-    velocities = [c.v for c in equations.coordinates if c.v in kinked]
-    lagrangian = sides.smooth(equations.lagrangian) if velocities else equations.lagrangian
+    velocities = [c.v for c in equations.system.coordinates if c.v in kinked]
+    lagrangian = (
+        sides.smooth(equations.system.lagrangian) if velocities else equations.system.lagrangian
+    )
     return [derivative(lagrangian, v) for v in velocities]
 
 

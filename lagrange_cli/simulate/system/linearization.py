@@ -29,11 +29,11 @@ class LinearFunctions:
     """
 
     def __init__(self, equations: Equations) -> None:
-        self._n, self._driven = len(equations.coordinates), len(equations.inputs)
-        self._rows = len(equations.outputs)
+        self._n, self._driven = len(equations.system.coordinates), len(equations.system.inputs)
+        self._rows = len(equations.system.outputs)
         derivatives = derivative_programs(equations, jacobian=False, linearization=True)
         programs = {"rhs": program_of(equations, "rhs"), **derivatives}
-        if equations.closures:
+        if equations.system.closures:
             programs["multipliers"] = constraint_programs(equations)["multipliers"]
         self._patterns = {
             name: program.jacobian.pattern
@@ -41,8 +41,8 @@ class LinearFunctions:
             if program.jacobian is not None
         }
         self._functions = functions_of(module_source(programs))
-        self._parameters = [float(p.value or np.nan) for p in equations.parameters]
-        self._input = _inputs_of(equations, self._parameters) if equations.inputs else None
+        self._parameters = [float(p.value or np.nan) for p in equations.system.parameters]
+        self._input = _inputs_of(equations, self._parameters) if equations.system.inputs else None
 
     def inputs_at(self, t: Array, y: Array) -> Array:
         """The scene's inputs at states; shape (m, inputs)."""
@@ -100,9 +100,9 @@ class LinearFunctions:
 
 def _inputs_of(equations: Equations, parameters: list[float]) -> Any:
     """The function of t and y that gives the scene's inputs."""
-    asked = tuple((u.name, u.symbol) for u in equations.inputs)
-    known = substitute_inputs(replace(equations, outputs=asked))
+    asked = tuple((u.name, u.symbol) for u in equations.system.inputs)
+    known = substitute_inputs(replace(equations, system=replace(equations.system, outputs=asked)))
     function = functions_of(module_source({"outputs": program_of(known, "outputs")}))["outputs"]
-    files = tuple(u.recording for u in equations.inputs if u.recording is not None)
+    files = tuple(u.recording for u in equations.system.inputs if u.recording is not None)
     recorded = read_recorded_inputs(files)
     return bound(function, parameters, None if recorded is None else recorded.pieces)

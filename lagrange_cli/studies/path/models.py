@@ -83,43 +83,45 @@ def with_action(equations: Equations) -> Equations:
     from lagrange_cli.mechanics.algebra.derivatives import derivative
 
     _require_action(equations)
-    lagrangian = equations.lagrangian
-    momenta = [derivative(lagrangian, c.v) for c in equations.coordinates]
+    lagrangian = equations.system.lagrangian
+    momenta = [derivative(lagrangian, c.v) for c in equations.system.coordinates]
     inertia = [
-        derivative(p, c.v) for i, p in enumerate(momenta) for c in equations.coordinates[: i + 1]
+        derivative(p, c.v)
+        for i, p in enumerate(momenta)
+        for c in equations.system.coordinates[: i + 1]
     ]
     values: list[Expr] = [lagrangian, *momenta, *inertia]
     # No name of a scene has a blank.
     outputs = tuple((f"action {k}", value) for k, value in enumerate(values))
-    return replace(equations, outputs=outputs)
+    return replace(equations, system=replace(equations.system, outputs=outputs))
 
 
 def _require_action(equations: Equations) -> None:
     """Refuse systems whose motion makes no action stationary against fixed-end variations."""
     reason, hint = "", ""
-    acting = [f.name for f in equations.forces if any(q != 0 for q in f.generalized)]
-    if not equations.coordinates:
+    acting = [f.name for f in equations.system.forces if any(q != 0 for q in f.generalized)]
+    if not equations.system.coordinates:
         reason = "nothing can move: there are no degrees of freedom"
-    elif equations.dissipation != 0:
+    elif equations.system.dissipation != 0:
         reason = "there is dissipation, which has no potential: no action has its motion"
         hint = "set its coefficients to 0 by -p NAME=0, and leave it out of the scene"
     elif acting:
         reason = f"the force {_listed(acting)} has no potential: no action has its motion"
         hint = "write it as a potential if it has one"
-    elif equations.contacts:
+    elif equations.system.contacts:
         reason = "paths are not varied across contacts, where velocities jump"
-    elif any(c.kind == "velocity" for c in equations.closures):
+    elif any(c.kind == "velocity" for c in equations.system.closures):
         reason = (
             "a constraint between velocities cannot be integrated: paths that obey it beside the"
             " motion are no fixed-end variations, and the motion does not make the action"
             " stationary among them"
         )
-    elif equations.closures:
-        names = _listed([c.name for c in equations.closures])
+    elif equations.system.closures:
+        names = _listed([c.name for c in equations.system.closures])
         reason = f"{names} is kept beside the coordinates, which therefore do not vary freely"
         hint = "coordinates that solve the constraint, where there are some"
     if reason:
-        message = f"no path of stationary action for '{equations.name}': {reason}"
+        message = f"no path of stationary action for '{equations.presentation.name}': {reason}"
         raise InputError(Problem(message, hint=hint, rule="path"))
 
 
@@ -132,5 +134,6 @@ def periodic_coordinates(equations: Equations) -> tuple[bool, ...]:
     from lagrange_cli.mechanics.proofs.zero_test import is_periodic
 
     return tuple(
-        c.is_angle and is_periodic(equations.lagrangian, c.q) for c in equations.coordinates
+        c.is_angle and is_periodic(equations.system.lagrangian, c.q)
+        for c in equations.system.coordinates
     )

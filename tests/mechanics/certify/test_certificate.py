@@ -57,7 +57,9 @@ def test_what_is_right_passes_at_any_precision(text: str, digits: int) -> None:
 
 
 def test_digits_reach_the_certificate_that_is_reported() -> None:
-    found = derive(read_text("name: s\n" + DOUBLE_PENDULUM), digits=50, points=3).certificate
+    found = derive(
+        read_text("name: s\n" + DOUBLE_PENDULUM), digits=50, points=3
+    ).derivation.certificate
     assert (found.digits, found.points) == (50, 3)
     assert found.mismatch < 1e-49
 
@@ -220,7 +222,7 @@ def test_fewer_points_for_many_coordinates(coordinates: int, points: int) -> Non
     terms = " + ".join(f"dot(q{k})^2/2" for k in range(coordinates))
     springs = " + ".join(f"(q{k} - q{k + 1})^2" for k in range(coordinates - 1))
     text = f'coordinates: [{names}]\nkinetic: {{T: "{terms}"}}\npotentials: {{V: "{springs}"}}'
-    found = derived(text).certificate
+    found = derived(text).derivation.certificate
     assert (found.points, found.digits) == (points, 30)
 
 
@@ -229,8 +231,8 @@ def test_a_force_whose_terms_cancel_altogether_is_certified():
     force = "3*(abs(x + 5.9) - max(x + 5.9, -(x + 5.9)))"
     scene = "particles: {b: {mass: 1, position: [x, 0, 0]}}\ncoordinates: [x]\n"
     equations = loads(f'{scene}forces: {{f: {{on: x, force: "{force}"}}}}\n').derive().equations
-    assert equations.certificate.mismatch < 1e-25
-    assert "energy" in {c.name for c in equations.conserved}
+    assert equations.derivation.certificate.mismatch < 1e-25
+    assert "energy" in {c.name for c in equations.derivation.conserved}
 
 
 @pytest.mark.slow
@@ -259,4 +261,4 @@ def test_closures_are_looked_at_with_more_digits_too() -> None:
         initial: {x: 0, y: 1, z: 0, dot(y): 1, dot(z): 1}
         """
     )
-    assert hidden.derive().equations.certificate.mismatch < 1e-25
+    assert hidden.derive().equations.derivation.certificate.mismatch < 1e-25

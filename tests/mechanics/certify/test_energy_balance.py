@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 import sympy as sp
 
@@ -12,6 +10,7 @@ from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.emit.latex.document import latex_document
 from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import InternalError
+from tests.parts import changed
 
 MASS = "name: s\nplane: xz\nparameters: {m: 2, k: 3, c: 0.5, A: 1, w: 2}\n"
 BOB = MASS + "particles: {bob: {mass: m, position: [x, y, z]}}\n"
@@ -52,10 +51,10 @@ RATES = {
 
 
 def formula(equations, text: str) -> sp.Expr:
-    names = {p.name: p.symbol for p in equations.parameters} | {"t": equations.t}
-    for c in equations.coordinates:
+    names = {p.name: p.symbol for p in equations.system.parameters} | {"t": equations.system.t}
+    for c in equations.system.coordinates:
         names |= {c.name: c.q, f"{c.name}_": c.v}
-    names |= {k.multiplier.name: k.multiplier for k in equations.pushing}
+    names |= {k.multiplier.name: k.multiplier for k in equations.system.pushing}
     return sp.sympify(text, names)
 
 
@@ -63,10 +62,10 @@ def formula(equations, text: str) -> sp.Expr:
 def test_rates(name: str) -> None:
     scene, kind, rate = RATES[name]
     equations = loads(scene).derive().equations
-    assert equations.balance is not None
-    assert equations.balance.kind == kind
-    assert equations.balance.is_dissipation == (name == "Rayleigh")
-    assert sp.simplify(equations.balance.rate - formula(equations, rate)) == 0
+    assert equations.derivation.balance is not None
+    assert equations.derivation.balance.kind == kind
+    assert equations.derivation.balance.is_dissipation == (name == "Rayleigh")
+    assert sp.simplify(equations.derivation.balance.rate - formula(equations, rate)) == 0
     report = derivation_report(equations)
     assert "energy" not in [c["name"] for c in report["conserved"]]
     assert report["energy_balance"]["name"] == kind
@@ -89,7 +88,7 @@ def test_rates(name: str) -> None:
     ids=["conserved", "without work", "rate of an input"],
 )
 def test_no_rate(scene: str) -> None:
-    assert loads(scene).derive().equations.balance is None
+    assert loads(scene).derive().equations.derivation.balance is None
 
 
 def test_a_wrong_rate_is_a_defect(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,7 +98,7 @@ def test_a_wrong_rate_is_a_defect(monkeypatch: pytest.MonkeyPatch) -> None:
         "lagrange_cli.mechanics.energy_balance.shortened", lambda rate: rate * slightly_wrong
     )
     with pytest.raises(InternalError, match="rate of the energy"):
-        loads(scene).derive().equations.textbook()
+        loads(scene).derive().equations.derivation.textbook()
 
 
 def test_what_was_not_searched_is_not_denied() -> None:
@@ -109,7 +108,7 @@ def test_what_was_not_searched_is_not_denied() -> None:
     assert "Conserved among cyclic momenta and energy\n  E = " in derivation_text(
         loads(FREE).derive().equations
     )
-    doubtful = replace(equations, open_questions=("x", "p_x", "energy"))
+    doubtful = changed(equations, open_questions=("x", "p_x", "energy"))
     assert "\n  not decided: p_x, E\n" in derivation_text(doubtful)
     assert derivation_report(doubtful)["undecided"] == ["p_x", "energy"]
     assert "Of $p_{x}$, $E$ this is not decided." in latex_document(doubtful)

@@ -50,7 +50,7 @@ NOTHING = (
 def names(text: str) -> tuple[set[str], set[str]]:
     """Cyclic coordinates and conserved quantities."""
     equations = derived(text)
-    return set(equations.cyclic), {c.name for c in equations.conserved}
+    return set(equations.derivation.cyclic), {c.name for c in equations.derivation.conserved}
 
 
 @pytest.mark.slow
@@ -135,8 +135,10 @@ ROTOR = (
 
 def test_inertia_that_ends_on_the_other_side_is_not_positive_definite() -> None:
     equations = derived(f"{ROTOR}kinetic: {{k: 'max(0, 3 - x)*dot(p)^2/2'}}\n")
-    assert not equations.facts.positive_definite_mass_matrix
-    assert derived(f"{ROTOR}kinetic: {{k: dot(p)^2/2}}\n").facts.positive_definite_mass_matrix
+    assert not equations.derivation.facts.positive_definite_mass_matrix
+    assert derived(
+        f"{ROTOR}kinetic: {{k: dot(p)^2/2}}\n"
+    ).derivation.facts.positive_definite_mass_matrix
 
 
 def test_inertia_that_begins_on_the_other_side_is_missed_where_it_was_looked_for() -> None:
@@ -195,5 +197,5 @@ def test_rounding_denies_nothing() -> None:
         "potentials: {v: 3*(cosh(x - 100)^2 - sinh(x - 100)^2)}\n"
         "initial: {x: 0.3, dot(x): 0.5}\n"
     )
-    assert {c.name for c in equations.conserved} == {"p_x", "energy"}
-    assert equations.cyclic == ("x",)
+    assert {c.name for c in equations.derivation.conserved} == {"p_x", "energy"}
+    assert equations.derivation.cyclic == ("x",)

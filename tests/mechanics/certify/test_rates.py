@@ -22,7 +22,7 @@ SCENES = ["surfaces/particle_on_cone", "pendulums/pendulum_on_cart", "fields/mag
 @pytest.mark.parametrize("name", SCENES)
 def test_a_wrong_momentum_is_found(name):
     scene = read_file(str(SYSTEMS / f"{name}.yaml"))
-    reduced, shown = reduce(scene), derive(scene).shown
+    reduced, shown = reduce(scene), derive(scene).derivation.shown
     evidence = certify(derive_uncertified(reduced), 30, 2)
     certify_rates(evidence, reduced, shown)
     (row,) = [k for k, equation in enumerate(shown) if equation.momentum is not None]
@@ -56,7 +56,7 @@ initial: {{r: 1, phi: 0}}
 )
 def test_what_changes_a_momentum_is_written_out(beside):
     equations = api.loads(ROTOR.format(beside)).derive().equations
-    assert all(equation.momentum is None for equation in equations.shown)
+    assert all(equation.momentum is None for equation in equations.derivation.shown)
 
 
 def test_what_reads_back_is_written_out():

@@ -112,21 +112,21 @@ CASES = {
 def test_what_is_cyclic_and_conserved(name: str) -> None:
     text, cyclic, conserved = CASES[name]
     e = derived(text)
-    assert list(e.cyclic) == cyclic
-    assert [c.name for c in e.conserved] == conserved
+    assert list(e.derivation.cyclic) == cyclic
+    assert [c.name for c in e.derivation.conserved] == conserved
 
 
 def drift(e: Equations, quantity: sp.Expr, seed: int) -> mpf:
     """d/dt of a quantity along the motion, relative to the size of its parts."""
-    symbols = [e.t, *(s for c in e.coordinates for s in (c.q, c.v))]
-    symbols += [p.symbol for p in e.parameters]
+    symbols = [e.system.t, *(s for c in e.system.coordinates for s in (c.q, c.v))]
+    symbols += [p.symbol for p in e.system.parameters]
     point = random_point(symbols, seed)
     with mpmath.workdps(40):
-        mass = mpmath.matrix([[number(x, point, 40) for x in row] for row in e.mass_matrix])
-        force = mpmath.matrix([number(f, point, 40) for f in e.forcing])
+        mass = mpmath.matrix([[number(x, point, 40) for x in row] for row in e.system.mass_matrix])
+        force = mpmath.matrix([number(f, point, 40) for f in e.system.forcing])
         a = mpmath.lu_solve(mass, force)
-        parts = [number(sp.diff(quantity, e.t), point, 40)]
-        for k, c in enumerate(e.coordinates):
+        parts = [number(sp.diff(quantity, e.system.t), point, 40)]
+        for k, c in enumerate(e.system.coordinates):
             parts.append(number(sp.diff(quantity, c.q), point, 40) * point[c.v])
             parts.append(number(sp.diff(quantity, c.v), point, 40) * a[k])
         return abs(sum(parts)) / (1 + sum(abs(p) for p in parts))
@@ -135,7 +135,7 @@ def drift(e: Equations, quantity: sp.Expr, seed: int) -> mpf:
 @pytest.mark.parametrize("name", CASES)
 def test_conserved_quantities_do_not_change(name: str) -> None:
     e = derived(CASES[name][0])
-    for found in e.conserved:
+    for found in e.derivation.conserved:
         for seed in (1, 2, 3):
             assert drift(e, found.expression, seed) < mpf(10) ** -25
 
@@ -144,11 +144,14 @@ def test_conserved_quantities_do_not_change(name: str) -> None:
 def test_what_is_not_listed_does_change(name: str) -> None:
     """No momentum of a coordinate and no energy function is passed over."""
     e = derived(CASES[name][0])
-    listed = {c.name for c in e.conserved}
-    momenta = {f"p_{c.name}": sp.diff(e.lagrangian, c.v) for c in e.coordinates}
-    energy = sp.Add(*(c.v * sp.diff(e.lagrangian, c.v) for c in e.coordinates)) - e.lagrangian
+    listed = {c.name for c in e.derivation.conserved}
+    momenta = {f"p_{c.name}": sp.diff(e.system.lagrangian, c.v) for c in e.system.coordinates}
+    energy = (
+        sp.Add(*(c.v * sp.diff(e.system.lagrangian, c.v) for c in e.system.coordinates))
+        - e.system.lagrangian
+    )
     for label, quantity in momenta.items():
-        if label in e.cyclic and label not in listed:
+        if label in e.derivation.cyclic and label not in listed:
             assert max(drift(e, quantity, s) for s in (1, 2, 3)) > mpf(10) ** -6
     if not listed & {"energy", "jacobi"}:
         assert max(drift(e, energy, s) for s in (1, 2, 3)) > mpf(10) ** -6
@@ -157,9 +160,12 @@ def test_what_is_not_listed_does_change(name: str) -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_the_energy_function_is_that_of_the_lagrangian(name: str) -> None:
     e = derived(CASES[name][0])
-    expected = sp.Add(*(c.v * sp.diff(e.lagrangian, c.v) for c in e.coordinates)) - e.lagrangian
-    point = random_point((expected - e.energy).free_symbols, 4)
-    assert abs(number(expected - e.energy, point)) < mpf(10) ** -25
+    expected = (
+        sp.Add(*(c.v * sp.diff(e.system.lagrangian, c.v) for c in e.system.coordinates))
+        - e.system.lagrangian
+    )
+    point = random_point((expected - e.system.energy).free_symbols, 4)
+    assert abs(number(expected - e.system.energy, point)) < mpf(10) ** -25
 
 
 @pytest.mark.parametrize(
@@ -172,11 +178,11 @@ def test_the_energy_function_is_that_of_the_lagrangian(name: str) -> None:
 )
 def test_shipped_momenta(path: str, name: str | None, text: str | None) -> None:
     e = derive(read_file(str(SYSTEMS / f"{path}.yaml")))
-    momenta = {c.name: c.expression for c in e.conserved if c.kind == "momentum"}
+    momenta = {c.name: c.expression for c in e.derivation.conserved if c.kind == "momentum"}
     assert momenta
     if name is not None and text is not None:
         assert sp.expand(momenta[name] - interpret(e, expression(text))) == 0
-    for found in e.conserved:
+    for found in e.derivation.conserved:
         assert drift(e, found.expression, 1) < mpf(10) ** -25
 
 
@@ -186,30 +192,30 @@ def test_shipped_momenta(path: str, name: str | None, text: str | None) -> None:
 @pytest.mark.parametrize("size", ["1e-20", "1e-30", "1e-60", "1e-300"])
 def test_a_weak_potential_is_no_symmetry(size: str) -> None:
     e = derived(FREE + f"potentials: {{weak: {size}*x^2, strong: y^2}}")
-    assert e.cyclic == ()
-    assert [c.name for c in e.conserved] == ["energy"]
+    assert e.derivation.cyclic == ()
+    assert [c.name for c in e.derivation.conserved] == ["energy"]
 
 
 @pytest.mark.parametrize("size", ["1e-20", "1e-30", "1e-60"])
 def test_a_slow_change_is_no_conservation(size: str) -> None:
     e = derived(FREE + f"potentials: {{weak: {size}*x^2*t, strong: y^2}}")
-    assert e.conserved == ()
-    assert not e.facts.autonomous
+    assert e.derivation.conserved == ()
+    assert not e.derivation.facts.autonomous
 
 
 @pytest.mark.parametrize("size", ["1e-30", "1e-60"])
 def test_a_weak_drag_is_a_drag(size: str) -> None:
     e = derived(FREE + f"potentials: {{v: x^2}}\ndissipation: {{d: {size}*dot(y)^2}}")
-    assert e.conserved == ()
+    assert e.derivation.conserved == ()
 
 
 @pytest.mark.parametrize(("first", "second"), [("1e30", "1e-31"), ("1e-31", "1e30"), ("1", "1e12")])
 def test_masses_of_any_ratio_keep_their_equations(first: str, second: str) -> None:
     e = derived(DOUBLE_PENDULUM.replace("m1: 1, m2: 2", f"m1: {first}, m2: {second}"))
     plain = derived(DOUBLE_PENDULUM)
-    assert e.cyclic == ()
-    assert e.mass_matrix == plain.mass_matrix
-    assert [s.terms for s in e.shown] == [s.terms for s in plain.shown]
+    assert e.derivation.cyclic == ()
+    assert e.system.mass_matrix == plain.system.mass_matrix
+    assert [s.terms for s in e.derivation.shown] == [s.terms for s in plain.derivation.shown]
 
 
 @pytest.mark.parametrize("length", ["1e-12", "1e16", "1e-100", "1e100"])
@@ -222,11 +228,11 @@ def test_units_do_not_matter(length: str) -> None:
         "potentials: {weight: {gravity: g}}\ninitial: {x: 0.6*l, z: -0.8*l, dot(x): l}"
     )
     e = derived(ring)
-    assert e.initial is not None
-    assert e.initial.positions[0] == pytest.approx(0.6 * float(length), rel=1e-15)
-    assert [c.name for c in e.conserved] == ["energy"]
+    assert e.system.initial is not None
+    assert e.system.initial.positions[0] == pytest.approx(0.6 * float(length), rel=1e-15)
+    assert [c.name for c in e.derivation.conserved] == ["energy"]
     unit = derived(ring.replace(f"l: {length}", "l: 1").replace("1e-31", "1"))
-    assert e.mass_matrix == unit.mass_matrix
+    assert e.system.mass_matrix == unit.system.mass_matrix
 
 
 def test_a_dozen_coordinates() -> None:
@@ -236,10 +242,10 @@ def test_a_dozen_coordinates() -> None:
     e = derived(
         f"particles:\n{bodies}\ncoordinates: [{', '.join(names)}]\npotentials: {{v: {springs}}}"
     )
-    assert e.account.dof == 12
-    assert e.facts.constant_mass_matrix
-    assert e.facts.diagonal_mass_matrix
-    assert sp.Matrix(e.mass_matrix) == sp.eye(12)
+    assert e.derivation.account.dof == 12
+    assert e.derivation.facts.constant_mass_matrix
+    assert e.derivation.facts.diagonal_mass_matrix
+    assert sp.Matrix(e.system.mass_matrix) == sp.eye(12)
 
 
 # Facts.
@@ -256,7 +262,7 @@ def flags(e: Equations) -> set[str]:
         "planar",
         "positive_definite_mass_matrix",
     )
-    return {n for n in names if getattr(e.facts, n)}
+    return {n for n in names if getattr(e.derivation.facts, n)}
 
 
 USUAL = {"autonomous", "planar", "positive_definite_mass_matrix"}
@@ -319,15 +325,15 @@ def test_facts(text: str, expected: set[str]) -> None:
 def test_a_mass_matrix_called_positive_is_positive() -> None:
     """A negative kinetic term is no inertia, whatever it stands beside."""
     e = derived(FREE + "kinetic: {debt: -dot(x)^2}")
-    assert not e.facts.positive_definite_mass_matrix
+    assert not e.derivation.facts.positive_definite_mass_matrix
     e = derived("parameters: {J: -2}\ncoordinates: [u, w]\nkinetic: {T: J*dot(u)^2 + dot(w)^2}\n")
-    assert not e.facts.positive_definite_mass_matrix
+    assert not e.derivation.facts.positive_definite_mass_matrix
 
 
 def test_unused_parameters_are_warned_of() -> None:
     e = derived("parameters: {m: 1, idle: 3, other: 2*idle}\n" + BEAD + "potentials: {v: x+y+z}")
-    assert e.facts.unused_parameters == ("other",)
-    assert [w.rule for w in e.warnings] == ["unused-parameter"]
+    assert e.derivation.facts.unused_parameters == ("other",)
+    assert [w.rule for w in e.derivation.warnings] == ["unused-parameter"]
 
 
 @pytest.mark.parametrize(
@@ -350,7 +356,7 @@ def test_angles_are_recognized(definition: str, angle: bool) -> None:
         "particles: {bead: {mass: 1, position: [x, 0, 0]}}\ncoordinates: [s]\n"
         f"definitions: {{x: {definition}}}"
     )
-    assert e.coordinates[0].is_angle is angle
+    assert e.system.coordinates[0].is_angle is angle
 
 
 @pytest.mark.parametrize(
@@ -372,12 +378,12 @@ def test_every_name_is_the_users(names: tuple[str, str, str]) -> None:
         f"kinetic: {{T0: {p}*(dot({u})^2 + dot({w})^2)/2}}\n"
         f"potentials: {{V0: {p}*{u}^2*{w}}}\ninitial: {{{u}: 1, {w}: 2}}"
     )
-    a, b = (c.q for c in e.coordinates)
-    s = e.parameters[0].symbol
-    assert e.forcing == (-2 * s * a * b, -s * a**2)
-    assert e.mass_matrix == ((s, 0), (0, s))
-    assert e.initial is not None
-    assert e.initial.positions == (1.0, 2.0)
+    a, b = (c.q for c in e.system.coordinates)
+    s = e.system.parameters[0].symbol
+    assert e.system.forcing == (-2 * s * a * b, -s * a**2)
+    assert e.system.mass_matrix == ((s, 0), (0, s))
+    assert e.system.initial is not None
+    assert e.system.initial.positions == (1.0, 2.0)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,8 @@ from mpmath import mpf
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
 from lagrange_cli.mechanics import derive, interpret
-from lagrange_cli.mechanics.equations import Contact, Equations
+from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.system import Contact
 from lagrange_cli.scene import read_text
 from tests.mechanics.closures_support import close, state_of
 from tests.mechanics.mechanics_support import derived, expression, number, random_point
@@ -71,22 +72,24 @@ def _precise() -> Iterator[None]:
 
 
 def one(e: Equations, name: str) -> Contact:
-    (found,) = (c for c in e.contacts if c.name == name)
+    (found,) = (c for c in e.system.contacts if c.name == name)
     return found
 
 
 def along(e: Equations, typed: Callable[[SimpleNamespace], sp.Expr]) -> list[sp.Expr]:
     """φ, ∂φ/∂q, φ̇ − Σ ∂φ/∂q v and φ̈ − Σ ∂φ/∂q a of a gap typed over names and t."""
-    moving = {c.name: sp.Function(c.name, real=True)(e.t) for c in e.coordinates}
-    parameters = {p.name: p.symbol for p in e.parameters}
-    phi = typed(SimpleNamespace(**moving, **parameters, t=e.t))
-    back = [(moving[c.name].diff(e.t, 2), c.a) for c in e.coordinates]
-    back += [(moving[c.name].diff(e.t), c.v) for c in e.coordinates]
-    back += [(moving[c.name], c.q) for c in e.coordinates]
-    level, first, second = (x.subs(back) for x in (phi, phi.diff(e.t), phi.diff(e.t, 2)))
-    still = {c.a: 0 for c in e.coordinates}
-    at_rest = {c.v: 0 for c in e.coordinates}
-    gradient = [level.diff(c.q) for c in e.coordinates]
+    moving = {c.name: sp.Function(c.name, real=True)(e.system.t) for c in e.system.coordinates}
+    parameters = {p.name: p.symbol for p in e.system.parameters}
+    phi = typed(SimpleNamespace(**moving, **parameters, t=e.system.t))
+    back = [(moving[c.name].diff(e.system.t, 2), c.a) for c in e.system.coordinates]
+    back += [(moving[c.name].diff(e.system.t), c.v) for c in e.system.coordinates]
+    back += [(moving[c.name], c.q) for c in e.system.coordinates]
+    level, first, second = (
+        x.subs(back) for x in (phi, phi.diff(e.system.t), phi.diff(e.system.t, 2))
+    )
+    still = {c.a: 0 for c in e.system.coordinates}
+    at_rest = {c.v: 0 for c in e.system.coordinates}
+    gradient = [level.diff(c.q) for c in e.system.coordinates]
     return [level, *gradient, first.subs(at_rest), second.subs(still)]
 
 
@@ -110,10 +113,10 @@ def test_gap_with_its_derivatives(name: str) -> None:
     e = derived(text)
     closure = one(e, name).closure
     assert closure.kind == "position"
-    held = [closure.gradient[j] for j in range(len(e.coordinates))]
+    held = [closure.gradient[j] for j in range(len(e.system.coordinates))]
     ours = [closure.expression, *held, closure.rate, closure.bias]
-    symbols = [e.t, *(s for c in e.coordinates for s in (c.q, c.v))]
-    symbols += [p.symbol for p in e.parameters]
+    symbols = [e.system.t, *(s for c in e.system.coordinates for s in (c.q, c.v))]
+    symbols += [p.symbol for p in e.system.parameters]
     for seed in range(4):
         state = random_point(symbols, seed)
         for found, expected in zip(ours, along(e, typed), strict=True):
@@ -123,19 +126,19 @@ def test_gap_with_its_derivatives(name: str) -> None:
 def pushed(e: Equations, closed: list[str], state: Mapping[sp.Symbol, mpf]) -> dict[str, mpf]:
     """a and λ of M a = f + Σ λ·gradient with gradient·a = −bias, for the contacts closed."""
     rows = [one(e, name).closure for name in closed]
-    n, m = len(e.coordinates), len(rows)
+    n, m = len(e.system.coordinates), len(rows)
     matrix, right = mpmath.zeros(n + m), mpmath.zeros(n + m, 1)
     for i in range(n):
-        right[i] = number(e.forcing[i], state)
+        right[i] = number(e.system.forcing[i], state)
         for j in range(n):
-            matrix[i, j] = number(e.mass_matrix[i][j], state)
+            matrix[i, j] = number(e.system.mass_matrix[i][j], state)
     for k, closure in enumerate(rows):
         right[n + k] = -number(closure.bias, state)
         for i in range(n):
             matrix[n + k, i] = number(closure.gradient[i], state)
             matrix[i, n + k] = -matrix[n + k, i]
     found = mpmath.lu_solve(matrix, right)
-    names = [*(c.name for c in e.coordinates), *closed]
+    names = [*(c.name for c in e.system.coordinates), *closed]
     return {name: found[i] for i, name in enumerate(names)}
 
 
@@ -183,20 +186,24 @@ def test_ladder_as_lagranges_method_has_it(closed: list[str]) -> None:
 
 def test_equations_hold_the_forces_of_contacts() -> None:
     e = derived(SPHERE)
-    assert (e.formulation, e.multipliers, e.closures) == ("multiplier", ("sphere",), ())
-    by = {c.name: c for c in e.coordinates}
-    names = {p.name: p.symbol for p in e.parameters}
+    assert (e.system.formulation, e.system.multipliers, e.system.closures) == (
+        "multiplier",
+        ("sphere",),
+        (),
+    )
+    by = {c.name: c for c in e.system.coordinates}
+    names = {p.name: p.symbol for p in e.system.parameters}
     push = one(e, "sphere").closure.multiplier
     assert push.name == "lambda_sphere"
     x, z = by["x"], by["z"]
-    residuals = [s.residual for s in e.shown]
+    residuals = [s.residual for s in e.derivation.shown]
     assert sp.expand(residuals[0] - (names["m"] * x.a - 2 * push * x.q)) == 0
     weight = names["m"] * names["g"]
     assert sp.expand(residuals[1] - (names["m"] * z.a + weight - 2 * push * z.q)) == 0
 
 
 def test_account_lists_them_beside_what_is_counted() -> None:
-    account = derived(DRIVEN).account
+    account = derived(DRIVEN).derivation.account
     assert (account.constraints, account.dof, account.unilateral) == (0, 3, 3)
     lines = {line.name: line for line in account.lines}
     assert {line.status for line in lines.values()} == {"unilateral"}
@@ -206,27 +213,27 @@ def test_account_lists_them_beside_what_is_counted() -> None:
 
 def test_restitution_is_over_parameters() -> None:
     e = derived(DRIVEN)
-    (symbol,) = (p.symbol for p in e.parameters if p.name == "e")
-    assert [c.restitution for c in e.contacts] == [2 * symbol, 0, 0]
+    (symbol,) = (p.symbol for p in e.system.parameters if p.name == "e")
+    assert [c.restitution for c in e.system.contacts] == [2 * symbol, 0, 0]
 
 
 def test_conserved_in_every_mode() -> None:
     """A floor takes p_z and nothing else; one that moves takes the energy too."""
     text = "parameters: {m: 1}\nparticles: {p: {mass: m, position: [x, y, z]}}\nconstraints: "
-    assert derived(text + "{floor: z >= 0}").cyclic == ("x", "y")
-    found = {c.name: c.reason for c in derived(text + "{floor: z >= 0}").conserved}
+    assert derived(text + "{floor: z >= 0}").derivation.cyclic == ("x", "y")
+    found = {c.name: c.reason for c in derived(text + "{floor: z >= 0}").derivation.conserved}
     assert found.keys() == {"p_x", "p_y", "energy"}
     assert found["energy"] == "L does not depend on t (between impacts)"
-    elastic = derived(text + "{floor: {unilateral: z >= 0, restitution: 1}}").conserved
+    elastic = derived(text + "{floor: {unilateral: z >= 0, restitution: 1}}").derivation.conserved
     assert elastic[-1].reason == "L does not depend on t"
-    moved = [c.name for c in derived(text + "{floor: z >= sin(t)}").conserved]
+    moved = [c.name for c in derived(text + "{floor: z >= sin(t)}").derivation.conserved]
     assert moved == ["p_x", "p_y"]
-    tilted = [c.name for c in derived(text + "{floor: z + x >= 0}").conserved]
+    tilted = [c.name for c in derived(text + "{floor: z + x >= 0}").derivation.conserved]
     assert tilted == ["p_y", "energy"]
 
 
 def test_facts() -> None:
-    driven, ball = derived(DRIVEN).facts, derived(BALL).facts
+    driven, ball = derived(DRIVEN).derivation.facts, derived(BALL).derivation.facts
     assert (driven.rheonomic, driven.autonomous) == (True, False)
     assert (ball.rheonomic, ball.autonomous, ball.separable) == (False, True, False)
     assert ball.positive_definite_mass_matrix
@@ -238,8 +245,8 @@ def test_an_angle_that_meets_a_stop_is_none() -> None:
         "particles: {p: {mass: 1, position: [cos(q), sin(q), 0]}}\ncoordinates: [q]\n"
         "constraints: {stop: STOP}\n"
     )
-    assert derived(text.replace("STOP", "sin(q) <= 0.5")).coordinates[0].is_angle
-    assert not derived(text.replace("STOP", "q <= 0.5")).coordinates[0].is_angle
+    assert derived(text.replace("STOP", "sin(q) <= 0.5")).system.coordinates[0].is_angle
+    assert not derived(text.replace("STOP", "q <= 0.5")).system.coordinates[0].is_angle
 
 
 def test_names_of_multipliers_are_free() -> None:
@@ -248,8 +255,8 @@ def test_names_of_multipliers_are_free() -> None:
     several = "{floor: [z >= 0, z + x >= 0], floor_1: x + 2*z >= 0}"
     e = derived(BALL.replace("{floor: z >= 0}", several))
     names = ("floor_1", "floor_1_", "floor_2")
-    assert sorted(c.name for c in e.contacts) == sorted(names)
-    assert len({c.closure.multiplier for c in e.contacts}) == 3
+    assert sorted(c.name for c in e.system.contacts) == sorted(names)
+    assert len({c.closure.multiplier for c in e.system.contacts}) == 3
 
 
 def test_multipliers_stand_in_expressions() -> None:
@@ -268,13 +275,13 @@ def test_force_of_contact_and_rope() -> None:
     """A bead on a sphere and on an inextensible string: f = λ ∇φ of both."""
     text = SPHERE.replace("{sphere: x^2", "{string: x^2 + (z - 4)^2 <= 16, sphere: x^2")
     e = forced(text)
-    (body,) = e.constraint_forces.bodies
-    by = {c.name: c.q for c in e.coordinates}
+    (body,) = e.derivation.constraint_forces.bodies
+    by = {c.name: c.q for c in e.system.coordinates}
     sphere, string = one(e, "sphere").closure.multiplier, one(e, "string").closure.multiplier
     x, z = by["x"], by["z"]
     expected = (2 * sphere * x - 2 * string * x, 0, 2 * sphere * z - 2 * string * (z - 4))
     assert [sp.expand(f - g) for f, g in zip(body.components, expected, strict=True)] == [0, 0, 0]
-    reactions = {r.name: r for r in e.constraint_forces.reactions}
+    reactions = {r.name: r for r in e.derivation.constraint_forces.reactions}
     assert reactions["sphere"].multiplier == sphere
     ((on, size),) = reactions["sphere"].sizes
     assert on == "bead"
@@ -289,11 +296,11 @@ def test_force_of_a_constraint_beside_a_contact() -> None:
         "potentials: {weight: {gravity: g}}\nconstraints: {stop: q <= 1}\n"
     )
     e = forced(text)
-    (body,) = e.constraint_forces.bodies
+    (body,) = e.derivation.constraint_forces.bodies
     push = one(e, "stop").closure.multiplier
-    state = random_point([e.coordinates[0].q, e.coordinates[0].v, push], 3)
-    state |= {p.symbol: mpf("9.81") if p.name == "g" else mpf(p.value) for p in e.parameters}
-    q, v = state[e.coordinates[0].q], state[e.coordinates[0].v]
+    state = random_point([e.system.coordinates[0].q, e.system.coordinates[0].v, push], 3)
+    state |= {p.symbol: mpf("9.81") if p.name == "g" else mpf(p.value) for p in e.system.parameters}
+    q, v = state[e.system.coordinates[0].q], state[e.system.coordinates[0].v]
     fx, fz = (number(body.components[k], state) for k in (0, 2))
     # Along the rod m l q̇² + m g cos q, across it what the stop exerts: −λ/l.
     s, c = mpmath.sin(q), mpmath.cos(q)

@@ -75,7 +75,7 @@ def test_what_is_the_same_everywhere_is_seen(gap: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("gap", STEEP)
 def test_what_changes_little_changes(gap: str) -> None:
-    assert derived(FREE.replace("THIS", gap)).account.unilateral == 1
+    assert derived(FREE.replace("THIS", gap)).derivation.account.unilateral == 1
 
 
 def test_no_configuration_in_the_domain_of_a_gap() -> None:
@@ -96,5 +96,5 @@ def test_restitution_outside_its_range(value: str) -> None:
 def test_restitution_without_a_value_stays_open() -> None:
     text = "parameters: {e: {}}\nparticles: {p: {mass: 1}}\nconstraints:\n"
     text += "  floor: {unilateral: z_p >= 0, restitution: e^2}\n"
-    (contact,) = derive(read_text(text)).contacts
+    (contact,) = derive(read_text(text)).system.contacts
     assert contact.restitution == sp.Symbol("e", real=True) ** 2

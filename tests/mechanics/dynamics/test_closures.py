@@ -42,8 +42,8 @@ def _precise() -> Iterator[None]:
 def test_pendulum_in_cartesian_names(seed: int, declared: str) -> None:
     """The angle form: l θ̈ = −g sin θ, at any angle; tension m g cos θ + m l θ̇²."""
     e = derived(PENDULUM + declared)
-    assert e.formulation == "multiplier"
-    assert (e.account.dof, e.account.constraints) == (1, 2)
+    assert e.system.formulation == "multiplier"
+    assert (e.derivation.account.dof, e.derivation.account.constraints) == (1, 2)
     draw = random.Random(seed)
     theta, omega = mpf(draw.uniform(-9, 9)), mpf(draw.uniform(-3, 3))
     m, length, g = mpf(2), mpf(3), mpf("9.81")
@@ -131,7 +131,7 @@ def reduced_four_bar(at: Mapping[str, mpf]) -> mpf:
 def test_four_bar_linkage(text: str, seed: int) -> None:
     """Three angles with a loop, or four Cartesian names with three rods: the same motion."""
     e = derived(text)
-    assert e.account.dof == 1
+    assert e.derivation.account.dof == 1
     at = four_bar_state(seed)
     state = state_of(e, **at)
     holds(e, state)
@@ -148,11 +148,11 @@ def test_four_bar_linkage(text: str, seed: int) -> None:
 def test_accounts_of_the_four_bar() -> None:
     """An angle of a massless link counts to E."""
     angles, rods = derived(FOUR_BAR), derived(FOUR_BAR_OF_RODS)
-    assert (angles.account.cartesian, angles.account.extra) == (6, 1)
-    assert angles.account.constraints == rods.account.constraints + 1 == 6
-    assert [c.name for c in angles.closures] == ["loop_1", "loop_2"]
-    assert rods.multipliers == ("crank", "coupler", "rocker")
-    assert all(c.is_angle for c in angles.coordinates)
+    assert (angles.derivation.account.cartesian, angles.derivation.account.extra) == (6, 1)
+    assert angles.derivation.account.constraints == rods.derivation.account.constraints + 1 == 6
+    assert [c.name for c in angles.system.closures] == ["loop_1", "loop_2"]
+    assert rods.system.multipliers == ("crank", "coupler", "rocker")
+    assert all(c.is_angle for c in angles.system.coordinates)
 
 
 @pytest.mark.slow
@@ -166,7 +166,11 @@ def test_slider_crank(seed: int) -> None:
         "  piston: {mass: M, position: ['r*cos(q) + sqrt(l^2 - r^2*sin(q)^2)', 0, 0]}\n"
         "coordinates: [q]\npotentials: {weight: {gravity: g}}"
     )
-    assert (e.account.dof, len(e.closures), minimal.formulation) == (1, 2, "minimal")
+    assert (e.derivation.account.dof, len(e.system.closures), minimal.system.formulation) == (
+        1,
+        2,
+        "minimal",
+    )
     draw = random.Random(seed)
     q, w = mpf(draw.uniform(-9, 9)), mpf(draw.uniform(-3, 3))
     s, c = mpmath.sin(q), mpmath.cos(q)
@@ -209,10 +213,10 @@ def test_a_moving_closure() -> None:
     """A pendulum whose support shakes: energy is not conserved, the closure has a rate."""
     text = PENDULUM.replace("x^2 + z^2", "(x - sin(3*t))^2 + z^2")
     e = derived(text)
-    assert e.conserved == ()
-    assert e.facts.rheonomic
-    assert not e.facts.autonomous
-    (closure,) = e.closures
+    assert e.derivation.conserved == ()
+    assert e.derivation.facts.rheonomic
+    assert not e.derivation.facts.autonomous
+    (closure,) = e.system.closures
     assert closure.rate != 0
     length, g, t, theta, omega = mpf(3), mpf("9.81"), mpf("0.4"), mpf("0.9"), mpf("-1.1")
     s, c = mpmath.sin(theta), mpmath.cos(theta)
@@ -239,26 +243,26 @@ def test_momenta_that_closures_leave_alone() -> None:
         "  b: {mass: 1, position: [x2, y2, z2]}\n  c: {mass: 1, position: [x3, y3, z3]}\n"
         "constraints: {rod: {distance: [a, b], equals: 2}}\npotentials: {v: z3}"
     )
-    assert e.cyclic == ("x3",)
-    assert [c.name for c in e.conserved] == ["p_x3", "energy"]
+    assert e.derivation.cyclic == ("x3",)
+    assert [c.name for c in e.derivation.conserved] == ["p_x3", "energy"]
 
 
 def test_facts_of_the_multiplier_form() -> None:
     e = derived(FOUR_BAR)
-    assert not e.facts.positive_definite_mass_matrix  # gamma has no inertia
-    assert not e.facts.separable
-    assert derived(PENDULUM).facts.positive_definite_mass_matrix
-    assert derived(PENDULUM).facts.constant_mass_matrix
+    assert not e.derivation.facts.positive_definite_mass_matrix  # gamma has no inertia
+    assert not e.derivation.facts.separable
+    assert derived(PENDULUM).derivation.facts.positive_definite_mass_matrix
+    assert derived(PENDULUM).derivation.facts.constant_mass_matrix
 
 
 def test_shown_equations_have_multipliers() -> None:
     e = derived(PENDULUM)
-    (closure,) = e.closures
+    (closure,) = e.system.closures
     assert closure.multiplier.name == "lambda_rod"
     for shown, gradient, mass, force in zip(
-        e.shown, closure.gradient, e.mass_matrix, e.forcing, strict=True
+        e.derivation.shown, closure.gradient, e.system.mass_matrix, e.system.forcing, strict=True
     ):
-        inertia = sum(m * c.a for m, c in zip(mass, e.coordinates, strict=True))
+        inertia = sum(m * c.a for m, c in zip(mass, e.system.coordinates, strict=True))
         expected = inertia - force - closure.multiplier * gradient
         assert sp.expand(shown.residual * shown.divided_by - expected) == 0
         assert shown.terms[-1][1] == closure.multiplier
@@ -266,7 +270,7 @@ def test_shown_equations_have_multipliers() -> None:
 
 def test_a_multiplier_does_not_take_a_users_name() -> None:
     e = derived(PENDULUM.replace("g: 9.81", "g: 9.81, lambda_rod: 3").replace("= l^2", "= l^2"))
-    assert e.closures[0].multiplier.name not in {p.name for p in e.parameters}
+    assert e.system.closures[0].multiplier.name not in {p.name for p in e.system.parameters}
 
 
 @pytest.mark.parametrize(
@@ -277,8 +281,8 @@ def test_a_single_term_that_definitions_make_zero(equation: str) -> None:
         FLAT + "parameters: {m: 2}\ncoordinates: [q]\ndefinitions: {x: sin(q), z: -cos(q)}\n"
         "constraints: {curve: '" + equation + "'}\n"
     )
-    assert (e.account.dof, e.closures) == (1, ())
-    assert e.account.lines[-1].status == "satisfied"
+    assert (e.derivation.account.dof, e.system.closures) == (1, ())
+    assert e.derivation.account.lines[-1].status == "satisfied"
 
 
 HOOP = (
@@ -297,8 +301,14 @@ def test_a_turning_plane_is_no_fraction(declared: str, turned: str) -> None:
     y = x tan(ω t) would not pass a quarter of a turn.
     """
     e = derived(HOOP + declared)
-    assert (e.account.dof, e.multipliers) == (1, ("sphere", "turn"))
-    radius, w, q, rate, g = mpf(e.parameters[1].value), 3, mpf("0.7"), mpf("0.4"), mpf("9.81")
+    assert (e.derivation.account.dof, e.system.multipliers) == (1, ("sphere", "turn"))
+    radius, w, q, rate, g = (
+        mpf(e.system.parameters[1].value),
+        3,
+        mpf("0.7"),
+        mpf("0.4"),
+        mpf("9.81"),
+    )
     t = mpf(turned) * mpmath.pi / w
     sin, cos = mpmath.sin(q), mpmath.cos(q)
     r, v_r = radius * sin, radius * cos * rate
@@ -328,8 +338,8 @@ def test_members_of_families_with_several_equations_have_names_to_read_back() ->
         "initial: {'x[i=1..n]': 0, 'y[i=1..n]': 0, 'z[i=1..n]': 0}\n"
     )
     names = [f"rail_{k}[{i}]" for i in (1, 2) for k in (1, 2)]
-    assert [c.name for c in e.closures] == names
-    for closure in e.closures:
+    assert [c.name for c in e.system.closures] == names
+    for closure in e.system.closures:
         text = f"2*{closure.multiplier.name}"
         found = interpret(e, read_expression(text, Mark("report", 1, 1, text)))
         assert found == 2 * closure.multiplier

@@ -34,19 +34,19 @@ def _precise() -> Iterator[None]:
 def test_an_equation_whose_only_term_vanishes(curve: str, start: str) -> None:
     text = FLAT + "parameters: {m: 2}\nconstraints: {curve: '" + curve + "'}\n"
     e = derived(text + start)
-    assert (e.account.dof, e.multipliers) == (1, ("curve",))
+    assert (e.derivation.account.dof, e.system.multipliers) == (1, ("curve",))
     if start:
-        assert e.initial is not None
-        assert e.initial.projected == 0.0
+        assert e.system.initial is not None
+        assert e.system.initial.projected == 0.0
 
 
 def test_a_redundant_closure_is_named() -> None:
     text = PENDULUM.replace("= l^2", "= l^2, again: 2*x^2 + 2*z^2 = 2*l^2")
     e = derived(text)
-    assert e.multipliers == ("rod",)
-    assert e.account.dof == 1
-    assert [w.rule for w in e.warnings] == ["redundant"]
-    assert {line.name: line.implied_by for line in e.account.lines}["again"] == ("rod",)
+    assert e.system.multipliers == ("rod",)
+    assert e.derivation.account.dof == 1
+    assert [w.rule for w in e.derivation.warnings] == ["redundant"]
+    assert {line.name: line.implied_by for line in e.derivation.account.lines}["again"] == ("rod",)
 
 
 TRIANGLE = (
@@ -59,8 +59,12 @@ TRIANGLE = (
 
 def test_a_rigid_triangle() -> None:
     e = derived(TRIANGLE % "1.5")
-    assert (e.account.cartesian, e.account.constraints, e.account.dof) == (9, 3, 6)
-    assert len(e.coordinates) == 9
+    assert (
+        e.derivation.account.cartesian,
+        e.derivation.account.constraints,
+        e.derivation.account.dof,
+    ) == (9, 3, 6)
+    assert len(e.system.coordinates) == 9
 
 
 @pytest.mark.slow
@@ -81,8 +85,12 @@ def test_a_tetrahedron_with_a_redundant_spoke(spoke: str) -> None:
     e = derived(
         f"parameters: {{c: 1}}\nparticles:\n{particles}constraints:\n{rods}near: {{{start}}}\n"
     )
-    assert (e.account.cartesian, e.account.constraints, e.account.dof) == (15, 9, 6)
-    assert [w.rule for w in e.warnings] == ["redundant"]
+    assert (
+        e.derivation.account.cartesian,
+        e.derivation.account.constraints,
+        e.derivation.account.dof,
+    ) == (15, 9, 6)
+    assert [w.rule for w in e.derivation.warnings] == ["redundant"]
 
 
 @pytest.mark.slow

@@ -96,11 +96,13 @@ def require_equal(model: Model, e: Equations, seed: int = 3) -> None:
         clock = sp.Rational(draw.randint(1, 900), 1000)
         plain = {model.q(n): x for n, x in state.items()} | {t: clock}
         plain |= {model.v(n): x for n, x in speed.items()}
-        ours = {c.q: state[c.name] for c in e.coordinates} | {e.t: clock}
-        ours |= {c.v: speed[c.name] for c in e.coordinates}
+        ours = {c.q: state[c.name] for c in e.system.coordinates} | {e.system.t: clock}
+        ours |= {c.v: speed[c.name] for c in e.system.coordinates}
         for j in range(len(model.coordinates)):
-            pairs = [(forcing[j], e.forcing[j])]
-            pairs += [(mass[j, k], e.mass_matrix[j][k]) for k in range(len(model.coordinates))]
+            pairs = [(forcing[j], e.system.forcing[j])]
+            pairs += [
+                (mass[j, k], e.system.mass_matrix[j][k]) for k in range(len(model.coordinates))
+            ]
             for expected, found in pairs:
                 first = mpf(sp.sympify(expected).xreplace(plain).evalf(30))
                 second = mpf(sp.sympify(found).xreplace(ours).evalf(30))
@@ -202,8 +204,8 @@ def _load(draw: st.DrawFn, model: Model) -> None:
 def test_generated_systems(model: Model, seed: int) -> None:
     e = derive(read_text("name: generated\n" + model.text()), points=2)
     require_equal(model, e, seed)
-    assert e.account.cartesian == 3 * len(model.places)
-    assert e.account.dof == len(model.coordinates)
+    assert e.derivation.account.cartesian == 3 * len(model.places)
+    assert e.derivation.account.dof == len(model.coordinates)
 
 
 @pytest.mark.slow
@@ -219,7 +221,7 @@ def test_products_beyond_the_budget_are_left_but_right(monkeypatch: pytest.Monke
     derivation = derive_uncertified(reduce(scene))
     assert not derivation.collected
     e = derive(scene, points=1)
-    assert any("budget" in remark for remark in e.remarks)
+    assert any("budget" in remark for remark in e.derivation.remarks)
     require_equal(model, e)
 
 
@@ -251,15 +253,15 @@ def test_sixteen_links_cost_fewer_operations_than_lagranges_method() -> None:
 
 def test_the_masses_of_a_chain_are_summed() -> None:
     e = derived(chain(4))
-    m = [p.symbol for p in e.parameters if p.name.startswith("m")]
-    lengths = [p.symbol for p in e.parameters if p.name.startswith("l")]
-    angles = [c.q for c in e.coordinates]
+    m = [p.symbol for p in e.system.parameters if p.name.startswith("m")]
+    lengths = [p.symbol for p in e.system.parameters if p.name.startswith("l")]
+    angles = [c.q for c in e.system.coordinates]
     for j in range(4):
         for k in range(4):
             below = sp.Add(*m[max(j, k) :])
             difference = sp.cos(angles[j] - angles[k])
             expected = below * lengths[j] * lengths[k] * difference
-            assert sp.expand(e.mass_matrix[j][k] - expected) == 0
+            assert sp.expand(e.system.mass_matrix[j][k] - expected) == 0
 
 
 def test_forces_add_up_whatever_they_act_on() -> None:
@@ -272,12 +274,12 @@ def test_forces_add_up_whatever_they_act_on() -> None:
         "  turn: {on: q, force: c*dot(q)}\n"
     )
     e = derived(text)
-    c, l, m = (next(p.symbol for p in e.parameters if p.name == n) for n in "clm")  # noqa: E741
-    q, v = e.coordinates[0].q, e.coordinates[0].v
+    c, l, m = (next(p.symbol for p in e.system.parameters if p.name == n) for n in "clm")  # noqa: E741
+    q, v = e.system.coordinates[0].q, e.system.coordinates[0].v
     work = c * l * sp.cos(q) + c * l * sp.sin(q) / 2 + c * v
-    assert sp.expand(e.forcing[0] - work) == 0
-    assert sp.expand(e.mass_matrix[0][0] - m * l**2) == 0
-    parts = {f.name: f.generalized[0] for f in e.forces}
+    assert sp.expand(e.system.forcing[0] - work) == 0
+    assert sp.expand(e.system.mass_matrix[0][0] - m * l**2) == 0
+    parts = {f.name: f.generalized[0] for f in e.system.forces}
     assert parts == {"push": c * l * sp.cos(q), "lift": c * l * sp.sin(q) / 2, "turn": c * v}
 
 
@@ -288,7 +290,7 @@ def test_a_moving_point_does_work_only_through_coordinates() -> None:
         "coordinates: [x]\nforces: {grip: {on: hand, force: [7, 0, 0]}}\n"
     )
     e = derived(text)
-    assert e.forcing == (0,)
+    assert e.system.forcing == (0,)
 
 
 def test_a_support_at_constant_speed_moves_what_stands_on_it() -> None:
@@ -297,10 +299,10 @@ def test_a_support_at_constant_speed_moves_what_stands_on_it() -> None:
         "parameters: {m: 1, u: 2}\nparticles: {bob: {mass: m, position: [s + u*t, 0, 0]}}\n"
         "coordinates: [s]\n"
     )
-    m, u = (p.symbol for p in e.parameters)
-    v = e.coordinates[0].v
-    assert sp.expand(e.kinetic - m * (v + u) ** 2 / 2) == 0
-    momentum, jacobi = e.conserved
+    m, u = (p.symbol for p in e.system.parameters)
+    v = e.system.coordinates[0].v
+    assert sp.expand(e.system.kinetic - m * (v + u) ** 2 / 2) == 0
+    momentum, jacobi = e.derivation.conserved
     assert sp.expand(momentum.expression - m * (v + u)) == 0
     assert jacobi.kind == "jacobi"
     assert sp.expand(jacobi.expression - m * (v**2 - u**2) / 2) == 0
@@ -312,11 +314,14 @@ def test_a_support_at_constant_speed_moves_what_stands_on_it() -> None:
 def test_the_energies_of_generated_systems(model: Model) -> None:
     """T and V as declared, not only up to what changes no equation."""
     e = derive(read_text("name: generated\n" + model.text()), points=1)
-    ours = {model.q(c.name): c.q for c in e.coordinates} | {t: e.t}
-    ours |= {model.v(c.name): c.v for c in e.coordinates}
-    names = [e.t, *(s for c in e.coordinates for s in (c.q, c.v))]
+    ours = {model.q(c.name): c.q for c in e.system.coordinates} | {t: e.system.t}
+    ours |= {model.v(c.name): c.v for c in e.system.coordinates}
+    names = [e.system.t, *(s for c in e.system.coordinates for s in (c.q, c.v))]
     state = {s: sp.Rational(2 * k + 3, 3 * k + 7) for k, s in enumerate(names)}
-    for found, expected in ((e.kinetic, model.kinetic_energy), (e.potential, model.potential)):
+    for found, expected in (
+        (e.system.kinetic, model.kinetic_energy),
+        (e.system.potential, model.potential),
+    ):
         value = sp.sympify(expected).xreplace(ours).xreplace(state).evalf(30)
         assert abs(found.xreplace(state).evalf(30) - value) <= 1e-25 * (1 + abs(value))
 
@@ -329,16 +334,16 @@ def test_kinetic_terms_need_no_particles() -> None:
         "potentials: {V: k*u*w}\n"
     )
     e = derived(text)
-    u, w = (c.q for c in e.coordinates)
-    du, dw = (c.v for c in e.coordinates)
-    k = e.parameters[0].symbol
+    u, w = (c.q for c in e.system.coordinates)
+    du, dw = (c.v for c in e.system.coordinates)
+    k = e.system.parameters[0].symbol
     expected = sp.Matrix([[1 + w**2 + du * w, 0], [0, 1]])
-    assert (sp.Matrix(e.mass_matrix) - expected).applyfunc(sp.expand) == sp.zeros(2)
+    assert (sp.Matrix(e.system.mass_matrix) - expected).applyfunc(sp.expand) == sp.zeros(2)
     forces = [
         -k * w - 2 * w * du * dw - du**2 * dw / 2 + dw,
         -k * u + w * du**2 + du**3 / 6 - du,
     ]
-    assert [sp.expand(f - g) for f, g in zip(e.forcing, forces, strict=True)] == [0, 0]
+    assert [sp.expand(f - g) for f, g in zip(e.system.forcing, forces, strict=True)] == [0, 0]
 
 
 @pytest.mark.parametrize(
@@ -363,7 +368,7 @@ def test_potentials_of_every_kind(potential: str, force: object, at: str) -> Non
         "particles: {bead: {mass: 1, position: [x, 0, 0]}}\n"
         f'coordinates: [x]\npotentials: {{v: "{potential}"}}\ninitial: {{x: {at}}}'
     )
-    value = e.forcing[0].xreplace({e.coordinates[0].q: sp.Rational(at)})
+    value = e.system.forcing[0].xreplace({e.system.coordinates[0].q: sp.Rational(at)})
     assert float(value) == pytest.approx(float(force(mpf(at))), rel=1e-12, abs=1e-12)
 
 
@@ -373,5 +378,5 @@ def test_a_potential_may_diverge_at_rest() -> None:
         "coordinates: [x]\nkinetic: {T: dot(x)^2/2}\n"
         "potentials: {u: log(dot(x)), w: x^2}\ninitial: {x: 1, dot(x): 2}"
     )
-    v = e.coordinates[0].v
-    assert sp.simplify(e.mass_matrix[0][0] - (1 + 1 / v**2)) == 0
+    v = e.system.coordinates[0].v
+    assert sp.simplify(e.system.mass_matrix[0][0] - (1 + 1 / v**2)) == 0

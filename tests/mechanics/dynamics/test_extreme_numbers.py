@@ -74,8 +74,10 @@ CLOSE = Fraction("1.00000000000000001"), Fraction("1.00000000000000003")
 )
 def test_roots_of_long_numbers_are_exact(text, base, degree):
     """SymPy takes products of close numbers apart by Fermat's method, and refused its factors."""
-    slope = derived(f"potentials: {{v: '{text}*x'}}").potential.coeff(sp.Symbol("x", real=True))
-    slope = slope if slope else derived(f"potentials: {{v: '{text}*x'}}").potential
+    slope = derived(f"potentials: {{v: '{text}*x'}}").system.potential.coeff(
+        sp.Symbol("x", real=True)
+    )
+    slope = slope if slope else derived(f"potentials: {{v: '{text}*x'}}").system.potential
     number = slope.subs(dict.fromkeys(slope.free_symbols, 1))
     with mpmath.workdps(60):
         expected = mpmath.root(mpf(Fraction(base).numerator) / Fraction(base).denominator, degree)
@@ -118,7 +120,7 @@ def test_towers_without_a_value_take_no_memory(function, depth):
 )
 def test_towers_with_a_value_are_derived(function, depth):
     tower = f"{function}(" * depth + "x" + ")" * depth
-    assert derived(f"potentials: {{v: '{tower}'}}").coordinates
+    assert derived(f"potentials: {{v: '{tower}'}}").system.coordinates
 
 
 def evaluated(function, x: Decimal) -> tuple[Decimal, Decimal, Decimal]:
@@ -156,7 +158,7 @@ def test_constants_that_parameters_make_too_large_are_refused_at_their_place(tex
 
 @pytest.mark.parametrize("text", ["x*sqrt(1 - k)^0*k", "x*exp(-huge)", "x^2/huge", "x*sin(huge)"])
 def test_constants_that_parameters_make_are_left_where_they_are_small(text):
-    assert derived(f"potentials: {{v: '{text}'}}").coordinates
+    assert derived(f"potentials: {{v: '{text}'}}").system.coordinates
 
 
 def test_bounds_with_values_ask_only_for_size():
@@ -173,7 +175,7 @@ def test_bounds_with_values_ask_only_for_size():
 @pytest.mark.parametrize("term", ["min(x, 1/2)", "x^2", "max(x, z, 1)*x", "abs(x)*t"])
 def test_kinetic_terms_of_positions_have_forces(term):
     equations = derived(f"kinetic: {{f: '{term}'}}", forces=True)
-    assert equations.constraint_forces is not None
+    assert equations.derivation.constraint_forces is not None
 
 
 @pytest.mark.slow
@@ -183,7 +185,7 @@ def test_kinetic_terms_of_positions_have_forces(term):
 )
 def test_springs_of_velocities_with_kinks_have_forces(length):
     section = f"potentials: {{c: {{spring: [o, b], stiffness: 3, length: '{length}'}}}}"
-    assert derived(section, forces=True).constraint_forces is not None
+    assert derived(section, forces=True).derivation.constraint_forces is not None
 
 
 @pytest.mark.parametrize("function", [sp.Max, sp.Min])
@@ -212,7 +214,7 @@ def test_rates_of_kinks_stay_within_the_language(function):
 def test_restitutions_near_their_bounds(restitution, accepted):
     section = f"constraints: {{c: {{unilateral: z >= -3, restitution: '{restitution}'}}}}"
     if accepted:
-        assert derived(section).contacts
+        assert derived(section).system.contacts
     else:
         assert refusal(section).rule == "restitution"
 
@@ -260,8 +262,8 @@ initial: {{x: {0}, y: -{0}, dot(x): 1}}
 @pytest.mark.parametrize("size", ["1e-20", "1e-60", "1e-150", "1e-300"])
 def test_motions_that_are_tiny_beside_their_terms_are_certified(size):
     equations = derive(read_text(RING.format(size)))
-    x, y = (c.q for c in equations.coordinates)
-    assert sp.simplify(equations.forcing[0] - (sp.exp(y - x) - sp.exp(x - y))) == 0
+    x, y = (c.q for c in equations.system.coordinates)
+    assert sp.simplify(equations.system.forcing[0] - (sp.exp(y - x) - sp.exp(x - y))) == 0
 
 
 def test_a_wrong_equation_stays_wrong_with_more_digits(monkeypatch):
@@ -280,7 +282,7 @@ def test_a_wrong_equation_stays_wrong_with_more_digits(monkeypatch):
     monkeypatch.setattr("lagrange_cli.mechanics.assembly.certify_shown", changed)
     for size in ("0.1", "1e-60"):
         with pytest.raises(InternalError):
-            derive(read_text(RING.format(size))).textbook()
+            derive(read_text(RING.format(size))).derivation.textbook()
 
 
 def test_values_of_nothing_real_are_a_domain_error():
@@ -313,7 +315,7 @@ initial: {theta: 1}
 @pytest.mark.parametrize("mass", ["1", "1e-27", "1e20"])
 def test_forces_that_vanish_are_no_mismatch(mass):
     """The particle moves freely in a plane, in coordinates of a torus: no force acts on it."""
-    found = derive(read_text(FREE_ON_RING.format(mass)), forces=True).constraint_forces
+    found = derive(read_text(FREE_ON_RING.format(mass)), forces=True).derivation.constraint_forces
     assert found is not None
     assert [reaction.multiplier for reaction in found.reactions] == [0]
 
@@ -329,8 +331,8 @@ def test_forces_that_are_wrong_by_a_small_part_are_refused(monkeypatch):
 @pytest.mark.parametrize("start", ["exp(-1e18)", "sin(exp(-(3)^2/1e-18))"])
 def test_starts_below_every_number_are_nothing(start):
     equations = derive(read_text(RING.format(f"({start})")))
-    assert equations.initial is not None
-    assert equations.initial.positions == (0.0, 0.0)
+    assert equations.system.initial is not None
+    assert equations.system.initial.positions == (0.0, 0.0)
 
 
 def test_equations_that_doubles_cannot_hold_are_refused_at_the_scene():

@@ -25,7 +25,7 @@ def test_a_free_particle_falls_in_the_direction(direction: str) -> None:
     )
     d = [float(x) for x in re.findall(r"-?\d+", direction)]
     for k, pull in enumerate(d):
-        found = number(e.forcing[k], {e.parameters[0].symbol: mpmath.mpf("9.5")})
+        found = number(e.system.forcing[k], {e.system.parameters[0].symbol: mpmath.mpf("9.5")})
         assert float(found) == pytest.approx(2 * 9.5 * pull / math.hypot(*d))
 
 
@@ -33,9 +33,9 @@ def test_the_example_of_the_page() -> None:
     """The block on a slope slides down along it: g sin α, which the example expects."""
     (example,) = (x for x in re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL) if "direction:" in x)
     e = derived(example)
-    assert len(e.coordinates) == 1
-    values = {p.symbol: p.value for p in e.parameters}
+    assert len(e.system.coordinates) == 1
+    values = {p.symbol: p.value for p in e.system.parameters}
     at_rest = {**values, Symbol("t", real=True): 0}
-    pull = number(e.forcing[0], at_rest) / number(e.mass_matrix[0][0], at_rest)
+    pull = number(e.system.forcing[0], at_rest) / number(e.system.mass_matrix[0][0], at_rest)
     assert float(pull) == pytest.approx(9.81 * math.sin(0.5))
     assert "expect:\n  equations: [ddot(x) = g*sin(alpha)]" in example

@@ -20,11 +20,13 @@ def family(name: str, **sizes: int) -> Equations:
 
 def dynamics(e: Equations, base: str) -> tuple[sp.Matrix, sp.Matrix]:
     """M and f over symbols that are named alike in both ways of writing: a1, dot(a1), ..."""
-    alike: dict[sp.Symbol, sp.Symbol] = {p.symbol: sp.Symbol(p.name) for p in e.parameters}
-    for k, c in enumerate(e.coordinates, start=1):
+    alike: dict[sp.Symbol, sp.Symbol] = {p.symbol: sp.Symbol(p.name) for p in e.system.parameters}
+    for k, c in enumerate(e.system.coordinates, start=1):
         assert c.name in (f"{base}[{k}]", f"{base}{k}")
         alike |= {c.q: sp.Symbol(f"a{k}"), c.v: sp.Symbol(f"dot(a{k})")}
-    return sp.Matrix(e.mass_matrix).xreplace(alike), sp.Matrix(e.forcing).xreplace(alike)
+    return sp.Matrix(e.system.mass_matrix).xreplace(alike), sp.Matrix(e.system.forcing).xreplace(
+        alike
+    )
 
 
 def numbers(matrices: tuple[sp.Matrix, ...]) -> list[np.ndarray]:
@@ -79,9 +81,11 @@ potentials:
         (line, [np.pi * k / 18 for k in range(1, 9)]),
         (family("oscillator_ring", n=8), [np.pi * k / 8 for k in range(8)]),
     ):
-        values = {p.symbol: p.value for p in e.parameters}
-        mass = sp.Matrix(e.mass_matrix).subs(values)
-        stiffness = -sp.Matrix(e.forcing).subs(values).jacobian([c.q for c in e.coordinates])
+        values = {p.symbol: p.value for p in e.system.parameters}
+        mass = sp.Matrix(e.system.mass_matrix).subs(values)
+        stiffness = (
+            -sp.Matrix(e.system.forcing).subs(values).jacobian([c.q for c in e.system.coordinates])
+        )
         ratio = 3 / 2 if e is line else 4
         found = np.linalg.eigvals(np.array(mass.LUsolve(stiffness), dtype=float))
         expected = [4 * ratio * np.sin(angle) ** 2 for angle in angles]
@@ -109,7 +113,7 @@ potentials:
   weight: {gravity: g}
 """
     e = derive(read_text(text))
-    assert (e.account.dof, len(e.coordinates)) == (4, 4)
+    assert (e.derivation.account.dof, len(e.system.coordinates)) == (4, 4)
     found = numbers(dynamics(e, "theta"))
     for a, b in zip(found, numbers(dynamics(family("pendulum_chain", n=4), "theta")), strict=True):
         assert np.allclose(a, b, rtol=1e-13, atol=1e-14)

@@ -17,7 +17,7 @@ initial: {{x: 0, y: 0}}
 
 def rules(section: str, term: str) -> list[str]:
     derivation = loads(SCENE.format(section=section, term=term)).derive()
-    return [p.rule for p in derivation.equations.warnings]
+    return [p.rule for p in derivation.equations.derivation.warnings]
 
 
 @pytest.mark.parametrize(

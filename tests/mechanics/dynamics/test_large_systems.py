@@ -22,12 +22,13 @@ from lagrange_cli.mechanics.algebra.alpha_equivalence import ShapeClasses, renam
 from lagrange_cli.mechanics.certify.certificate import certify
 from lagrange_cli.mechanics.dynamics import constraints as closures_module
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import Closure, Coordinate, Equations
+from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import Tape
 from lagrange_cli.mechanics.numerics.autodiff_float import DoubleTape
 from lagrange_cli.mechanics.numerics.gauss_newton import least_norm_solution
 from lagrange_cli.mechanics.numerics.rank import clearly_independent, dependent_rows
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
+from lagrange_cli.mechanics.system import Closure, Coordinate
 from lagrange_cli.scene import read_text
 from tests.mechanics.mechanics_support import generated
 
@@ -120,7 +121,7 @@ def test_a_wrong_energy_of_many_is_caught() -> None:
 
 @pytest.mark.slow
 def test_one_state_is_enough_for_many() -> None:
-    found = equations().certificate
+    found = equations().derivation.certificate
     assert (found.points, found.digits) == (1, 30)
     assert found.mismatch < 1e-30
 
@@ -202,8 +203,8 @@ def test_a_sparse_row_reads_like_a_tuple(held: dict[int, int]) -> None:
 
 def test_matrices_of_many_hold_what_is_not_zero() -> None:
     e = equations()
-    assert sum(len(entries(row)) for row in e.mass_matrix) == 2 * LINKS
-    assert sum(len(entries(c.gradient)) for c in e.closures) == 4 * LINKS - 2
+    assert sum(len(entries(row)) for row in e.system.mass_matrix) == 2 * LINKS
+    assert sum(len(entries(c.gradient)) for c in e.system.closures) == 4 * LINKS - 2
 
 
 # Numbers: doubles first, then all digits.
@@ -294,12 +295,12 @@ def test_a_redundant_rod_among_many_is_named() -> None:
 def test_missing_velocities_of_many_have_least_energy() -> None:
     """One given velocity; the others against the dense formula, masses equal."""
     e = derive(read_text(chain(extra="  dot(z[40]): 2\n  dot(x[7]): 0\n")))
-    assert e.initial is not None
-    names = [c.name for c in e.coordinates]
+    assert e.system.initial is not None
+    names = [c.name for c in e.system.coordinates]
     given = {names.index("z[40]"): 2.0, names.index("x[7]"): 0.0}
-    state = {c.q: q for c, q in zip(e.coordinates, e.initial.positions, strict=True)}
+    state = {c.q: q for c, q in zip(e.system.coordinates, e.system.initial.positions, strict=True)}
     gradients = np.zeros((LINKS, len(names)))
-    for k, closure in enumerate(e.closures):
+    for k, closure in enumerate(e.system.closures):
         for j, entry in entries(closure.gradient).items():
             gradients[k, j] = float(entry.xreplace(state))
     free = [j for j in range(len(names)) if j not in given]
@@ -307,7 +308,7 @@ def test_missing_velocities_of_many_have_least_energy() -> None:
     expected = np.zeros(len(names))
     expected[list(given)] = list(given.values())
     expected[free] = np.linalg.lstsq(gradients[:, free], right, rcond=None)[0]
-    assert np.abs(np.array(e.initial.velocities) - expected).max() < 1e-12
+    assert np.abs(np.array(e.system.initial.velocities) - expected).max() < 1e-12
 
 
 @pytest.mark.slow

@@ -48,11 +48,14 @@ def written_out(text: str) -> str:
 
 def numbers(e: Equations) -> list[mpmath.mpf]:
     """Mass matrix, forcing, closures and outputs at a random state."""
-    symbols = [*(s for c in e.coordinates for s in (c.q, c.v)), *(p.symbol for p in e.parameters)]
-    state = random_point([*symbols, e.t], seed=7)
-    entries = [x for row in e.mass_matrix for x in row]
-    entries += [*e.forcing, *(x for c in e.closures for x in (*c.gradient, c.bias))]
-    return [number(x, state) for x in (*entries, *(x for _, x in e.outputs))]
+    symbols = [
+        *(s for c in e.system.coordinates for s in (c.q, c.v)),
+        *(p.symbol for p in e.system.parameters),
+    ]
+    state = random_point([*symbols, e.system.t], seed=7)
+    entries = [x for row in e.system.mass_matrix for x in row]
+    entries += [*e.system.forcing, *(x for c in e.system.closures for x in (*c.gradient, c.bias))]
+    return [number(x, state) for x in (*entries, *(x for _, x in e.system.outputs))]
 
 
 def same(kinetic: str, sections: str) -> None:
@@ -87,8 +90,13 @@ def test_sums_of_abbreviations(kinetic: list[str], potential: list[str], force: 
 
 def test_a_rate_makes_coordinates_independent_whatever_it_is_called() -> None:
     e = derived(BODY.format(kinetic="{disc: e}", sections=""))
-    assert (e.account.extra, e.account.dof) == (1, 3)
-    assert number(e.mass_matrix[2][2], dict.fromkeys(e.mass_matrix[2][2].free_symbols, 1)) == 2
+    assert (e.derivation.account.extra, e.derivation.account.dof) == (1, 3)
+    assert (
+        number(
+            e.system.mass_matrix[2][2], dict.fromkeys(e.system.mass_matrix[2][2].free_symbols, 1)
+        )
+        == 2
+    )
 
 
 def test_the_rate_of_a_name_of_positions_is_that_of_its_coordinates() -> None:
@@ -98,9 +106,9 @@ def test_the_rate_of_a_name_of_positions_is_that_of_its_coordinates() -> None:
         "points: {b: [h, 0, 0]}\n"
         "coordinates: [x, y, q]\ndefinitions: {h: 3*q}\nkinetic: {turn: dot(h)^2/2}\n"
     )
-    assert e.account.dof == 3
-    state = random_point(e.mass_matrix[2][2].free_symbols, seed=3)
-    assert abs(number(e.mass_matrix[2][2], state) - 10) < mpmath.mpf(10) ** -25
+    assert e.derivation.account.dof == 3
+    state = random_point(e.system.mass_matrix[2][2].free_symbols, seed=3)
+    assert abs(number(e.system.mass_matrix[2][2], state) - 10) < mpmath.mpf(10) ** -25
 
 
 def test_a_position_in_the_kinetic_energy_is_no_inertia() -> None:

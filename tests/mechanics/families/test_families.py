@@ -56,9 +56,9 @@ def _loaded(name, **sizes):
 def _state(equations):
     """A random value for every symbol, by the names of the scene language."""
     chance = random.Random(11)
-    symbols = {s for c in equations.coordinates for s in (c.q, c.v, c.a)}
-    symbols |= {p.symbol for p in equations.parameters} | {equations.t}
-    symbols |= {c.multiplier for c in equations.pushing}
+    symbols = {s for c in equations.system.coordinates for s in (c.q, c.v, c.a)}
+    symbols |= {p.symbol for p in equations.system.parameters} | {equations.system.t}
+    symbols |= {c.multiplier for c in equations.system.pushing}
     point = {s: mpmath.mpf(chance.uniform(0.2, 1.2)) for s in sorted(symbols, key=str)}
     values = {}
     for symbol, value in point.items():
@@ -81,7 +81,7 @@ def _checked(equations, families, page):
     point, values = _state(equations)
     meanings = page.beyond()
     count = 0
-    whole = {"kinetic": equations.kinetic, "potential": equations.potential}
+    whole = {"kinetic": equations.system.kinetic, "potential": equations.system.potential}
     for name, expression in whole.items():
         form = getattr(families, name)
         if form is not None:
@@ -89,7 +89,7 @@ def _checked(equations, families, page):
             assert _agree(ours, evaluate([expression], point)[0]), page.form(form)
             count += 1
     for row in families.motion:
-        rows = [equations.shown[k] for k in row.covers]
+        rows = [equations.derivation.shown[k] for k in row.covers]
         for at, shown in zip(page.places(row), rows, strict=True):
             named = element_of(shown.coordinate)
             assert page.name(row.name, at) == named.name
@@ -100,8 +100,8 @@ def _checked(equations, families, page):
             ours = page.plain(divisor, at).value(values, meanings)
             assert _agree(ours, evaluate([shown.divided_by], point)[0]), (divisor, at)
             count += 1
-    named = [(c.name, c.expression) for c in equations.closures]
-    positions = [(c.name, c.position) for c in equations.cartesian_names]
+    named = [(c.name, c.expression) for c in equations.system.closures]
+    positions = [(c.name, c.position) for c in equations.system.cartesian_names]
     for found, expressions in (
         (families.closures, named),
         (families.definitions(positions), positions),
@@ -127,7 +127,7 @@ def test_every_form_reads_back_as_what_it_stands_for(name):
     if name in GENERATED:
         assert len(covered) == GENERATED[name][1]
     else:
-        assert len(covered) == len(equations.coordinates)
+        assert len(covered) == len(equations.system.coordinates)
 
 
 @pytest.mark.slow
@@ -289,5 +289,5 @@ def test_momenta_and_their_rates_are_families():
     (row,) = families.momenta
     for at, k in zip(page.places(row), row.covers, strict=True):
         with mpmath.workdps(DIGITS):
-            expected = evaluate([derivation.equations.conserved[k].expression], point)[0]
+            expected = evaluate([derivation.equations.derivation.conserved[k].expression], point)[0]
             assert _agree(page.plain(page.whole(row), at).value(values, {}), expected)

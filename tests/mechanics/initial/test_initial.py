@@ -10,7 +10,7 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.mechanics.equations import InitialState
+from lagrange_cli.mechanics.system import InitialState
 from tests.mechanics.mechanics_support import DOUBLE_PENDULUM, POLAR, derived, few, refusal
 
 FREE = "plane: xy\nparticles: {bead: {mass: 1, position: [x, y, z]}}\ncoordinates: [x, y]\n"
@@ -25,7 +25,7 @@ CURVE = "plane: xz\nparticles: {bead: {mass: 1, position: [x, y, z]}}\nconstrain
 
 
 def start(text: str) -> InitialState:
-    found = derived(text).initial
+    found = derived(text).system.initial
     assert found is not None
     return found
 
@@ -142,12 +142,12 @@ def test_velocities_have_the_least_kinetic_energy() -> None:
         "coordinates: [x, z, u, w]\ninitial: {x: 0, z: 0, u: 1, w: 1, dot(x_middle): 1}\n"
     )
     e = derived(text)
-    assert e.initial is not None
+    assert e.system.initial is not None
     mass = np.diag([1.0, 1.0, 5.0, 5.0])
     row = np.array([1 / 3, 0, 2 / 3, 0])
     expected = np.linalg.solve(mass, row)
     expected /= row @ expected
-    assert e.initial.velocities == pytest.approx(expected, abs=1e-14)
+    assert e.system.initial.velocities == pytest.approx(expected, abs=1e-14)
 
 
 def test_a_singular_chart_at_the_start_is_no_crash() -> None:
@@ -174,7 +174,7 @@ def test_a_moving_support_carries_what_hangs_on_it() -> None:
     ],
 )
 def test_no_state_without_initial_or_without_values(text: str) -> None:
-    assert derived(text).initial is None
+    assert derived(text).system.initial is None
 
 
 @pytest.mark.parametrize("name", ["nobody", "l", "z_nobody"])
@@ -240,7 +240,7 @@ def test_missing_velocities_of_closures_have_the_least_kinetic_energy() -> None:
         "constraints: {rod: {distance: [a, b], equals: 5}}\n"
         "initial: {x: 0, z: 0, u: 3, w: 4, dot(x): 1}\n"
     )
-    found = derived(text).initial
+    found = derived(text).system.initial
     assert found is not None
     weights, row = np.array([1.0, 5.0, 5.0]), np.array([-4.0, 3.0, 4.0])  # z, u, w
     expected = row / weights
@@ -309,8 +309,10 @@ def test_equations_divided_by_what_vanishes_at_the_start(
 ) -> None:
     """The point satisfies them, whatever a solution for one name says."""
     e = derived(CURVE % curve + f"initial: {{x: {x}, z: {z}, dot({free}): 1}}\n")
-    assert e.account.dof == 1
-    values = dict(zip([c.name for c in e.coordinates], e.initial.positions, strict=True))
+    assert e.derivation.account.dof == 1
+    values = dict(
+        zip([c.name for c in e.system.coordinates], e.system.initial.positions, strict=True)
+    )
     assert values == {n: v for n, v in {"x": x, "z": z}.items() if n in values}
     assert free in values
 
@@ -385,6 +387,6 @@ def test_a_start_at_the_pole_of_a_sphere_of_any_size(power: int) -> None:
         "definitions: {x: l*sin(theta)*cos(phi), y: l*sin(theta)*sin(phi), z: -l*cos(theta)}\n"
         "initial: {x: 0, y: 0, z: -l, dot(x): 4*l, dot(y): 3*l}\n"
     )
-    assert e.initial is not None
-    assert [c.name for c in e.coordinates] == ["x", "y", "z"]
-    assert e.initial.velocities == (4 * 2.0**power, 3 * 2.0**power, 0)
+    assert e.system.initial is not None
+    assert [c.name for c in e.system.coordinates] == ["x", "y", "z"]
+    assert e.system.initial.velocities == (4 * 2.0**power, 3 * 2.0**power, 0)

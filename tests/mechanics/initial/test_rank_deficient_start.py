@@ -25,7 +25,7 @@ initial: START
 
 
 def warnings(start, scene=PARALLELOGRAM):
-    found = derive(read_text(scene.replace("START", start))).warnings
+    found = derive(read_text(scene.replace("START", start))).derivation.warnings
     return [w for w in found if w.rule == "singular"]
 
 

@@ -38,14 +38,14 @@ def written(text):
 
 def names(e):
     """Symbols by name."""
-    found = {p.name: p.symbol for p in e.parameters} | {"t": e.t}
-    for c in e.coordinates:
+    found = {p.name: p.symbol for p in e.system.parameters} | {"t": e.system.t}
+    for c in e.system.coordinates:
         found |= {c.name: c.q, f"{c.name}_dot": c.v, f"{c.name}_ddot": c.a}
     return found
 
 
 def reaction(e, name):
-    return next(r for r in e.constraint_forces.reactions if r.name == name)
+    return next(r for r in e.derivation.constraint_forces.reactions if r.name == name)
 
 
 def same(e, found, expected):
@@ -67,7 +67,7 @@ def same(e, found, expected):
 
 def test_tension_of_the_rod_of_a_pendulum():
     e = shipped("pendulum")
-    (bob,) = e.constraint_forces.bodies
+    (bob,) = e.derivation.constraint_forces.bodies
     assert same(e, bob.size, "m*g*cos(theta) + m*l*theta_dot**2")
     pull = "(m*g*cos(theta) + m*l*theta_dot**2)"
     assert same(e, bob.components[0], f"-{pull}*sin(theta)")
@@ -81,10 +81,10 @@ def test_tension_of_the_rope_through_a_hole():
     tension = "M*m*(g + r*theta_dot**2)/(M + m)"
     # φ = r − z2 − l: a taut rope pulls r inwards and z2 upwards, so that λ is negative.
     assert same(e, rope.multiplier, f"-{tension}")
-    puck, weight = e.constraint_forces.bodies
+    puck, weight = e.derivation.constraint_forces.bodies
     assert same(e, puck.size, tension) or same(e, -puck.size, tension)
     assert same(e, weight.components[2], tension)
-    assert e.constraint_forces.form == "motion"
+    assert e.derivation.constraint_forces.form == "motion"
 
 
 def test_normal_force_on_the_parabola():
@@ -130,7 +130,7 @@ constraints:
   second: {distance: [upper, lower], equals: l2}
 """
     e = written(DOUBLE_PENDULUM + rods)
-    hanging = {s: 0 for c in e.coordinates for s in (c.q, c.v)}
+    hanging = {s: 0 for c in e.system.coordinates for s in (c.q, c.v)}
     s = names(e)
     for name, length, carried in (
         ("first", s["l1"], s["m1"] + s["m2"]),
@@ -144,9 +144,9 @@ constraints:
 
 def test_a_force_on_a_point_is_taken_up_there():
     e = shipped("lever")
-    grip = next(b for b in e.constraint_forces.bodies if b.name == "grip")
+    grip = next(b for b in e.derivation.constraint_forces.bodies if b.name == "grip")
     assert [str(c) for c in grip.components] == ["0", "0", "F"]
-    assert e.constraint_forces.open == ("arm",)
+    assert e.derivation.constraint_forces.open == ("arm",)
 
 
 # The formulations.
@@ -207,14 +207,16 @@ def test_both_formulations_give_the_same_multiplier(theta, rate):
 
 def solved(e, point):
     """Accelerations, then multipliers, of the equations of motion, with all contacts closed."""
-    n, m = len(e.coordinates), len(e.pushing)
+    n, m = len(e.system.coordinates), len(e.system.pushing)
     matrix, right = np.zeros((n + m, n + m)), np.zeros(n + m)
-    number = sp.lambdify(list(point), sp.Matrix([*e.forcing, *(-c.bias for c in e.pushing)]))
+    number = sp.lambdify(
+        list(point), sp.Matrix([*e.system.forcing, *(-c.bias for c in e.system.pushing)])
+    )
     right[:] = np.array(number(*point.values()), dtype=float).ravel()
     if n:
-        mass = sp.lambdify(list(point), sp.Matrix(e.mass_matrix))
+        mass = sp.lambdify(list(point), sp.Matrix(e.system.mass_matrix))
         matrix[:n, :n] = np.array(mass(*point.values()), dtype=float)
-    for k, closure in enumerate(e.pushing):
+    for k, closure in enumerate(e.system.pushing):
         row = sp.lambdify(list(point), sp.Matrix(closure.gradient))
         gradient = np.array(row(*point.values()), dtype=float).ravel()
         matrix[:n, n + k], matrix[n + k, :n] = -gradient, gradient
@@ -229,24 +231,26 @@ def solved(e, point):
 def test_no_virtual_displacement_feels_them(name):
     """Σ f·∂r/∂q is what closures exert: nothing where there are none."""
     e = shipped(name)
-    found = e.constraint_forces
-    if found.included or not e.coordinates or len(e.coordinates) > 8:
+    found = e.derivation.constraint_forces
+    if found.included or not e.system.coordinates or len(e.system.coordinates) > 8:
         return
     rng = random.Random(name)
-    point = {e.t: 0.3} | {p.symbol: p.value or 1.0 for p in e.parameters}
-    point |= {u.symbol: rng.uniform(-1, 1) for u in e.inputs}
-    start = e.initial.positions if e.initial else [0.7] * len(e.coordinates)
-    for c, q in zip(e.coordinates, start, strict=True):
+    point = {e.system.t: 0.3} | {p.symbol: p.value or 1.0 for p in e.system.parameters}
+    point |= {u.symbol: rng.uniform(-1, 1) for u in e.system.inputs}
+    start = e.system.initial.positions if e.system.initial else [0.7] * len(e.system.coordinates)
+    for c, q in zip(e.system.coordinates, start, strict=True):
         point |= {c.q: q + rng.uniform(-0.05, 0.05), c.v: rng.uniform(-1, 1)}
     solution = solved(e, point)
-    unknowns = [*(c.a for c in e.coordinates), *(c.multiplier for c in e.pushing)]
+    unknowns = [*(c.a for c in e.system.coordinates), *(c.multiplier for c in e.system.pushing)]
     point |= dict(zip(unknowns, solution.tolist(), strict=True))
-    place = {c.name: c.position for c in e.cartesian_names}
-    place |= {c.name: c.q for c in e.coordinates}
-    place |= {n: r for p in e.particles for n, r in zip(p.components, p.position, strict=True)}
-    particles = {p.name: p.position for p in e.particles}
-    for c in e.coordinates:
-        terms = [k.multiplier * k.gradient[e.coordinates.index(c)] for k in e.pushing]
+    place = {c.name: c.position for c in e.system.cartesian_names}
+    place |= {c.name: c.q for c in e.system.coordinates}
+    place |= {
+        n: r for p in e.system.particles for n, r in zip(p.components, p.position, strict=True)
+    }
+    particles = {p.name: p.position for p in e.system.particles}
+    for c in e.system.coordinates:
+        terms = [k.multiplier * k.gradient[e.system.coordinates.index(c)] for k in e.system.pushing]
         for body in found.bodies:
             r = particles.get(body.name) or [place[f"{x}_{body.name}"] for x in "xyz"]
             terms += [-f * x.diff(c.q) for f, x in zip(body.components, r, strict=True)]
@@ -265,7 +269,7 @@ particles: {bob: {mass: m, position: [l*sin(theta), y, -l*cos(theta)]}}
 coordinates: [theta]
 potentials: {spring: k*theta^2/2}
 """)
-    assert e.constraint_forces.included == ("spring",)
+    assert e.derivation.constraint_forces.included == ("spring",)
 
 
 def test_redundant_constraints_share_a_force_in_no_particular_way():
@@ -275,9 +279,9 @@ particles: {block: {mass: m, position: [x, y, z]}}
 constraints: {floor: z = 0, table: 2*z = 0, rail: y = 0}
 potentials: {weight: {gravity: g}}
 """)
-    assert e.constraint_forces.open == ("floor", "table")
+    assert e.derivation.constraint_forces.open == ("floor", "table")
     assert reaction(e, "rail").multiplier == 0
-    (block,) = e.constraint_forces.bodies
+    (block,) = e.derivation.constraint_forces.bodies
     assert str(block.components[2]) == "g*m"
 
 
@@ -288,9 +292,9 @@ def test_nothing_is_found_unless_it_is_asked_for(monkeypatch):
         forces, "derive_constraint_forces", lambda *args: asked.append(1) or original(*args)
     )
     scene = read_text("name: tested\n" + ANGLE)
-    assert derive(scene).constraint_forces is None
+    assert derive(scene).derivation.constraint_forces is None
     assert not asked
-    assert derive(scene, forces=True).constraint_forces is not None
+    assert derive(scene, forces=True).derivation.constraint_forces is not None
     assert len(asked) == 1
 
 
@@ -347,9 +351,9 @@ particles: {a: {mass: m, position: [x, y, z]}}
 constraints: {post: [x = 1, y = 2], floor: z = 0}
 potentials: {weight: m*g*z, pull: k*x^2/2}
 """)
-    (body,) = e.constraint_forces.bodies
+    (body,) = e.derivation.constraint_forces.bodies
     assert [str(c) for c in body.components] == ["k", "0", "g*m"]
-    found = {r.name: str(r.multiplier) for r in e.constraint_forces.reactions}
+    found = {r.name: str(r.multiplier) for r in e.derivation.constraint_forces.reactions}
     assert found == {"post_1": "k", "post_2": "0", "floor": "g*m"}
 
 
@@ -360,7 +364,7 @@ particles: {a: {mass: m, position: [x, 0, z1]}, b: {mass: M, position: [x, 0, z2
 constraints: {rod: z1 - z2 = 3}
 potentials: {weight: {gravity: g}}
 """)
-    assert all(c == 0 for body in e.constraint_forces.bodies for c in body.components)
+    assert all(c == 0 for body in e.derivation.constraint_forces.bodies for c in body.components)
 
 
 def test_a_belt_that_moves():

@@ -22,25 +22,25 @@ constraints: {rolling: %s}
 @pytest.mark.parametrize("rolling", ["s = R*psi", "R*psi - s = 0", "dot(s) = R*dot(psi)"])
 def test_the_angle_of_a_wheel_is_eliminated(rolling: str) -> None:
     equations = loads(WHEEL % rolling).derive().equations
-    assert [c.name for c in equations.coordinates] == ["s"]
-    account = equations.account
+    assert [c.name for c in equations.system.coordinates] == ["s"]
+    account = equations.derivation.account
     assert (account.cartesian, account.extra, account.constraints, account.dof) == (3, 1, 3, 1)
     assert account.implied == 2
-    p = {p.name: p.symbol for p in equations.parameters}
+    p = {p.name: p.symbol for p in equations.system.parameters}
     inertia = p["m"] + p["I"] / p["R"] ** 2
-    assert sp.simplify(equations.mass_matrix[0][0] - inertia) == 0
-    assert sp.simplify(equations.forcing[0] - p["m"] * p["g"] * sp.sin(p["al"])) == 0
-    (angle,) = [c for c in equations.cartesian_names if c.name == "psi"]
-    assert sp.simplify(angle.velocity - equations.coordinates[0].v / p["R"]) == 0
-    turned = equations.coordinates[0].q - p.get("s_0", 0)
+    assert sp.simplify(equations.system.mass_matrix[0][0] - inertia) == 0
+    assert sp.simplify(equations.system.forcing[0] - p["m"] * p["g"] * sp.sin(p["al"])) == 0
+    (angle,) = [c for c in equations.system.cartesian_names if c.name == "psi"]
+    assert sp.simplify(angle.velocity - equations.system.coordinates[0].v / p["R"]) == 0
+    turned = equations.system.coordinates[0].q - p.get("s_0", 0)
     assert sp.simplify(angle.position - p.get("psi_0", 0) - turned / p["R"]) == 0
 
 
 def test_forces_and_multipliers_are_those_of_a_declared_angle() -> None:
     rolled = loads(WHEEL % "s = R*psi").derive(forces=True).equations
-    assert rolled.constraint_forces is not None
-    (reaction,) = rolled.constraint_forces.reactions
-    p = {p.name: p.symbol for p in rolled.parameters}
+    assert rolled.derivation.constraint_forces is not None
+    (reaction,) = rolled.derivation.constraint_forces.reactions
+    p = {p.name: p.symbol for p in rolled.system.parameters}
     expected = (
         -p["g"] * sp.sin(p["al"]) * p["I"] / p["R"] ** 2 / (1 + p["I"] / p["m"] / p["R"] ** 2)
     )

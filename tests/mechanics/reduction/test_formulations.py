@@ -62,12 +62,14 @@ def refused(text, formulation="multiplier"):
 
 
 def closures(e):
-    return {c.name: sp.expand(c.expression) for c in e.closures}
+    return {c.name: sp.expand(c.expression) for c in e.system.closures}
 
 
 def expr(text, e):
-    names = {c.name: c.q for c in e.coordinates} | {p.name: p.symbol for p in e.parameters}
-    return sp.expand(sp.sympify(text, locals={**names, "t": e.t}))
+    names = {c.name: c.q for c in e.system.coordinates} | {
+        p.name: p.symbol for p in e.system.parameters
+    }
+    return sp.expand(sp.sympify(text, locals={**names, "t": e.system.t}))
 
 
 def is_same(closure, text, e):
@@ -80,25 +82,29 @@ def is_same(closure, text, e):
 def test_sphere(potential):
     """Both angles go, also where the potential is written in one of them."""
     e = formed(SPHERICAL + potential)
-    assert [c.name for c in e.coordinates] == ["x", "y", "z"]
+    assert [c.name for c in e.system.coordinates] == ["x", "y", "z"]
     assert is_same(closures(e)["bob"], "x**2 + y**2 + z**2 - l**2", e)
-    assert sp.expand(e.potential - expr("m*g*z", e)) == 0
-    assert (e.formulation, e.account.dof, e.account.constraints) == ("multiplier", 2, 1)
-    assert [c.name for c in e.chart.coordinates] == ["theta", "phi"]
+    assert sp.expand(e.system.potential - expr("m*g*z", e)) == 0
+    assert (e.system.formulation, e.derivation.account.dof, e.derivation.account.constraints) == (
+        "multiplier",
+        2,
+        1,
+    )
+    assert [c.name for c in e.system.chart.coordinates] == ["theta", "phi"]
 
 
 def test_chain_of_rods():
     e = formed(DOUBLE_PENDULUM)
-    assert [c.name for c in e.coordinates] == ["x1", "z1", "x2", "z2"]
+    assert [c.name for c in e.system.coordinates] == ["x1", "z1", "x2", "z2"]
     assert is_same(closures(e)["upper"], "x1**2 + z1**2 - l1**2", e)
     assert is_same(closures(e)["lower"], "(x2 - x1)**2 + (z2 - z1)**2 - l2**2", e)
-    assert all(e.mass_matrix[j][k] == 0 for j in range(4) for k in range(4) if j != k)
+    assert all(e.system.mass_matrix[j][k] == 0 for j in range(4) for k in range(4) if j != k)
 
 
 def test_torus():
     """z gives the sine of one angle, the distance from the axis its cosine."""
     e = formed(TORUS + WEIGHT)
-    assert [c.name for c in e.coordinates] == ["x", "y", "z"]
+    assert [c.name for c in e.system.coordinates] == ["x", "y", "z"]
     expected = "(x**2 + y**2 + z**2 + R**2 - a**2)**2 - 4*R**2*(x**2 + y**2)"
     assert is_same(closures(e)["bead"], expected, e)
 
@@ -106,12 +112,12 @@ def test_torus():
 def test_torus_with_a_force_on_its_angle():
     """A coordinate that the scene uses otherwise stays, with the definitions that hold it."""
     e = formed(TORUS + "forces: {motor: {on: theta, force: 0.3}}\n")
-    assert [c.name for c in e.coordinates] == ["theta", "x", "y", "z"]
-    found = [sp.expand(c.expression) for c in e.closures]
+    assert [c.name for c in e.system.coordinates] == ["theta", "x", "y", "z"]
+    found = [sp.expand(c.expression) for c in e.system.closures]
     assert len(found) == 2
     assert any(is_same(c, "z - a*sin(theta)", e) for c in found)
     assert any(is_same(c, "x**2 + y**2 - (R + a*cos(theta))**2", e) for c in found)
-    assert e.chart.coordinates[1].name == "phi"
+    assert e.system.chart.coordinates[1].name == "phi"
 
 
 @pytest.mark.parametrize(
@@ -129,13 +135,13 @@ def test_what_uses_an_angle_keeps_it(uses):
     if "definitions" not in uses:
         text += "definitions: {x: sin(theta), z: -cos(theta)}\n"
     e = formed(text)
-    assert [c.name for c in e.coordinates] == ["theta", "x", "z"]
-    assert len(e.closures) == 2
+    assert [c.name for c in e.system.coordinates] == ["theta", "x", "z"]
+    assert len(e.system.closures) == 2
 
 
 def test_a_root_is_squared():
     e = formed(ROOT + WEIGHT)
-    assert [c.name for c in e.coordinates] == ["x", "z"]
+    assert [c.name for c in e.system.coordinates] == ["x", "z"]
     assert is_same(closures(e)["bob"], "x**2 + z**2 - l**2", e)
 
 
@@ -149,7 +155,7 @@ def test_stated_constraints_are_taken_where_they_suffice():
     definitions: {x: u + sin(u)}
     """.replace("\n    ", "\n")
     e = formed(text)
-    assert [c.name for c in e.coordinates] == ["x", "y"]
+    assert [c.name for c in e.system.coordinates] == ["x", "y"]
     assert is_same(closures(e)["line"], "y - 2*x", e)
 
 
@@ -158,7 +164,7 @@ def test_an_angle_beside_itself_stays():
         "particles: {bead: {mass: 1, position: [x, 0, z]}}\ncoordinates: [u]\n"
         "definitions: {x: u + sin(u), z: 1 - cos(u)}\n"
     )
-    assert [c.name for c in e.coordinates] == ["u", "x", "z"]
+    assert [c.name for c in e.system.coordinates] == ["u", "x", "z"]
 
 
 def test_time_is_not_divided_by():
@@ -167,8 +173,8 @@ def test_time_is_not_divided_by():
         "parameters: {w: 2}\nparticles: {bead: {mass: 1, position: [x, y, 0]}}\n"
         "coordinates: [r]\ndefinitions: {x: r*cos(w*t), y: r*sin(w*t)}\n"
     )
-    assert [c.name for c in e.coordinates] == ["r", "x", "y"]
-    assert len(e.closures) == 2
+    assert [c.name for c in e.system.coordinates] == ["r", "x", "y"]
+    assert len(e.system.closures) == 2
 
 
 @pytest.mark.parametrize(
@@ -191,7 +197,7 @@ def test_no_minimal_form():
     problem = refused(text + "initial: {x: 1, z: 0}\n", "minimal")
     assert "'wire'" in problem.message
     assert problem.mark.line == 3
-    assert formed(text + "initial: {x: 1, z: 0}\n", "multiplier").choice is None
+    assert formed(text + "initial: {x: 1, z: 0}\n", "multiplier").derivation.choice is None
 
 
 @pytest.mark.slow
@@ -209,13 +215,13 @@ def test_declared_coordinates_are_kept():
         + WEIGHT
     )
     e = formed(text, "auto")
-    assert e.formulation == "minimal"
-    assert e.choice.why == "the coordinates are declared"
-    assert e.choice.minimal > 2 * e.choice.multiplier
+    assert e.system.formulation == "minimal"
+    assert e.derivation.choice.why == "the coordinates are declared"
+    assert e.derivation.choice.minimal > 2 * e.derivation.choice.multiplier
     other = formed(text)
     assert (other.choice.minimal, other.choice.multiplier) == (
-        e.choice.minimal,
-        e.choice.multiplier,
+        e.derivation.choice.minimal,
+        e.derivation.choice.multiplier,
     )
     assert len(other.closures) == links - 1
 
@@ -223,16 +229,16 @@ def test_declared_coordinates_are_kept():
 @pytest.mark.slow
 def test_fewer_operations_are_taken_where_nothing_is_declared():
     e = formed(STAIRS, "auto")
-    assert e.formulation == "multiplier"
-    assert e.choice.why == "fewer operations"
-    assert e.choice.minimal > 2 * e.choice.multiplier
-    assert formed(STAIRS, "minimal").choice.why == "as asked"
+    assert e.system.formulation == "multiplier"
+    assert e.derivation.choice.why == "fewer operations"
+    assert e.derivation.choice.minimal > 2 * e.derivation.choice.multiplier
+    assert formed(STAIRS, "minimal").derivation.choice.why == "as asked"
     few = formed(STAIRS.replace("n: 12", "n: 3"), "auto")
-    assert (few.formulation, few.choice.why) == ("minimal", "")
+    assert (few.system.formulation, few.derivation.choice.why) == ("minimal", "")
 
 
 def test_choice_does_not_depend_on_the_order_of_sets():
-    counts = {formed(DOUBLE_PENDULUM, "auto").choice for _ in range(3)}
+    counts = {formed(DOUBLE_PENDULUM, "auto").derivation.choice for _ in range(3)}
     assert len(counts) == 1
 
 
@@ -251,18 +257,18 @@ def test_an_initial_state_is_carried_over():
         2 * (cos(theta) * sin(phi) * dtheta + sin(theta) * cos(phi) * dphi),
         2 * sin(theta) * dtheta,
     ]
-    found = [*e.initial.positions, *e.initial.velocities]
+    found = [*e.system.initial.positions, *e.system.initial.velocities]
     assert found == pytest.approx([float(x) for x in expected], rel=1e-15)
-    assert e.chart.start.positions == (theta, phi)
+    assert e.system.chart.start.positions == (theta, phi)
 
 
 def test_missing_velocities_are_the_smallest_in_both():
     text = SPHERICAL + WEIGHT + "initial: {theta: 0.3, phi: 1, dot(x): 1}\n"
     few, many = formed(text, "minimal"), formed(text)
-    x, y, z = many.initial.velocities
+    x, y, z = many.system.initial.velocities
     assert x == pytest.approx(1)
-    theta, _ = few.initial.positions
-    speeds = few.initial.velocities
+    theta, _ = few.system.initial.positions
+    speeds = few.system.initial.velocities
     energy = 4 * (speeds[0] ** 2 + float(sp.sin(theta)) ** 2 * speeds[1] ** 2)
     assert x**2 + y**2 + z**2 == pytest.approx(energy)
 
@@ -273,10 +279,10 @@ AT_POLE = "initial: {x: 0, y: 0, z: -l, dot(x): 1, dot(y): 0.5}\n"
 def test_a_start_that_has_no_place_in_the_coordinates():
     """At the pole the angles cannot move as the particle does: auto takes Cartesian names."""
     e = formed(SPHERICAL + WEIGHT + AT_POLE, "auto")
-    assert e.formulation == "multiplier"
-    assert any("in multiplier form" in remark for remark in e.remarks)
-    assert e.initial.velocities == (1.0, 0.5, 0.0)
-    assert e.chart.start is None
+    assert e.system.formulation == "multiplier"
+    assert any("in multiplier form" in remark for remark in e.derivation.remarks)
+    assert e.system.initial.velocities == (1.0, 0.5, 0.0)
+    assert e.system.chart.start is None
     assert refused(SPHERICAL + WEIGHT + AT_POLE, "minimal").rule == "initial-inconsistent"
 
 
@@ -284,8 +290,8 @@ def test_a_start_at_the_elbow_of_a_root():
     text = ROOT.replace("definitions: {z: -sqrt(l^2 - x^2)}", "constraints: {rod: x^2 + z^2 = l^2}")
     start = WEIGHT + "initial: {x: 1, z: 0, dot(z): 1}\n"
     e = formed(text + start, "auto")
-    assert [c.name for c in e.coordinates] == ["x", "z"]
-    assert any("in multiplier form" in remark for remark in e.remarks)
+    assert [c.name for c in e.system.coordinates] == ["x", "z"]
+    assert any("in multiplier form" in remark for remark in e.derivation.remarks)
     assert refused(text + start, "minimal").rule == "singular"
 
 

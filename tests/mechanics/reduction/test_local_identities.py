@@ -35,7 +35,7 @@ initial: {{x: {start}}}
 
 
 def the_warning(e: Equations) -> Problem:
-    (warning,) = (w for w in e.warnings if w.rule == "on-a-part")
+    (warning,) = (w for w in e.derivation.warnings if w.rule == "on-a-part")
     return warning
 
 
@@ -53,10 +53,10 @@ def wire(theta: float) -> float:
 def test_the_cycloid_goes_on_beyond_the_branch(start: float) -> None:
     """On (0, π) it is the wire, wherever the motion starts there; beyond π it is not."""
     e = derived(CYCLOID.format(constraints=WIRE, start=f"theta: {start}"))
-    (line,) = e.account.lines
-    assert (line.status, line.on_a_part, e.account.dof) == ("satisfied", True, 1)
+    (line,) = e.derivation.account.lines
+    assert (line.status, line.on_a_part, e.derivation.account.dof) == ("satisfied", True, 1)
     free = derived(CYCLOID.format(constraints="", start=f"theta: {start}"))
-    assert [s.residual for s in e.shown] == [s.residual for s in free.shown]
+    assert [s.residual for s in e.derivation.shown] == [s.residual for s in free.derivation.shown]
     warning = the_warning(e)
     assert "'wire' is satisfied by the definitions on a part" in warning.message
     assert abs(wire(place(warning.message))) > 1e-4
@@ -92,8 +92,8 @@ def test_a_start_elsewhere_is_told_one_that_holds(start: str) -> None:
 )
 def test_other_branches(curve: str, equation: str, start: float) -> None:
     e = derived(BEAD.format(curve=curve, equation=equation, start=start))
-    assert e.account.dof == 1
-    assert e.account.lines[-1].on_a_part
+    assert e.derivation.account.dof == 1
+    assert e.derivation.account.lines[-1].on_a_part
     x = place(the_warning(e).message)
     y = float(eval_curve(curve, x))
     left, right = equation.replace("^", "**").split("=")
@@ -118,8 +118,8 @@ def eval_curve(curve: str, x: float) -> float:
 )
 def test_what_holds_everywhere_is_said_so(curve: str, equation: str, start: float) -> None:
     e = derived(BEAD.format(curve=curve, equation=equation, start=start))
-    assert [line.on_a_part for line in e.account.lines] == [False, False]
-    assert not [w for w in e.warnings if w.rule == "on-a-part"]
+    assert [line.on_a_part for line in e.derivation.account.lines] == [False, False]
+    assert not [w for w in e.derivation.warnings if w.rule == "on-a-part"]
 
 
 def test_a_solution_that_holds_on_a_part() -> None:
@@ -131,14 +131,14 @@ def test_a_solution_that_holds_on_a_part() -> None:
     warning = the_warning(e)
     assert "'c' holds on a part of the configurations only as it was solved" in warning.message
     assert place(warning.message) < 0
-    assert e.account.lines[0].status == "independent"
+    assert e.derivation.account.lines[0].status == "independent"
 
 
 def test_a_gap_that_keeps_the_motion_on_the_part() -> None:
     """Where a one-sided constraint forbids the rest, nothing is to be said of it."""
     text = BEAD.format(curve="x", equation="y = sqrt(x^2)", start=2)
     e = derived(text.replace("constraints: {", "constraints: {wall: x >= 0, "))
-    assert not [w for w in e.warnings if w.rule == "on-a-part"]
+    assert not [w for w in e.derivation.warnings if w.rule == "on-a-part"]
 
 
 @pytest.mark.slow
@@ -151,7 +151,7 @@ def test_an_angle_within_half_a_turn(shift: float, start: float) -> None:
     text = BEAD.format(curve="0", equation=equation, start=f"{start:.3f}")
     if 0.01 < u < math.pi - 0.01:
         e = derived(text)
-        assert e.account.lines[-1].on_a_part
+        assert e.derivation.account.lines[-1].on_a_part
         wrong = place(the_warning(e).message) + round(shift, 3)
         assert not 0 <= wrong <= math.pi
     else:
@@ -164,11 +164,11 @@ def test_what_others_imply_on_a_part() -> None:
         "particles: {p: {mass: 1, position: [2*sin(u), 0, 2*cos(u)]}}\ncoordinates: [u]\n"
         "constraints: {ring: x_p^2 + z_p^2 = 4, up: z_p = sqrt(4 - x_p^2)}\ninitial: {u: 0.3}\n"
     )
-    (warning,) = e.warnings
+    (warning,) = e.derivation.warnings
     said = "'up' is redundant, implied by 'ring', on a part of the configurations only: not at u ="
     assert said in warning.message
     assert math.cos(place(warning.message)) < 0
-    assert [(line.status, line.on_a_part) for line in e.account.lines] == [
+    assert [(line.status, line.on_a_part) for line in e.derivation.account.lines] == [
         ("satisfied", False),
         ("redundant", True),
     ]

@@ -21,19 +21,22 @@ START = "initial: {theta: 0.25, phi: 3, dot(theta): 0}\n"
 
 def test_one_of_them_is_eliminated() -> None:
     equations = loads(PLANET + START).derive(formulation="minimal").equations
-    assert equations.formulation == "minimal"
-    assert [c.name for c in equations.coordinates] == ["theta"]
-    account = equations.account
+    assert equations.system.formulation == "minimal"
+    assert [c.name for c in equations.system.coordinates] == ["theta"]
+    account = equations.derivation.account
     assert (account.extra, account.constraints, account.dof) == (1, 3, 1)
-    p = {p.name: p.symbol for p in equations.parameters}
-    theta = equations.coordinates[0].q
+    p = {p.name: p.symbol for p in equations.system.parameters}
+    theta = equations.system.coordinates[0].q
     arm = p["R"] + p["a"]
-    assert sp.simplify(equations.mass_matrix[0][0] - arm**2 * (p["m"] + p["I"] / p["a"] ** 2)) == 0
-    assert sp.simplify(equations.forcing[0] - p["m"] * p["g"] * arm * sp.sin(theta)) == 0
-    (phi,) = [c.position for c in equations.cartesian_names if c.name == "phi"]
+    assert (
+        sp.simplify(equations.system.mass_matrix[0][0] - arm**2 * (p["m"] + p["I"] / p["a"] ** 2))
+        == 0
+    )
+    assert sp.simplify(equations.system.forcing[0] - p["m"] * p["g"] * arm * sp.sin(theta)) == 0
+    (phi,) = [c.position for c in equations.system.cartesian_names if c.name == "phi"]
     turned = p["a"] * (phi - p["phi_0"]) - arm * (theta - p["theta_0"])
     assert sp.simplify(turned) == 0
-    values = {p.name: p.exact for p in equations.parameters if p.start_of}
+    values = {p.name: p.exact for p in equations.system.parameters if p.start_of}
     assert values == {"phi_0": 3, "theta_0": sp.Rational(1, 4)}
 
 
@@ -56,7 +59,7 @@ def test_both_forms_have_the_same_motion() -> None:
 )
 def test_what_the_scene_asks_for_stays(more: str, left: str) -> None:
     equations = loads(PLANET + START + more).derive(formulation="minimal").equations
-    assert [c.name for c in equations.coordinates] == [left]
+    assert [c.name for c in equations.system.coordinates] == [left]
 
 
 def test_two_wheels_on_one_axle() -> None:
@@ -70,10 +73,10 @@ constraints: {left: dot(s) = R*dot(a), right: dot(a) = dot(b)}
 initial: {s: 1, a: 2, b: 3}
 """
     equations = loads(scene).derive(formulation="minimal").equations
-    assert [c.name for c in equations.coordinates] == ["s"]
-    p = {p.name: p.symbol for p in equations.parameters}
+    assert [c.name for c in equations.system.coordinates] == ["s"]
+    p = {p.name: p.symbol for p in equations.system.parameters}
     inertia = p["m"] + 2 * p["I"] / p["R"] ** 2
-    assert sp.simplify(equations.mass_matrix[0][0] - inertia) == 0
-    assert equations.account.extra == 2
-    places = {c.name: c.position for c in equations.cartesian_names}
+    assert sp.simplify(equations.system.mass_matrix[0][0] - inertia) == 0
+    assert equations.derivation.account.extra == 2
+    places = {c.name: c.position for c in equations.system.cartesian_names}
     assert sp.simplify(places["b"] - places["a"] - (p["b_0"] - p["a_0"])) == 0

@@ -79,7 +79,11 @@ def test_a_belt_that_slips() -> None:
     assert message.startswith("constraints 'roll', 'motor', 'belt' contradict each other")
     assert message.endswith("R*w - w = 0, which the parameters do not satisfy")
     found = derived((WHEEL + constraints).replace("R: 0.3", "R: 1"))
-    assert [x.status for x in found.account.lines] == ["independent", "independent", "redundant"]
+    assert [x.status for x in found.derivation.account.lines] == [
+        "independent",
+        "independent",
+        "redundant",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -97,18 +101,21 @@ def test_what_others_imply_is_not_counted(
     constraints: str, name: str, by: tuple[str, ...], counted: int
 ) -> None:
     found = derived(P + f"constraints: {{{constraints}}}\n")
-    (line,) = (x for x in found.account.lines if x.status == "redundant")
+    (line,) = (x for x in found.derivation.account.lines if x.status == "redundant")
     assert (line.name, line.implied_by) == (name, by)
-    assert (found.account.constraints, found.account.dof) == (counted, 3 - counted)
+    assert (found.derivation.account.constraints, found.derivation.account.dof) == (
+        counted,
+        3 - counted,
+    )
     listed = ", ".join(f"'{n}'" for n in by)
-    (warned,) = (w for w in found.warnings if w.rule == "redundant")
+    (warned,) = (w for w in found.derivation.warnings if w.rule == "redundant")
     assert warned.message == f"constraint '{name}' is redundant: implied by {listed}"
 
 
 def test_what_definitions_imply() -> None:
     found = derived(ARM + "constraints: {rod: x*dot(x) + z*dot(z) = 0}\n")
-    assert found.account.dof == 2
-    (warned,) = (w for w in found.warnings if w.rule == "redundant")
+    assert found.derivation.account.dof == 2
+    (warned,) = (w for w in found.derivation.warnings if w.rule == "redundant")
     assert warned.message == "constraint 'rod' is redundant: implied by the definitions"
     problem = refusal(ARM + "constraints: {rod: x*dot(x) + z*dot(z) = 1}\n")
     assert problem.message == "constraint 'rod' cannot hold: it gives 0 = 1"
@@ -119,12 +126,12 @@ def test_where_they_hold_together_is_a_constraint_of_its_own() -> None:
     assert "'a', 'b' hold together only where y - z = 0" in problem.message
     assert problem.hint == "b: y - z = 0"
     found = derived(P + "constraints: {a: dot(x) = y, b: y - z = 0}\n")
-    assert (found.account.constraints, found.account.nonholonomic) == (1, 1)
+    assert (found.derivation.account.constraints, found.derivation.account.nonholonomic) == (1, 1)
 
 
 @pytest.mark.slow
 def test_a_constant_of_integration_that_nothing_gives_is_none_to_fail_by() -> None:
     """x = 0 would leave no y with x + y² = −1; of y² = y₀² only y = y₀ holds at the start."""
     found = derived(P + "constraints: {a: dot(x) = 0, b: x + y^2 = -1}\n")
-    assert (found.account.constraints, found.account.dof) == (2, 1)
-    assert [str(c.q) for c in found.coordinates] == ["z"]
+    assert (found.derivation.account.constraints, found.derivation.account.dof) == (2, 1)
+    assert [str(c.q) for c in found.system.coordinates] == ["z"]

@@ -32,12 +32,12 @@ constraints:
 
 def account(text: str) -> tuple[int, int, int, int, int]:
     """3N, E, K, DOF and how many of K no constraint states."""
-    a = derived(text).account
+    a = derived(text).derivation.account
     return a.cartesian, a.extra, a.constraints, a.dof, a.implied
 
 
 def statuses(text: str) -> dict[str, str]:
-    return {line.name: line.status for line in derived(text).account.lines}
+    return {line.name: line.status for line in derived(text).derivation.account.lines}
 
 
 ACCOUNTS = {
@@ -116,7 +116,9 @@ def test_account(name: str) -> None:
     assert account(text) == expected
     cartesian, extra, constraints, dof, _ = account(text)
     e = derived(text)
-    assert cartesian + extra - constraints == dof == len(e.coordinates) - len(e.closures)
+    assert (
+        cartesian + extra - constraints == dof == len(e.system.coordinates) - len(e.system.closures)
+    )
 
 
 def test_stating_what_definitions_imply_changes_only_the_wording() -> None:
@@ -126,13 +128,13 @@ def test_stating_what_definitions_imply_changes_only_the_wording() -> None:
         "rod1": "satisfied",
         "rod2": "satisfied",
     }
-    assert plain.mass_matrix == stated.mass_matrix
-    assert plain.forcing == stated.forcing
-    assert not stated.warnings
+    assert plain.system.mass_matrix == stated.system.mass_matrix
+    assert plain.system.forcing == stated.system.forcing
+    assert not stated.derivation.warnings
 
 
 def test_a_plane_restricts_every_particle() -> None:
-    (line,) = derived(DOUBLE_PENDULUM).account.lines
+    (line,) = derived(DOUBLE_PENDULUM).derivation.account.lines
     assert (line.name, len(line.equations), line.status) == ("plane", 2, "independent")
 
 
@@ -142,7 +144,7 @@ def test_restrictions_solved_among_themselves_are_independent() -> None:
     e = derived(text)
     found = statuses(text)
     assert sorted(found.values()) == ["independent", "independent", "redundant"]
-    assert [w.rule for w in e.warnings] == ["redundant"]
+    assert [w.rule for w in e.derivation.warnings] == ["redundant"]
 
 
 def test_rheonomic_constraints_are_told_apart() -> None:
@@ -151,12 +153,12 @@ def test_rheonomic_constraints_are_told_apart() -> None:
         "potentials: {v: z}"
     )
     e = derived(text)
-    assert {line.name: line.rheonomic for line in e.account.lines} == {
+    assert {line.name: line.rheonomic for line in e.derivation.account.lines} == {
         "shaken": True,
         "flat": False,
     }
-    assert e.facts.rheonomic
-    assert not derived(DOUBLE_PENDULUM).facts.rheonomic
+    assert e.derivation.facts.rheonomic
+    assert not derived(DOUBLE_PENDULUM).derivation.facts.rheonomic
 
 
 # Coordinates.
@@ -164,14 +166,14 @@ def test_rheonomic_constraints_are_told_apart() -> None:
 
 def test_coordinates_are_chosen_where_none_are_declared() -> None:
     e = derived(FREE + "constraints: {flat: y = 0, parabola: z = x^2}")
-    assert [c.name for c in e.coordinates] == ["x"]
-    assert e.account.chosen_automatically
-    assert not derived(POLAR).account.chosen_automatically
+    assert [c.name for c in e.system.coordinates] == ["x"]
+    assert e.derivation.account.chosen_automatically
+    assert not derived(POLAR).derivation.account.chosen_automatically
 
 
 def test_a_name_that_nothing_mentions_is_warned_of() -> None:
     e = derived(FREE + "constraints: {flat: y = 0}\npotentials: {weight: z}")
-    assert [w.message for w in e.warnings] == [
+    assert [w.message for w in e.derivation.warnings] == [
         "'x' stands in no other section; it is taken as a coordinate"
     ]
 
@@ -230,8 +232,10 @@ def test_dependent_coordinates_do_not_name_innocent_ones() -> None:
 def redundant(text: str) -> dict[str, set[str]]:
     """Constraint → those that imply it, from the account; every one has its warning."""
     e = derived(text)
-    lines = {x.name: set(x.implied_by) for x in e.account.lines if x.status == "redundant"}
-    warned = [w.message for w in e.warnings if w.rule == "redundant"]
+    lines = {
+        x.name: set(x.implied_by) for x in e.derivation.account.lines if x.status == "redundant"
+    }
+    warned = [w.message for w in e.derivation.warnings if w.rule == "redundant"]
     assert len(warned) == len(lines)
     for name, by in lines.items():
         (message,) = [w for w in warned if f"'{name}'" in w.split(" is redundant")[0]]
@@ -362,7 +366,7 @@ def test_resolved_positions_satisfy_every_constraint() -> None:
     texts = [t for t in texts if "constraints" in t]
     assert len(texts) >= 8
     for text in texts:
-        if not derived(text).closures:
+        if not derived(text).system.closures:
             _require_satisfied(read_text("name: tested\n" + text), derived(text))
 
 
@@ -376,12 +380,12 @@ def test_shipped_positions_satisfy_every_constraint(name: str) -> None:
 
 
 def _require_satisfied(scene: Scene, e: Equations) -> None:
-    point = random_point([e.t, *(c.q for c in e.coordinates)], 5)
-    start = e.initial.positions if e.initial else None
+    point = random_point([e.system.t, *(c.q for c in e.system.coordinates)], 5)
+    start = e.system.initial.positions if e.system.initial else None
     if start is not None:
-        for c, q0 in zip(e.coordinates, start, strict=True):
+        for c, q0 in zip(e.system.coordinates, start, strict=True):
             point[c.q] = q0 + (point[c.q] - 1) / 50
-    for p in e.parameters:
+    for p in e.system.parameters:
         point[p.symbol] = p.value
     for constraint in scene.constraints:
         for equation in constraint.equations:

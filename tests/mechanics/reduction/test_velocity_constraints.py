@@ -72,14 +72,14 @@ def draw(seed: int, count: int) -> list[mpf]:
 
 def starts(e: Equations) -> dict[sp.Expr, sp.Expr]:
     """Values of constants of integration."""
-    return {p.symbol: p.exact for p in e.parameters if p.start_of and p.exact is not None}
+    return {p.symbol: p.exact for p in e.system.parameters if p.start_of and p.exact is not None}
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_chaplygin_sleigh(seed: int) -> None:
     """v' = a ω², ω' = −m a v ω/(J + m a²) (Bloch, Nonholonomic Mechanics and Control, 1.7)."""
     e = derived(SLEIGH)
-    assert (e.account.dof, e.account.nonholonomic) == (3, 1)
+    assert (e.derivation.account.dof, e.derivation.account.nonholonomic) == (3, 1)
     x, y, th, v, w = draw(seed, 5)
     s, c = mpmath.sin(th), mpmath.cos(th)
     state = state_of(e, x=x, y=y, th=th, v_x=v * c, v_y=v * s, v_th=w)
@@ -121,9 +121,13 @@ def test_sleigh_against_sympy() -> None:
 def test_rolling_disk(seed: int) -> None:
     """Spin and turn are uniform; the contact force carries the centre around."""
     e = derived(DISK)
-    assert (e.account.dof, e.account.extra, e.account.nonholonomic) == (4, 2, 2)
-    assert [c.name for c in e.closures] == ["roll_1", "roll_2"]
-    assert {line.name: line.status for line in e.account.lines}["roll"] == "nonholonomic"
+    assert (
+        e.derivation.account.dof,
+        e.derivation.account.extra,
+        e.derivation.account.nonholonomic,
+    ) == (4, 2, 2)
+    assert [c.name for c in e.system.closures] == ["roll_1", "roll_2"]
+    assert {line.name: line.status for line in e.derivation.account.lines}["roll"] == "nonholonomic"
     x, y, phi, th, spin, turn = draw(seed, 6)
     radius = mpf("0.5")
     s, c = mpmath.sin(th), mpmath.cos(th)
@@ -154,7 +158,7 @@ def test_a_knife_edge_on_an_incline(seed: int) -> None:
         "coordinates: [x, y, th]\nkinetic: {spin: J*dot(th)^2/2}\npotentials: {weight: -m*k*x}\n"
         "constraints: {blade: dot(x)*sin(th) - dot(y)*cos(th) = 0}"
     )
-    assert [c.name for c in e.conserved] == ["p_th", "energy"]
+    assert [c.name for c in e.derivation.conserved] == ["p_th", "energy"]
     x, y, th, v, w = draw(seed, 5)
     s, c = mpmath.sin(th), mpmath.cos(th)
     found, _ = solved(e, state_of(e, x=x, y=y, th=th, v_x=v * c, v_y=v * s, v_th=w))
@@ -165,8 +169,8 @@ def test_a_knife_edge_on_an_incline(seed: int) -> None:
 def test_an_affine_constraint_does_work() -> None:
     """On a belt that moves sideways the blade slides with it: energy is not conserved."""
     e = derived(SLEIGH.replace("= dot(x)*sin(th)", "= dot(x)*sin(th) + 2"))
-    assert e.conserved == ()
-    (closure,) = e.closures
+    assert e.derivation.conserved == ()
+    (closure,) = e.system.closures
     assert closure.rate == -2
     assert closure.kind == "velocity"
 
@@ -177,19 +181,23 @@ def test_an_affine_constraint_does_work() -> None:
 def test_rolling_along_a_line_is_holonomic() -> None:
     """dot(x) = R dot(phi) with x eliminated: the cylinder's textbook equation."""
     e = derived(CYLINDER % "phi")
-    assert e.formulation == "minimal"
-    assert (e.account.constraints, e.account.dof, e.account.nonholonomic) == (2, 1, 0)
-    (x,) = [c.position for c in e.cartesian_names if c.name == "x"]
-    phi, r = e.coordinates[0].q, next(p.symbol for p in e.parameters if p.name == "R")
+    assert e.system.formulation == "minimal"
+    assert (
+        e.derivation.account.constraints,
+        e.derivation.account.dof,
+        e.derivation.account.nonholonomic,
+    ) == (2, 1, 0)
+    (x,) = [c.position for c in e.system.cartesian_names if c.name == "x"]
+    phi, r = e.system.coordinates[0].q, next(p.symbol for p in e.system.parameters if p.name == "R")
     assert sp.expand(x.xreplace(starts(e)) - (r * (phi - sp.Rational(3, 10)) + 1)) == 0
-    assert any("counts to K" in remark for remark in e.remarks)
+    assert any("counts to K" in remark for remark in e.derivation.remarks)
 
 
 def test_rolling_with_both_coordinates_declared() -> None:
     """Declared beside each other, x and phi keep their closure; the motion is the same."""
     both, one = derived(CYLINDER % "x, phi"), derived(CYLINDER % "phi")
-    assert both.account.dof == 1
-    assert [c.kind for c in both.closures] == ["position"]
+    assert both.derivation.account.dof == 1
+    assert [c.kind for c in both.system.closures] == ["position"]
     found, multipliers = solved(both, state_of(both, x=1, phi=mpf("0.3"), v_x=1, v_phi=2))
     alone, _ = solved(one, state_of(one, phi=mpf("0.3"), v_phi=2))
     assert close(found["phi"], alone["phi"])
@@ -203,14 +211,14 @@ def test_the_constant_is_named_by_the_initial_state() -> None:
         ("", None, None),
     ):
         e = derived((CYLINDER % "phi").replace("initial: {x: 1, phi: 0.3}\n", start))
-        named = {p.name: p for p in e.parameters}
+        named = {p.name: p for p in e.system.parameters}
         assert (named["x_0"].start_of, named["x_0"].exact) == ("x", x_0)
         assert (named["phi_0"].start_of, named["phi_0"].exact) == ("phi", phi_0)
-        (x,) = [c.position for c in e.cartesian_names if c.name == "x"]
-        turned = e.coordinates[0].q - named["phi_0"].symbol
+        (x,) = [c.position for c in e.system.cartesian_names if c.name == "x"]
+        turned = e.system.coordinates[0].q - named["phi_0"].symbol
         assert sp.expand(x - named["x_0"].symbol - named["R"].symbol * turned) == 0
-        assert not e.warnings
-        assert (e.initial is None) == (start.count(":") < 3)
+        assert not e.derivation.warnings
+        assert (e.system.initial is None) == (start.count(":") < 3)
 
 
 def test_integrals_are_written_from_the_start() -> None:
@@ -220,13 +228,13 @@ def test_integrals_are_written_from_the_start() -> None:
         "constraints: {rolling: a*dot(phi) = (R + a)*dot(theta)}\n"
     )
     e = derived(scene)
-    assert e.remarks == (
+    assert e.derivation.remarks == (
         "constraint 'rolling' is the rate of a*(phi - phi_0_) = (R + a)*(theta - theta_0):"
         " it counts to K",
     )
     assert "  rolling   a (φ - phi_0_) - (R + a) (θ - θ_0) = 0\n" in derivation_text(e)
     nonlinear = derived(scene.replace("(R + a)*dot(theta)", "theta*dot(theta)"))
-    assert nonlinear.remarks[0].startswith(
+    assert nonlinear.derivation.remarks[0].startswith(
         "constraint 'rolling' is the rate of a*phi - theta^2/2 = "
     )
 
@@ -249,11 +257,11 @@ def test_the_time_of_the_start_is_named_too() -> None:
         "simulate: {from: %s, until: 3}\n"
     )
     e = derived(scene % 1)
-    assert [(p.name, p.exact) for p in e.parameters if p.start_of] == [
+    assert [(p.name, p.exact) for p in e.system.parameters if p.start_of] == [
         ("u_0", sp.Rational(1, 2)),
         ("t_0", 1),
     ]
-    assert "t_0" not in {p.name for p in derived(scene % 0).parameters}
+    assert "t_0" not in {p.name for p in derived(scene % 0).system.parameters}
     end = loads(scene % 1).derive().simulate().columns["u"][-1]
     assert math.isclose(end, 0.5 + 9 - 1, rel_tol=1e-9)
 
@@ -271,8 +279,8 @@ def test_a_circle_by_its_rate() -> None:
         "particles: {bead: {mass: 1, position: [x, y, z]}}\nplane: xy\n"
         "constraints: {ring: x*dot(x) + y*dot(y) = 0}\npotentials: {v: x}\ninitial: {x: 3, y: 4}"
     )
-    assert [c.kind for c in e.closures] == ["position"]
-    assert e.account.dof == 1
+    assert [c.kind for c in e.system.closures] == ["position"]
+    assert e.derivation.account.dof == 1
 
 
 def test_an_integrable_one_without_an_integral_counts_to_k() -> None:
@@ -281,8 +289,12 @@ def test_an_integrable_one_without_an_integral_counts_to_k() -> None:
         "particles: {bead: {mass: 1, position: [x, y, z]}}\nplane: xy\n"
         "constraints: {ray: y*dot(x) = x*dot(y)}\npotentials: {v: x}\ninitial: {x: 3, y: 4}"
     )
-    assert [c.kind for c in e.closures] == ["velocity"]
-    assert (e.account.constraints, e.account.dof, e.account.nonholonomic) == (2, 1, 0)
+    assert [c.kind for c in e.system.closures] == ["velocity"]
+    assert (
+        e.derivation.account.constraints,
+        e.derivation.account.dof,
+        e.derivation.account.nonholonomic,
+    ) == (2, 1, 0)
 
 
 def test_a_driven_angle() -> None:
@@ -292,9 +304,9 @@ def test_a_driven_angle() -> None:
         "  bead: {mass: 1, position: [r*cos(th), r*sin(th), 0]}\ncoordinates: [r, th]\n"
         "constraints: {motor: dot(th) = w}\ninitial: {r: 1, th: 0.5}"
     )
-    assert e.facts.rheonomic
-    assert e.account.dof == 1
-    assert "energy" not in [c.name for c in e.conserved]
+    assert e.derivation.facts.rheonomic
+    assert e.derivation.account.dof == 1
+    assert "energy" not in [c.name for c in e.derivation.conserved]
     state = state_of(e, t=1, r=mpf(3), th=mpf("2.5"), v_r=mpf("0.2"), v_th=2)
     holds(e, state)
     found, _ = solved(e, state)
@@ -325,8 +337,8 @@ def test_redundant_ones_are_named() -> None:
     e = derived(
         SLEIGH.replace("dot(x)*sin(th)}", "dot(x)*sin(th), again: dot(y) = dot(x)*tan(th)}")
     )
-    assert [w.rule for w in e.warnings] == ["redundant"]
-    assert e.multipliers == ("blade",)
+    assert [w.rule for w in e.derivation.warnings] == ["redundant"]
+    assert e.system.multipliers == ("blade",)
 
 
 @pytest.mark.parametrize("y", ["0.5", "-0.5"])
@@ -337,11 +349,15 @@ def test_a_logarithm_is_real_on_either_side_of_its_pole(y: str) -> None:
         "constraints: {a: dot(x) + dot(y)/y = 0, b: z = 0}\ncoordinates: [y]\n"
         f"initial: {{x: 1, y: {y}}}\n"
     )
-    assert (e.account.dof, e.account.nonholonomic, e.closures) == (1, 0, ())
-    (x,) = [c for c in e.cartesian_names if c.name == "x"]
+    assert (e.derivation.account.dof, e.derivation.account.nonholonomic, e.system.closures) == (
+        1,
+        0,
+        (),
+    )
+    (x,) = [c for c in e.system.cartesian_names if c.name == "x"]
     for factor in (mpf(1), mpf(3)):
         position = x.position.xreplace(starts(e))
-        there = number(position, {e.coordinates[0].q: factor * mpf(y)})
+        there = number(position, {e.system.coordinates[0].q: factor * mpf(y)})
         assert abs(there - (1 - mpmath.log(factor))) < mpf(10) ** -25
 
 
@@ -351,7 +367,7 @@ def test_a_logarithm_of_what_is_negative_at_the_start() -> None:
         "constraints: {a: dot(x)*cos(y) - x*sin(y)*dot(y) + dot(z) = 3*t^2,"
         " b: dot(x) + dot(y)/y = 0}\ninitial: {x: 1, y: -0.5, z: 0}\n"
     )
-    assert (e.account.dof, e.account.nonholonomic) == (1, 0)
+    assert (e.derivation.account.dof, e.derivation.account.nonholonomic) == (1, 0)
 
 
 def test_an_integral_that_is_not_real_at_the_start_is_not_taken() -> None:
@@ -361,7 +377,7 @@ def test_an_integral_that_is_not_real_at_the_start_is_not_taken() -> None:
         "constraints: {a: dot(x) + dot(y)/sqrt(y^2 - 1) = 0, b: z = 0}\n"
         "initial: {x: 1, y: -2}\n"
     )
-    assert (e.account.dof, e.account.nonholonomic) == (1, 0)
+    assert (e.derivation.account.dof, e.derivation.account.nonholonomic) == (1, 0)
 
 
 def test_too_few_coordinates_beside_nonholonomic_constraints() -> None:
@@ -370,9 +386,9 @@ def test_too_few_coordinates_beside_nonholonomic_constraints() -> None:
 
 def test_initial_velocities_follow_from_the_constraints() -> None:
     e = derived(DISK + "initial: {x: 0, y: 0, phi: 0, th: pi/6, dot(phi): 2, dot(th): 1}\n")
-    assert e.initial is not None
+    assert e.system.initial is not None
     expected = (float(mpmath.sqrt(3)) / 2, 0.5, 2.0, 1.0)
-    assert e.initial.velocities == pytest.approx(expected, rel=1e-15)
+    assert e.system.initial.velocities == pytest.approx(expected, rel=1e-15)
     assert (
         refusal(DISK + "initial: {x: 0, y: 0, phi: 0, th: 0, dot(phi): 2, dot(y): 1}\n").rule
         == "initial-inconsistent"
@@ -426,17 +442,17 @@ def test_units_do_not_make_a_form_integrable(length: float) -> None:
 @pytest.mark.parametrize("length", ["0.5", "2^60", "2^-60"])
 def test_disks_of_any_size_roll_in_both_directions(length: str) -> None:
     e = derived(DISK.replace("I: 2, J: 3, R: 0.5", f"R: {length}, I: R^2, J: R^2"))
-    assert (e.account.dof, e.account.nonholonomic) == (4, 2)
-    assert not e.warnings
+    assert (e.derivation.account.dof, e.derivation.account.nonholonomic) == (4, 2)
+    assert not e.derivation.warnings
 
 
 @pytest.mark.parametrize("power", [-50, -2, 50])
 def test_two_blades_of_a_board_of_any_size_tell_how_it_turns(power: int) -> None:
     """The board turns about the point where the lines across both blades meet."""
     e = derived(f"{BOARD}parameters: {{m: 1, r: 2^({power}), J: r^2}}\n")
-    assert e.account.nonholonomic == 2
-    assert e.initial is not None
-    dx, dy, dtheta, _ = e.initial.velocities
+    assert e.derivation.account.nonholonomic == 2
+    assert e.system.initial is not None
+    dx, dy, dtheta, _ = e.system.initial.velocities
     assert (dx, dy) == (0.3, 0)
     assert dtheta == pytest.approx(0.3 * math.tan(0.4) / 2.0**power, rel=1e-14)
 
@@ -468,7 +484,7 @@ def test_rates_that_vanish_but_for_rounding_are_no_endless_search() -> None:
         "forces: {steer: {on: ps, force: -0.3*ps}}\n"
         "initial: {x: 0, y: 0, th: 0, ps: 0.5, dot(x): 1, dot(ps): 0}\n"
     )
-    assert car.initial is not None
-    x, y, turn, steering = car.initial.velocities
+    assert car.system.initial is not None
+    x, y, turn, steering = car.system.initial.velocities
     assert (x, y, steering) == (1, 0, 0)
     assert turn == pytest.approx(math.tan(0.5) / 0.7, rel=1e-14)

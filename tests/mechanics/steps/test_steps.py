@@ -22,6 +22,7 @@ from lagrange_cli.mechanics.step_values import DerivationSteps
 from lagrange_cli.mechanics.steps.derive_steps import derive_steps
 from lagrange_cli.mechanics.steps.steps_certificate import certify_steps
 from lagrange_cli.scene import read_file, read_text
+from tests.parts import changed
 
 SYSTEMS = Path(__file__).parents[3] / "systems"
 
@@ -60,14 +61,14 @@ def full_steps() -> DerivationSteps:
 
 def by_sympy(expression: sp.Expr, equations: Equations) -> sp.Expr:
     """The total time derivative by SymPy's own rules, over functions of time."""
-    t = equations.t
+    t = equations.system.t
     moving = {}
-    for c in equations.coordinates:
+    for c in equations.system.coordinates:
         path = sp.Function(f"path_{c.name}", real=True)(t)
         moving |= {c.a: path.diff(t, 2), c.v: path.diff(t), c.q: path}
     back = {path: symbol for symbol, path in moving.items()}
     rate = expression.xreplace(moving).diff(t)
-    for c in equations.coordinates:
+    for c in equations.system.coordinates:
         for symbol in (c.a, c.v, c.q):
             rate = rate.subs(moving[symbol], back[moving[symbol]])
     return rate
@@ -80,18 +81,18 @@ def same(first: sp.Expr, second: sp.Expr) -> bool:
 @pytest.mark.parametrize("scene", ["pendulums/double_pendulum", "beads/bead_on_rotating_hoop"])
 def test_rates_are_those_that_sympy_finds(scene: str) -> None:
     equations = derive(read_file(str(SYSTEMS / f"{scene}.yaml")), steps="dalembert")
-    assert equations.steps is not None
-    for body in equations.steps.bodies:
+    assert equations.derivation.steps is not None
+    for body in equations.derivation.steps.bodies:
         for part in body.components:
             assert same(part.velocity, by_sympy(part.position, equations))
             assert same(part.acceleration, by_sympy(part.velocity, equations))
             for symbol, slope in part.partials:
                 assert same(slope, part.position.diff(symbol))
-    parts = zip(equations.coordinates, equations.steps.coordinates, strict=True)
+    parts = zip(equations.system.coordinates, equations.derivation.steps.coordinates, strict=True)
     for c, steps in parts:
-        assert same(steps.momentum, equations.lagrangian.diff(c.v))
+        assert same(steps.momentum, equations.system.lagrangian.diff(c.v))
         assert same(steps.momentum_rate, by_sympy(steps.momentum, equations))
-        assert same(steps.slope, equations.lagrangian.diff(c.q))
+        assert same(steps.slope, equations.system.lagrangian.diff(c.q))
         assert same(steps.residual, steps.momentum_rate - steps.slope)
 
 
@@ -99,14 +100,14 @@ def test_virtual_work_of_a_scene_that_has_everything() -> None:
     """Generalized forces by hand; d'Alembert's sums make up Lagrange's equations."""
     derivation, _, equations = certified(FULL)
     steps = full_steps()
-    names = {p.name: p.symbol for p in equations.parameters}
-    theta, phi = (c.q for c in equations.coordinates)
-    force, length, w, t = names["F"], names["l"], names["w"], equations.t
+    names = {p.name: p.symbol for p in equations.system.parameters}
+    theta, phi = (c.q for c in equations.system.coordinates)
+    force, length, w, t = names["F"], names["l"], names["w"], equations.system.t
     push, motor = steps.forces
     x = force * sp.cos(w * t) * length * sp.cos(theta) * sp.cos(phi)
     y = force * length * sp.sin(theta) * sp.sin(phi) * length * sp.cos(theta) * sp.sin(phi)
     assert same(dict(push.generalized)[theta], x + y)
-    assert dict(motor.generalized) == {theta: force * equations.coordinates[1].v}
+    assert dict(motor.generalized) == {theta: force * equations.system.coordinates[1].v}
     assert set(steps.in_coordinates) == {"turning", "bend", "hinge", "motor"}
     for parts, coordinate in zip(steps.balances, steps.coordinates, strict=True):
         whole = parts.inertia - parts.work + parts.coordinates
@@ -204,12 +205,14 @@ def test_newton_s_equations_are_checked_with_the_constraint_forces() -> None:
     evidence = certify(derivation, 30, 3)
     equations = derive(scene, forces=True)
     steps = derive_steps(derivation, evidence, equations, "lagrange")
-    assert equations.constraint_forces is not None
-    (wheel,) = equations.constraint_forces.bodies
+    assert equations.derivation.constraint_forces is not None
+    (wheel,) = equations.derivation.constraint_forces.bodies
     x, y, z = wheel.components
-    off = replace(equations.constraint_forces, bodies=(replace(wheel, components=(x, y, -z)),))
+    off = replace(
+        equations.derivation.constraint_forces, bodies=(replace(wheel, components=(x, y, -z)),)
+    )
     with pytest.raises(InternalError, match="a step of the derivation disagrees"):
-        certify_steps(derivation, evidence, replace(equations, constraint_forces=off), steps)
+        certify_steps(derivation, evidence, changed(equations, constraint_forces=off), steps)
 
 
 @pytest.mark.parametrize(
@@ -233,7 +236,7 @@ def test_nothing_of_steps_is_loaded_unless_they_are_asked_for() -> None:
         "import sys\n"
         "from lagrange_cli.api import load\n"
         f"derivation = load({str(SYSTEMS / 'lecture' / 'bead_on_parabola.yaml')!r}).derive()\n"
-        "assert derivation.equations.steps is None\n"
+        "assert derivation.equations.derivation.steps is None\n"
         "derivation.text(), derivation.report()\n"
         "print([m for m in sys.modules if '.steps' in m])\n"
     )

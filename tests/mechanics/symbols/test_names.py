@@ -35,7 +35,7 @@ def test_what_doubles_with_each_definition_is_refused(first: str, use: str, time
 
 def test_definitions_that_few_name_are_written_out() -> None:
     equations = derived(f"{SCENE}{doubled('x', 6)}potentials: {{v: d5 + d6}}\n")
-    assert equations.certificate.mismatch < 1e-25
+    assert equations.derivation.certificate.mismatch < 1e-25
 
 
 def test_length_counts_beside_an_element_of_the_same_shape() -> None:

@@ -57,7 +57,7 @@ def exact(derivation):
 @pytest.mark.parametrize("motion", [1e-8, 1e-3, 1.0])
 def test_quotients_are_the_exact_derivatives(derivation, exact, motion):
     rhs = interpreted(model_of(derivation.equations), "").rhs
-    n = len(derivation.equations.coordinates)
+    n = len(derivation.equations.system.coordinates)
     y = np.random.default_rng(3).normal(1, 0.3, 2 * n)
     right = exact(0.3, y)
     found = quotients(lambda y: rhs(0.3, y), y, distances(y, np.full(2 * n, motion)))
@@ -78,7 +78,7 @@ def test_numbers_are_moved_to_where_there_is_a_value():
 @pytest.mark.parametrize("method", ["Radau", "BDF"])
 def test_jacobians_of_solvers_are_those_of_the_equations(derivation, exact, method):
     rhs = interpreted(model_of(derivation.equations), "").rhs
-    initial = derivation.equations.initial
+    initial = derivation.equations.system.initial
     y0 = np.array([*initial.positions, *initial.velocities])
     control = Control(np.full(20, 1e-6), np.full(20, 1e-8), 1e-6, 0.1)
     run = INTEGRATORS[method](rhs, 0.0, y0, 1.0, control)

@@ -95,10 +95,10 @@ def test_the_same_written_out_gives_the_same_code(cart):
 
 
 def test_facts(cart):
-    assert not cart.facts.autonomous
-    assert cart.conserved == ()
-    assert cart.facts.unused_parameters == ()
-    assert cart.certificate.mismatch < 1e-25
+    assert not cart.derivation.facts.autonomous
+    assert cart.derivation.conserved == ()
+    assert cart.derivation.facts.unused_parameters == ()
+    assert cart.derivation.certificate.mismatch < 1e-25
 
 
 @pytest.mark.parametrize("where", ["potentials: {spring: k*x^2/2 - x*u}", "kinetic: {odd: x*u}"])
@@ -106,15 +106,15 @@ def test_energy_is_not_conserved_where_the_lagrangian_is_driven(where):
     text = CART.replace("potentials: {spring: k*(x - u)^2/2}", where)
     text = text.replace("forces: {push: {on: x, force: f}}\n", "")
     equations = loads(text.replace("pull: k*(u - x), ", "")).derive().equations
-    assert equations.conserved == ()
-    assert not equations.facts.autonomous
+    assert equations.derivation.conserved == ()
+    assert not equations.derivation.facts.autonomous
 
 
 def test_an_input_that_nothing_holds_changes_nothing():
     text = CART.replace("(x - u)", "x").replace("forces: {push: {on: x, force: f}}\n", "")
     equations = loads(text).derive().equations
-    assert equations.facts.autonomous
-    assert [c.name for c in equations.conserved] == ["energy"]
+    assert equations.derivation.facts.autonomous
+    assert [c.name for c in equations.derivation.conserved] == ["energy"]
 
 
 def test_momenta_of_cyclic_coordinates_stay_conserved():
@@ -124,7 +124,7 @@ def test_momenta_of_cyclic_coordinates_stay_conserved():
         .replace("x: 1.0", "x: 1.0, y: 0")
     )
     equations = loads(text).derive().equations
-    assert [c.name for c in equations.conserved] == ["p_y"]
+    assert [c.name for c in equations.derivation.conserved] == ["p_y"]
 
 
 def test_beside_velocities_they_are_refused():
@@ -176,13 +176,15 @@ class Library:
 
     def __init__(self, equations, size):
         files = EMITTERS["c"].emit(equations, {"real": "double", "main": True})
-        header = files[f"{equations.name}.h"]
-        text = files[f"{equations.name}.c"].replace(f'#include "{equations.name}.h"', header)
+        header = files[f"{equations.presentation.name}.h"]
+        text = files[f"{equations.presentation.name}.c"].replace(
+            f'#include "{equations.presentation.name}.h"', header
+        )
         (self.library,) = load_libraries(
             find_compiler(), [CSource({"system.c": text})], open_cache()
         )
-        self.name, self.size = equations.name, size
-        self.p = np.zeros(max(1, len(equations.parameters)))
+        self.name, self.size = equations.presentation.name, size
+        self.p = np.zeros(max(1, len(equations.system.parameters)))
         self.library[f"{self.name}_defaults"](ctypes.c_void_p(self.p.ctypes.data))
 
     def __call__(self, function, t, y, u, size):

@@ -90,7 +90,7 @@ def test_what_steps_resolve_anyway_is_not_watched() -> None:
 def test_exponents_are_those_of_sharp_functions_that_move() -> None:
     text = SCENE.format(width=0.1, force="exp(-((t - c)/w)^2)/(1 + x^2)*exp(w)*cos(x)^40")
     equations = substitute_inputs(loads(text).derive().equations)
-    t, x = equations.t, equations.coordinates[0].q
+    t, x = equations.system.t, equations.system.coordinates[0].q
     found = peak_exponents(equations, calls_and_powers(equations))
     assert {frozenset(e.free_symbols & {t, x}) for e in found} == {frozenset({t}), frozenset({x})}
     at = {s: 0.3 for e in found for s in e.free_symbols}

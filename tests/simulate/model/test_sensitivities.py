@@ -48,11 +48,16 @@ def _midpoint(rhs, t, y, h, n):
 
 def exact_motion(equations, values, start, until, steps):
     """The state at the end in 40 digits, with these parameters, from this state."""
-    n = len(equations.coordinates)
-    symbols = [equations.t, *(c.q for c in equations.coordinates)]
-    symbols += [*(c.v for c in equations.coordinates), *(p.symbol for p in equations.parameters)]
-    matrix = [entry for row in equations.mass_matrix for entry in row]
-    evaluate = sp.lambdify(symbols, [*matrix, *equations.forcing], modules="mpmath", cse=True)
+    n = len(equations.system.coordinates)
+    symbols = [equations.system.t, *(c.q for c in equations.system.coordinates)]
+    symbols += [
+        *(c.v for c in equations.system.coordinates),
+        *(p.symbol for p in equations.system.parameters),
+    ]
+    matrix = [entry for row in equations.system.mass_matrix for entry in row]
+    evaluate = sp.lambdify(
+        symbols, [*matrix, *equations.system.forcing], modules="mpmath", cse=True
+    )
 
     def rhs(t, y):
         numbers = evaluate(t, *y, *values)
@@ -82,7 +87,7 @@ def differences(derivation, names, until, steps):
                     if name in states
                     else (
                         p,
-                        [x.name for x in equations.parameters].index(name),
+                        [x.name for x in equations.system.parameters].index(name),
                     )
                 )
                 step = STEP * (abs(moved[k]) or 1)
@@ -118,7 +123,7 @@ def test_differences_of_exact_runs(name, eps):
     run = derivation.simulate(sensitivity=names, accuracy=eps, until=until)
     assert run.status == "ok"
     exact = exact_derivatives(name)
-    coordinates = [c.name for c in derivation.equations.coordinates]
+    coordinates = [c.name for c in derivation.equations.system.coordinates]
     for by, row in zip(names, exact, strict=True):
         columns = [f"d({c})/d({by})" for c in coordinates]
         columns += [f"dot({column})" for column in columns]
@@ -278,12 +283,12 @@ def test_coupled_coordinates_that_a_loop_would_solve():
         formulation="minimal"
     )
     run = derivation.simulate(sensitivity=["g"], accuracy=1e-9, until=1.0)
-    g = next(p.value for p in derivation.equations.parameters if p.name == "g")
+    g = next(p.value for p in derivation.equations.system.parameters if p.name == "g")
     ends = [
         derivation.simulate(parameters={"g": g + s * 1e-3}, accuracy=1e-12, until=1.0).state
         for s in (1, -1)
     ]
-    for c in derivation.equations.coordinates:
+    for c in derivation.equations.system.coordinates:
         slope = (ends[0][c.name] - ends[1][c.name]) / 2e-3
         assert run.state[f"d({c.name})/d(g)"] == pytest.approx(slope, rel=1e-5, abs=1e-7)
 
@@ -326,7 +331,7 @@ REFUSALS = {
 def test_refusals(name):
     derivation = load(SYSTEMS / f"{name}.yaml").derive()
     with pytest.raises(InputError, match=REFUSALS[name]):
-        derivation.simulate(sensitivity=[derivation.equations.parameters[0].name])
+        derivation.simulate(sensitivity=[derivation.equations.system.parameters[0].name])
 
 
 def test_an_unknown_name():

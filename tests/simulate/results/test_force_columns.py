@@ -80,9 +80,9 @@ def test_newtons_law_at_the_samples(path, heavy):
     equations = derive(read_file(str(SYSTEMS / f"{path}.yaml")), forces=True)
     run = simulate(equations, until=0.02, samples=41, method="DOP853", rtol=1e-13)
     table = run.table(["forces"])
-    values = {p.symbol: p.value for p in equations.parameters}
+    values = {p.symbol: p.value for p in equations.system.parameters}
     step = table["t"][1] - table["t"][0]
-    for body in (p for p in equations.particles if p.name in heavy):
+    for body in (p for p in equations.system.particles if p.name in heavy):
         mass = float(body.mass.subs(values))
         rates = table[f"dot({body.components[2]})"]
         # Central differences of fourth order.
@@ -150,7 +150,7 @@ initial: {{x: 0.6, z: -0.8}}
 simulate: {{until: 0.5, samples: 3, accuracy: 1e-8}}
 """
     equations = derive(read_text(scene), forces=True)
-    (closure,) = equations.closures
+    (closure,) = equations.system.closures
     assert closure.multiplier.name == "lambda_rod_"
     report = derivation_report(equations)
     named = [entry["name"] for entry in report["constraint_multipliers"]]

@@ -76,7 +76,7 @@ def test_files(thrown):
 
 def test_parameters_of_outputs_are_used_and_needed():
     equations = loads(THROWN.replace("unit: 4.0", "unit: {}")).derive().equations
-    assert equations.facts.unused_parameters == ()
+    assert equations.derivation.facts.unused_parameters == ()
     with pytest.raises(InputError, match="no value for 'unit'"):
         simulate(equations)
 

@@ -296,7 +296,7 @@ def variants_of(equations: Equations, recipe: Recipe, make: Callable[[], Model])
     """
     from lagrange_cli.simulate.model.build import model_of
 
-    if recipe.formulation == "auto" and equations.simulate.formulation == "multiplier":
+    if recipe.formulation == "auto" and equations.system.simulate.formulation == "multiplier":
         chosen = replace(recipe, formulation="multiplier")
         return Variants(chosen, lambda: chosen.model(MemberValues()))
     if not (recipe.driven or recipe.reductions or recipe.section or recipe.extra):
