@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from functools import cache
 
 import pytest
 import sympy
@@ -159,6 +160,7 @@ def test_document_says_what_a_reader_asks():
         assert part in text
 
 
+@cache
 def strange():
     """Functions, fractions and roots beyond the lecture, with units and LaTeX names."""
     given = tuple(

@@ -23,6 +23,7 @@ from lagrange_cli.emit.sketch.labels import half_size
 from lagrange_cli.emit.sketch.links import findings
 from lagrange_cli.emit.sketch.view import gravity, view_of
 from lagrange_cli.errors import InputError
+from lagrange_cli.mechanics.depiction import MOST_BODIES
 from lagrange_cli.scene.reader import read_text
 from tests.systems.shipped import SCENES, derived, sliced
 
@@ -419,9 +420,12 @@ def test_an_unknown_potential_is_no_obstacle_and_an_unknown_curve_is():
 
 
 @pytest.mark.slow
-def test_too_many_bodies_are_refused():
-    derivation = loads(SCENES["chain_of_rods"].read_text(), parameters={"n": "400"}).derive()
-    with pytest.raises(InputError, match="more than 400 particles and points"):
+def test_too_many_bodies_are_refused(monkeypatch):
+    assert MOST_BODIES == 400
+    for module in ("mechanics.assembly", "emit.sketch.configurations"):
+        monkeypatch.setattr(f"lagrange_cli.{module}.MOST_BODIES", 40)
+    derivation = loads(SCENES["chain_of_rods"].read_text(), parameters={"n": "40"}).derive()
+    with pytest.raises(InputError, match="more than 40 particles and points"):
         derivation.emit("tikz")
 
 

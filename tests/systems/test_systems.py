@@ -24,6 +24,7 @@ import sympy as sp
 import yaml
 from numpy.typing import NDArray
 
+from lagrange_cli.cache import open_cache
 from lagrange_cli.check import check_paths
 from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.emit.registry import EMITTERS
@@ -407,7 +408,7 @@ def test_energy_stays_where_it_is_conserved(name: str) -> None:
 
 @pytest.mark.slow
 def test_check_passes_on_every_scene_and_every_refusal() -> None:
-    report = check_paths([str(SYSTEMS)])
+    report = check_paths([str(SYSTEMS)], cache=open_cache())
     assert [(s.path, s.problems) for s in report.scenes if s.outcome != "pass"] == []
     assert len(report.scenes) == len(SCENES) + len(APART) + len(REFUSED)
     assert len(REFUSED) >= 5
