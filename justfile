@@ -47,7 +47,7 @@ goldens:
 
 # Write what the commands of README.md and of the pages of docs/ print.
 readme:
-    {{python}} tests/test_readme.py
+    {{python}} -m tests.test_readme
 
 # Compare all outputs with those of another commit.
 same-output commit *options:

@@ -16,7 +16,7 @@ The blocks of a page are one session, from the first to the last, in a folder of
 ``<!-- set up -->``
     Part of the first of them.
 
-``python tests/test_readme.py [PAGE...]`` writes what the commands print now into the pages, and the
+``python -m tests.test_readme [PAGE...]`` writes what the commands print now into the pages, and the
 pictures beside them; look at the difference before you commit it. A line ``...`` in an expected
 output stands for any lines.
 """
@@ -26,6 +26,7 @@ from __future__ import annotations
 import doctest
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -35,6 +36,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from tests.cli.terminal import lagrange
 
 ROOT = Path(__file__).resolve().parents[1]
 README = "README.md"
@@ -48,7 +51,11 @@ BLOCK = re.compile(r"(?:<!-- (?P<note>[^\n]*) -->\n)?```(?P<kind>\w+)\n(?P<body>
 PICTURE = re.compile(
     r"<!-- picture: (?P<name>\S+)(?: (?P<page>\d+))? -->\n!\[[^\]]*\]\((?P<path>[^)]+)\)"
 )
-SEPARATOR = "=== end of command ==="
+
+#: A call of ``lagrange``, which is run in this process, and where its output goes.
+LAGRANGE = re.compile(
+    r"lagrange (?P<words>(?:'[^']*'|\"[^\"]*\"|[^'\"|<>])*)(?P<rest>.*)", re.DOTALL
+)
 
 #: Programs that blocks call, each of which a machine may lack.
 PROGRAMS = ("gcc", "pdflatex")
@@ -83,22 +90,37 @@ def commands(body: str) -> list[tuple[str, str]]:
     return list(zip(parts[::2], parts[1::2], strict=True))
 
 
-def run_console(words: list[str], folder: Path) -> list[str]:
-    """Run the commands in one shell and return what each printed, errors included."""
-    script = "\n".join(f"{word}\n(s=$?; echo; echo '{SEPARATOR}'; exit $s)" for word in words)
+def run_console(lines: list[str], folder: Path) -> list[str]:
+    """Run the commands one after the other and return what each printed, errors included."""
+    printed, code = list[str](), 0
+    for line in lines:
+        called = LAGRANGE.fullmatch(line)
+        if called is None:
+            output, code = run_shell(f"(exit {code}); {line}", folder)
+        else:
+            done = lagrange(*shlex.split(called["words"]), cwd=folder)
+            output, code = done.stdout, done.returncode
+            if called["rest"]:
+                output, code = run_shell(f"cat {called['rest']}", folder, output)
+            output += done.stderr
+        printed.append(output.lstrip("\n"))
+    return printed
+
+
+def run_shell(line: str, folder: Path, input: str = "") -> tuple[str, int]:
+    """Run a line in a shell; return what it printed, errors included, and its exit code."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     done = subprocess.run(
-        ["bash", "-c", script],
+        ["bash", "-c", line],
         cwd=folder,
-        env={name: value for name, value in os.environ.items() if name != "COLUMNS"}
-        | {"PATH": path, "PYTHONIOENCODING": "utf-8"},
+        env=os.environ | {"PATH": path, "PYTHONIOENCODING": "utf-8"},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        stdin=subprocess.DEVNULL,
+        input=input,
         encoding="utf-8",
         timeout=300,
     )
-    return [part.lstrip("\n") for part in done.stdout.split(f"\n{SEPARATOR}\n")[:-1]]
+    return done.stdout, done.returncode
 
 
 def settled(text: str) -> str:
