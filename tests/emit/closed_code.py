@@ -39,9 +39,13 @@ class Multipliers(Reference):
     def __init__(self, equations):
         super().__init__(equations)
         e = equations
-        arguments = [e.t, *(c.q for c in e.coordinates), *(c.v for c in e.coordinates)]
-        arguments += [p.symbol for p in e.parameters]
-        rows = [x for k in e.closures for x in (*k.gradient, k.bias, k.rate, k.expression)]
+        arguments = [
+            e.system.t,
+            *(c.q for c in e.system.coordinates),
+            *(c.v for c in e.system.coordinates),
+        ]
+        arguments += [p.symbol for p in e.system.parameters]
+        rows = [x for k in e.system.closures for x in (*k.gradient, k.bias, k.rate, k.expression)]
         self._rows = sp.lambdify(arguments, rows, modules="mpmath", dummify=True)
 
     def solve(self, t, y, p):

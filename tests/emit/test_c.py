@@ -70,7 +70,7 @@ LARGE = {
     "chain": lambda: systems.collected_chain(19),
     "masses": lambda: coupled_masses(9),
     "indefinite": lambda: changed(
-        coupled_masses(9), facts=replace(systems.indefinite().facts), name="pivoted9"
+        coupled_masses(9), facts=systems.indefinite().derivation.facts, name="pivoted9"
     ),
 }
 

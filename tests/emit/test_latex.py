@@ -260,9 +260,9 @@ def test_snippets_compile_in_a_document_with_amsmath(tmp_path):
 
 def hostile_scene(text):
     masses = masses_through_hole()
-    first, *others = masses.parameters
-    one, *more = masses.coordinates
-    puck, *rest = masses.particles
+    first, *others = masses.system.parameters
+    one, *more = masses.system.coordinates
+    puck, *rest = masses.system.particles
     line = ConstraintLine(text, (text,), "redundant", (text,))
     return changed(
         masses,
@@ -271,8 +271,8 @@ def hostile_scene(text):
         parameters=(replace(first, description=text, unit=text), *others),
         coordinates=(replace(one, description=text, unit=text), *more),
         particles=(replace(puck, name=text), *rest),
-        account=replace(masses.account, lines=(line,)),
-        conserved=tuple(replace(c, reason=text) for c in masses.conserved),
+        account=replace(masses.derivation.account, lines=(line,)),
+        conserved=tuple(replace(c, reason=text) for c in masses.derivation.conserved),
     )
 
 

@@ -186,7 +186,7 @@ def test_as_a_script(tmp_path):
 @pytest.mark.slow
 def test_a_script_asks_for_what_is_missing(tmp_path):
     base = systems.bead_on_parabola()
-    m, a, g = base.parameters
+    m, a, g = base.system.parameters
     equations = changed(base, parameters=(m, replace(a, value=None), g), initial=None)
     status, _, error = script(equations, tmp_path)
     assert (status, error) == (1, "values needed: x=VALUE, dot(x)=VALUE, a=VALUE")

@@ -79,7 +79,7 @@ def test_python_refuses_what_c_refuses():
             assert np.isnan(module.rhs(0.0, y)).all()
             assert np.isnan(module.multipliers(0.0, y)).all()
             assert np.isnan(module.project(0.0, y)).all()
-    x, z = closures.pendulum().coordinates
+    x, z = closures.pendulum().system.coordinates
     nowhere = closures.closure("rod", x.q**2 + z.q**2 + 1, [x, z])
     module = emitted(changed(closures.pendulum(), closures=(nowhere,)))
     assert np.isnan(module.project(0.0, [1.0, 0.3, 0.0, 0.0])).all()

@@ -22,13 +22,17 @@ def system(request, tmp_path_factory):
 def reference(equations):
     """Matrix, forcing and rows of closures and contacts as one function of (t, y, p)."""
     e = equations
-    arguments = [e.t, *(c.q for c in e.coordinates), *(c.v for c in e.coordinates)]
-    arguments += [p.symbol for p in e.parameters]
-    of = [*e.closures, *(k.closure for k in e.contacts)]
+    arguments = [
+        e.system.t,
+        *(c.q for c in e.system.coordinates),
+        *(c.v for c in e.system.coordinates),
+    ]
+    arguments += [p.symbol for p in e.system.parameters]
+    of = [*e.system.closures, *(k.closure for k in e.system.contacts)]
     rows = [x for k in of for x in (*k.gradient, k.rate, k.bias, k.expression)]
-    mass = [m for row in e.mass_matrix for m in row]
-    evaluate = sp.lambdify(arguments, [mass, list(e.forcing), rows], dummify=True)
-    n = len(e.coordinates)
+    mass = [m for row in e.system.mass_matrix for m in row]
+    evaluate = sp.lambdify(arguments, [mass, list(e.system.forcing), rows], dummify=True)
+    n = len(e.system.coordinates)
 
     def values(t, y, p):
         mass, forcing, rows = (np.array(x, dtype=float) for x in evaluate(t, *y, *p))

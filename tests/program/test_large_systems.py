@@ -94,18 +94,22 @@ CASES = {
 def dense(equations):
     """M, f, Φ, biases and φ as functions of a state, by SymPy and NumPy."""
     e = equations
-    arguments = [[c.q for c in e.coordinates], [c.v for c in e.coordinates]]
-    arguments.append([p.symbol for p in e.parameters])
-    n = len(e.coordinates)
-    diagonal = [e.mass_matrix[i][i] for i in range(n)]
-    held = [(k, j) for k, c in enumerate(e.closures) for j in c.coordinate_numbers]
-    gradients = [e.closures[k].gradient[j] for k, j in held]
-    columns = [e.forcing, [c.bias for c in e.closures], [c.expression for c in e.closures]]
+    arguments = [[c.q for c in e.system.coordinates], [c.v for c in e.system.coordinates]]
+    arguments.append([p.symbol for p in e.system.parameters])
+    n = len(e.system.coordinates)
+    diagonal = [e.system.mass_matrix[i][i] for i in range(n)]
+    held = [(k, j) for k, c in enumerate(e.system.closures) for j in c.coordinate_numbers]
+    gradients = [e.system.closures[k].gradient[j] for k, j in held]
+    columns = [
+        e.system.forcing,
+        [c.bias for c in e.system.closures],
+        [c.expression for c in e.system.closures],
+    ]
     function = sp.lambdify(arguments, [diagonal, gradients, *map(list, columns)], "math")
 
     def values(q, v, p):
         masses, entries, forcing, bias, phi = map(np.array, function(q, v, p))
-        gradient = np.zeros((len(e.closures), n))
+        gradient = np.zeros((len(e.system.closures), n))
         gradient[tuple(np.transpose(held))] = entries
         return np.diag(masses), forcing, gradient, bias, phi
 

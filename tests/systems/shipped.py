@@ -109,11 +109,11 @@ def simulated(name: str) -> Trajectory:
 
 
 def parameter_values(e: Equations) -> list[float]:
-    values = [p.value for p in e.parameters]
+    values = [p.value for p in e.system.parameters]
     assert all(value is not None for value in values)
     return [value for value in values if value is not None]
 
 
 def start(e: Equations) -> Array:
-    assert e.initial is not None
-    return np.array([*e.initial.positions, *e.initial.velocities])
+    assert e.system.initial is not None
+    return np.array([*e.system.initial.positions, *e.system.initial.velocities])

@@ -73,10 +73,14 @@ def test_published_eigenvalues(module: ModuleType, v: int) -> None:
 def textbook_residual(derivation: Derivation, y: Array, a: Array) -> list[float]:
     """d/dt ∂L/∂q̇ − ∂L/∂q by differences in many digits; then of the constraints, their rates."""
     e = derivation.equations
-    names = [c.name for c in e.coordinates]
+    names = [c.name for c in e.system.coordinates]
     p, q, v = (
         SimpleNamespace(**{name: sp.Symbol(prefix + name) for name in listed})
-        for prefix, listed in (("p_", [x.name for x in e.parameters]), ("q_", names), ("v_", names))
+        for prefix, listed in (
+            ("p_", [x.name for x in e.system.parameters]),
+            ("q_", names),
+            ("v_", names),
+        )
     )
     symbols = [*vars(q).values(), *vars(v).values(), *vars(p).values()]
     parts = [textbook_bicycle.lagrangian(p, q, v), *textbook_bicycle.rolling(p, q, v)]
@@ -84,7 +88,7 @@ def textbook_residual(derivation: Derivation, y: Array, a: Array) -> list[float]
     evaluate = sp.lambdify(symbols, parts, modules="mpmath", cse=True)
     n = len(names)
     with mpmath.workdps(DIGITS):
-        known = [mpmath.mpf(float(x.value or 0)) for x in e.parameters]
+        known = [mpmath.mpf(float(x.value or 0)) for x in e.system.parameters]
         here, rate = [mpmath.mpf(float(x)) for x in y], [mpmath.mpf(float(x)) for x in (*y[n:], *a)]
 
         def at(state: list[mpmath.mpf], *moves: tuple[int, int]) -> list[mpmath.mpf]:

@@ -22,13 +22,13 @@ every_contact_scene = pytest.mark.parametrize("name", CONTACTS)
 
 
 def given(name: str) -> SimpleNamespace:
-    return SimpleNamespace(**{p.name: p.value for p in derived(name).parameters})
+    return SimpleNamespace(**{p.name: p.value for p in derived(name).system.parameters})
 
 
 @cache
 def typed(name: str) -> Constrained:
     e = derived(name)
-    names = [c.name for c in e.coordinates], [p.name for p in e.parameters]
+    names = [c.name for c in e.system.coordinates], [p.name for p in e.system.parameters]
     free = lagranges_method.from_typed(IN_FLIGHT[name], None, *names)
     return lagranges_method.constrained(free, GAPS[name], None, *names)
 
@@ -36,7 +36,7 @@ def typed(name: str) -> Constrained:
 @cache
 def reference(name: str) -> tuple[np.ndarray, ContactReference]:
     e, trajectory = derived(name), simulated(name)
-    restitutions = RESTITUTIONS.get(name, lambda p: [0.0] * len(e.contacts))(given(name))
+    restitutions = RESTITUTIONS.get(name, lambda p: [0.0] * len(e.system.contacts))(given(name))
     route = ContactReference(typed(name), parameter_values(e), restitutions)
     scale = np.array(list(trajectory.scales.values()))
     return route.run(start(e), trajectory.t[::10], scale), route
@@ -53,12 +53,12 @@ def test_gaps_are_those_of_the_book(name: str) -> None:
     e, dynamics, random = derived(name), typed(name), np.random.default_rng(3)
     p = parameter_values(e)
     arguments = [
-        e.t,
-        [c.q for c in e.coordinates],
-        [c.v for c in e.coordinates],
-        [x.symbol for x in e.parameters],
+        e.system.t,
+        [c.q for c in e.system.coordinates],
+        [c.v for c in e.system.coordinates],
+        [x.symbol for x in e.system.parameters],
     ]
-    closures = [contact.closure for contact in e.contacts]
+    closures = [contact.closure for contact in e.system.contacts]
     own = [
         sp.lambdify(arguments, sp.Matrix(parts))
         for parts in (
@@ -70,7 +70,7 @@ def test_gaps_are_those_of_the_book(name: str) -> None:
     ]
     theirs = [dynamics.closures, dynamics.jacobian, dynamics.rate, dynamics.bias]
     for _ in range(10):
-        state = (random.uniform(0.1, 1), *random.uniform(-1, 1, (2, len(e.coordinates))), p)
+        state = (random.uniform(0.1, 1), *random.uniform(-1, 1, (2, len(e.system.coordinates))), p)
         for found, expected in zip(own, theirs, strict=True):
             a, b = (np.asarray(f(*state), dtype=float) for f in (found, expected))
             assert a.reshape(b.shape) == pytest.approx(b, rel=1e-13, abs=1e-13)
@@ -83,7 +83,7 @@ def test_motion_keeps_its_promise(name: str) -> None:
     assert trajectory.status == "ok", trajectory.reason
     exact, route = reference(name)
     assert trajectory.requested is not None
-    names = [c.name for c in e.coordinates]
+    names = [c.name for c in e.system.coordinates]
     for column, expected in zip([*names, *(f"dot({c})" for c in names)], exact.T, strict=True):
         found = trajectory.columns[column][::10]
         # The other route locates events to 1e-12 or so.
@@ -91,7 +91,7 @@ def test_motion_keeps_its_promise(name: str) -> None:
         assert np.abs(found - expected).max() <= allowed, column
     happened = [(x.contact, "contact" if x.closes else "release") for x in route.happened]
     ours = [tuple(event.name.split(":")) for event in trajectory.events]
-    contacts = [contact.name for contact in e.contacts]
+    contacts = [contact.name for contact in e.system.contacts]
     assert ours == [(kind, contacts[k]) for k, kind in happened]
     assert [event.t for event in trajectory.events] == pytest.approx(
         [x.t for x in route.happened], abs=1e-9
@@ -101,7 +101,7 @@ def test_motion_keeps_its_promise(name: str) -> None:
 @every_contact_scene
 def test_no_gap_is_violated(name: str) -> None:
     e, trajectory = derived(name), simulated(name)
-    p, names = parameter_values(e), [c.name for c in e.coordinates]
+    p, names = parameter_values(e), [c.name for c in e.system.coordinates]
     for k, t in enumerate(trajectory.t.tolist()):
         q = [float(trajectory.columns[c][k]) for c in names]
         assert typed(name).closures(t, q, q, p).min() >= -1e-12

@@ -37,7 +37,7 @@ MOTIONS = [
 @cache
 def multiplied(name):
     """The scene with multipliers, or None where there is no such form beside its own."""
-    if derived(name).closures or derived(name).contacts:
+    if derived(name).system.closures or derived(name).system.contacts:
         return None
     try:
         return derived(name, formulation="multiplier")
@@ -50,7 +50,7 @@ def multiplied(name):
 def states(e, count=3):
     """Random states near the initial one."""
     draw = np.random.default_rng(7)
-    start = np.array([*e.initial.positions, *e.initial.velocities])
+    start = np.array([*e.system.initial.positions, *e.system.initial.velocities])
     size = max(1.0, np.abs(start).max())
     for _ in range(count):
         yield start + 0.1 * np.minimum(size, 1 + np.abs(start)) * draw.uniform(-1, 1, len(start))
@@ -61,16 +61,16 @@ def kinematics(e, names):
 
     By arithmetic on Taylor series along the motion: nothing is differentiated.
     """
-    places = {c.name: c.position for c in e.cartesian_names}
-    places.update({c.name: c.q for c in e.coordinates})
-    parameters = [p.symbol for p in e.parameters]
-    symbols = [*(c.q for c in e.coordinates), e.t, *parameters]
+    places = {c.name: c.position for c in e.system.cartesian_names}
+    places.update({c.name: c.q for c in e.system.coordinates})
+    parameters = [p.symbol for p in e.system.parameters]
+    symbols = [*(c.q for c in e.system.coordinates), e.system.t, *parameters]
     tape = Tape([places[name] for name in names], symbols)
     zero = mpf(0)
 
     def of(q, v, a, t):
         moving = [tuple(map(mpf, s)) for s in zip(q, v, a, strict=True)]
-        constants = [(mpf(p.value), zero, zero) for p in e.parameters]
+        constants = [(mpf(p.value), zero, zero) for p in e.system.parameters]
         run = tape.run([*moving, (mpf(t), mpf(1), zero), *constants])
         return np.array(run.outputs, dtype=float).T
 
@@ -83,12 +83,12 @@ def test_accelerations_agree(name):
     if other is None:
         pytest.skip("there is one form only")
     e = derived(name)
-    assert (e.formulation, other.formulation) == ("minimal", "multiplier")
-    assert len(other.coordinates) == len(e.coordinates) + len(other.closures)
-    of = kinematics(e, [c.name for c in other.coordinates])
+    assert (e.system.formulation, other.system.formulation) == ("minimal", "multiplier")
+    assert len(other.system.coordinates) == len(e.system.coordinates) + len(other.system.closures)
+    of = kinematics(e, [c.name for c in other.system.coordinates])
     few, many = (interpreted(model_of(x), "").rhs for x in (e, other))
-    n, m = len(e.coordinates), len(other.coordinates)
-    t = e.simulate.start + 0.3
+    n, m = len(e.system.coordinates), len(other.system.coordinates)
+    t = e.system.simulate.start + 0.3
     for y in states(e):
         r, w, expected = of(y[:n], y[n:], few(t, y)[n:], t)
         found = many(t, np.concatenate([r, w]))
@@ -107,11 +107,11 @@ def test_starts_agree(name):
     if other is None:
         pytest.skip("there is one form only")
     e = derived(name)
-    of = kinematics(e, [c.name for c in other.coordinates])
-    q, v = e.initial.positions, e.initial.velocities
-    r, w, _ = of(q, v, [0.0] * len(q), e.simulate.start)
-    assert other.initial.positions == pytest.approx(r, rel=1e-14, abs=1e-14)
-    assert other.initial.velocities == pytest.approx(w, rel=1e-14, abs=1e-14)
+    of = kinematics(e, [c.name for c in other.system.coordinates])
+    q, v = e.system.initial.positions, e.system.initial.velocities
+    r, w, _ = of(q, v, [0.0] * len(q), e.system.simulate.start)
+    assert other.system.initial.positions == pytest.approx(r, rel=1e-14, abs=1e-14)
+    assert other.system.initial.velocities == pytest.approx(w, rel=1e-14, abs=1e-14)
 
 
 @pytest.mark.parametrize("name", MOTIONS)

@@ -16,18 +16,18 @@ pytestmark = pytest.mark.slow
 
 
 def named_parameters(e: Equations) -> SimpleNamespace:
-    return SimpleNamespace(**{p.name: p.value for p in e.parameters})
+    return SimpleNamespace(**{p.name: p.value for p in e.system.parameters})
 
 
 @pytest.mark.parametrize("name", sorted(CLOSED_FORMS))
 def test_simulation_follows_the_closed_form(name: str) -> None:
     e, trajectory = derived(name), simulated(name)
-    assert e.initial is not None
-    names = [c.name for c in e.coordinates]
+    assert e.system.initial is not None
+    names = [c.name for c in e.system.coordinates]
     exact = CLOSED_FORMS[name](
         named_parameters(e),
-        SimpleNamespace(**dict(zip(names, e.initial.positions, strict=True))),
-        SimpleNamespace(**dict(zip(names, e.initial.velocities, strict=True))),
+        SimpleNamespace(**dict(zip(names, e.system.initial.positions, strict=True))),
+        SimpleNamespace(**dict(zip(names, e.system.initial.velocities, strict=True))),
         trajectory.t,
     )
     for column, expected in exact.items():
@@ -41,7 +41,7 @@ def test_simulation_follows_the_closed_form(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(FIRST_INTEGRALS))
 def test_first_integral_is_kept(name: str) -> None:
     e, trajectory = derived(name), simulated(name)
-    names = [c.name for c in e.coordinates]
+    names = [c.name for c in e.system.coordinates]
     values = FIRST_INTEGRALS[name](
         named_parameters(e),
         SimpleNamespace(**{c: trajectory.columns[c] for c in names}),

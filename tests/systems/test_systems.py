@@ -66,7 +66,7 @@ STATES = 20
 def typed_dynamics(name: str) -> Dynamics:
     """Lagrange's equations of the Lagrangian that the book gives."""
     e = derived(name)
-    names = [c.name for c in e.coordinates], [p.name for p in e.parameters]
+    names = [c.name for c in e.system.coordinates], [p.name for p in e.system.parameters]
     free = lagranges_method.from_typed(LAGRANGIANS[name], GENERALIZED_FORCES.get(name), *names)
     if name not in CLOSURES and name not in ROLLING:
         return free
@@ -89,10 +89,10 @@ def reference(name: str) -> Reference:
     e, scene = derived(name), SCENES[name]
     folder = REFERENCES / scene.parent.relative_to(SYSTEMS)
     # References are of the formulation that was asked for: contacts keep those of their scene.
-    formulation = "minimal" if e.contacts else e.formulation
+    formulation = "minimal" if e.system.contacts else e.system.formulation
     file = folder / f"{name}.{formulation}.json"
     stored = json.loads(file.read_text(encoding="utf-8"))
-    assert stored["coordinates"] == [c.name for c in e.coordinates]
+    assert stored["coordinates"] == [c.name for c in e.system.coordinates]
     numbers, times, *columns = zip(*stored["samples"], strict=True)
     states = np.array([[float(text) for text in column] for column in columns]).T
     return Reference(np.array(numbers), np.array(times), states)
@@ -101,7 +101,7 @@ def reference(name: str) -> Reference:
 def random_states(name: str) -> list[tuple[float, Array, Array]]:
     """(t, q, v) near the trajectory, so that they are of its scale and within the charts."""
     random = np.random.default_rng(sum(name.encode()))
-    motion, n = reference(name), len(derived(name).coordinates)
+    motion, n = reference(name), len(derived(name).system.coordinates)
     rows = random.integers(0, len(motion.times), STATES)
     shifted = motion.states[rows] * (1 + 0.02 * random.uniform(-1, 1, (STATES, 2 * n)))
     states = [(float(motion.times[k]), y[:n], y[n:]) for k, y in zip(rows, shifted, strict=True)]
@@ -145,9 +145,9 @@ def structures(name: str) -> set[object]:
             mappings = [entry for entry in entries.values() if isinstance(entry, dict)]
             keys |= {(section, *sorted(map(str, entry))) for entry in mappings}
     e = derived(name)
-    facts = {fact for fact, holds in asdict(e.facts).items() if holds is True}
-    constraints = len(e.closures), len(e.contacts)
-    return {*keys, *facts, e.formulation, *(min(count, 2) for count in constraints)}
+    facts = {fact for fact, holds in asdict(e.derivation.facts).items() if holds is True}
+    constraints = len(e.system.closures), len(e.system.contacts)
+    return {*keys, *facts, e.system.formulation, *(min(count, 2) for count in constraints)}
 
 
 @pytest.mark.slow
@@ -161,8 +161,8 @@ def test_the_slice_has_each_structure() -> None:
 @pytest.mark.slow
 @every_scene
 def test_certified(name: str) -> None:
-    certificate = derived(name).certificate
-    assert certificate.points >= (8 if len(derived(name).coordinates) <= 24 else 2)
+    certificate = derived(name).derivation.certificate
+    assert certificate.points >= (8 if len(derived(name).system.coordinates) <= 24 else 2)
     assert certificate.digits >= 30
     assert 0 <= certificate.mismatch <= 1e-25
 
@@ -172,7 +172,7 @@ def test_certified(name: str) -> None:
 def test_agrees_with_lagranges_method_on_the_books_lagrangian(name: str) -> None:
     e, typed = derived(name), typed_dynamics(name)
     compare_dynamics(numeric_dynamics(e), typed, name)
-    if not e.contacts:
+    if not e.system.contacts:
         p, states = parameter_values(e), random_states(name)
         accelerations = [typed.accelerations(t, q, v, p) for t, q, v in states]
         assert_close(accelerations, exact_accelerations(name), 1e-10)
@@ -187,43 +187,46 @@ LONG = {"pleiades", "net_of_rods_and_springs", "hanging_net", "pendulum_chain", 
 def test_agrees_with_lagranges_method_on_its_own_lagrangian(name: str) -> None:
     e = derived(name)
     generalized = [
-        sum((f.generalized[j] for f in e.forces), sp.Integer(0)) - sp.diff(e.dissipation, c.v)
-        for j, c in enumerate(e.coordinates)
+        sum((f.generalized[j] for f in e.system.forces), sp.Integer(0))
+        - sp.diff(e.system.dissipation, c.v)
+        for j, c in enumerate(e.system.coordinates)
     ]
     expected = lagranges_method.from_lagrangian(
-        written_out(e, e.lagrangian),
+        written_out(e, e.system.lagrangian),
         [written_out(e, force) for force in generalized],
-        [(c.q, c.v) for c in e.coordinates],
-        [p.symbol for p in e.parameters],
-        e.t,
+        [(c.q, c.v) for c in e.system.coordinates],
+        [p.symbol for p in e.system.parameters],
+        e.system.t,
     )
     compare_dynamics(numeric_dynamics(e), expected, name)
 
 
 def written_out(e: Equations, expression: sp.Expr) -> sp.Expr:
     """With the scene's functions of time for its inputs."""
-    return expression.subs([(given.symbol, function_of_time(e, given)) for given in e.inputs])
+    return expression.subs(
+        [(given.symbol, function_of_time(e, given)) for given in e.system.inputs]
+    )
 
 
 def function_of_time(e: Equations, given: Input) -> sp.Expr:
     if given.recording is None:
         return given.expression
     assert given.recording.interpolation == "linear"
-    file = SCENES[e.name].parent / given.recording.file
-    return linear(str(file.relative_to(SYSTEMS)), given.recording.column, e.t)
+    file = SCENES[e.presentation.name].parent / given.recording.file
+    return linear(str(file.relative_to(SYSTEMS)), given.recording.column, e.system.t)
 
 
 def numeric_dynamics(e: Equations) -> Dynamics:
     """The program's M and f as numerical functions, through no code of its own."""
     arguments = (
-        e.t,
-        [c.q for c in e.coordinates],
-        [c.v for c in e.coordinates],
-        [p.symbol for p in e.parameters],
+        e.system.t,
+        [c.q for c in e.system.coordinates],
+        [c.v for c in e.system.coordinates],
+        [p.symbol for p in e.system.parameters],
     )
     return Dynamics(
-        sp.lambdify(arguments, sp.Matrix(e.mass_matrix), "numpy", cse=True),
-        sp.lambdify(arguments, written_out(e, sp.Matrix(e.forcing)), "numpy", cse=True),
+        sp.lambdify(arguments, sp.Matrix(e.system.mass_matrix), "numpy", cse=True),
+        sp.lambdify(arguments, written_out(e, sp.Matrix(e.system.forcing)), "numpy", cse=True),
     )
 
 
@@ -253,16 +256,16 @@ def exact_accelerations(name: str) -> list[Array]:
     """The symbolic right-hand side at the random states, evaluated with 40 digits."""
     e = derived(name)
     arguments = [
-        e.t,
-        [c.q for c in e.coordinates],
-        [c.v for c in e.coordinates],
-        [p.symbol for p in e.parameters],
+        e.system.t,
+        [c.q for c in e.system.coordinates],
+        [c.v for c in e.system.coordinates],
+        [p.symbol for p in e.system.parameters],
     ]
-    n, k = len(e.coordinates), len(e.closures)
-    jacobian = sp.Matrix(k, n, [g for closure in e.closures for g in closure.gradient])
-    matrix = sp.Matrix(e.mass_matrix).row_join(-jacobian.T)
+    n, k = len(e.system.coordinates), len(e.system.closures)
+    jacobian = sp.Matrix(k, n, [g for closure in e.system.closures for g in closure.gradient])
+    matrix = sp.Matrix(e.system.mass_matrix).row_join(-jacobian.T)
     matrix = matrix.col_join(jacobian.row_join(sp.zeros(k, k)))
-    right = sp.Matrix([*e.forcing, *(-closure.bias for closure in e.closures)])
+    right = sp.Matrix([*e.system.forcing, *(-closure.bias for closure in e.system.closures)])
     mass = sp.lambdify(arguments, matrix, "mpmath", cse=True)
     forcing = sp.lambdify(arguments, written_out(e, right), "mpmath", cse=True)
     found = []
@@ -279,7 +282,7 @@ def python_module(e: Equations, folder: Path) -> ModuleType:
     (file,) = EMITTERS["python"].emit(e).items()
     path = folder / file[0]
     path.write_text(file[1], encoding="utf-8")
-    spec = importlib.util.spec_from_file_location(f"emitted_{e.name}", path)
+    spec = importlib.util.spec_from_file_location(f"emitted_{e.presentation.name}", path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -292,25 +295,27 @@ class CompiledC:
 
     def __init__(self, e: Equations, folder: Path) -> None:
         files = EMITTERS["c"].emit(e)
-        assert sorted(files) == [f"{e.name}.c", f"{e.name}.h"]
+        assert sorted(files) == [f"{e.presentation.name}.c", f"{e.presentation.name}.h"]
         for file, text in files.items():
             (folder / file).write_text(text, encoding="utf-8")
-        loaded = shared_library(folder / f"{e.name}.c")
-        self._rhs = getattr(loaded, f"{e.name}_rhs")
-        self._inputs = getattr(loaded, f"{e.name}_inputs") if e.inputs else None
-        self._given = (ctypes.c_double * max(1, len(e.inputs)))()
+        loaded = shared_library(folder / f"{e.presentation.name}.c")
+        self._rhs = getattr(loaded, f"{e.presentation.name}_rhs")
+        self._inputs = getattr(loaded, f"{e.presentation.name}_inputs") if e.system.inputs else None
+        self._given = (ctypes.c_double * max(1, len(e.system.inputs)))()
         self._recorded = {
-            k: sp.lambdify(e.t, function_of_time(e, given))
-            for k, given in enumerate(e.inputs)
+            k: sp.lambdify(e.system.t, function_of_time(e, given))
+            for k, given in enumerate(e.system.inputs)
             if given.recording is not None
         }
-        size = re.search(rf"#define {e.name}_WORK (\d+)", files[f"{e.name}.h"])
+        size = re.search(
+            rf"#define {e.presentation.name}_WORK (\d+)", files[f"{e.presentation.name}.h"]
+        )
         assert size is not None
         self._work = (ctypes.c_double * max(1, int(size[1])))()
         # A structure of doubles is laid out as an array of them.
-        self._parameters = (ctypes.c_double * max(1, len(e.parameters)))()
-        getattr(loaded, f"{e.name}_defaults")(self._parameters)
-        self.parameters = list(self._parameters)[: len(e.parameters)]
+        self._parameters = (ctypes.c_double * max(1, len(e.system.parameters)))()
+        getattr(loaded, f"{e.presentation.name}_defaults")(self._parameters)
+        self.parameters = list(self._parameters)[: len(e.system.parameters)]
 
     def rhs(self, t: float, y: Array) -> Array:
         state, result = (ctypes.c_double * len(y))(*y), (ctypes.c_double * len(y))()
@@ -331,7 +336,7 @@ def test_emitted_code_agrees_with_the_symbolic_equations(name: str, tmp_path: Pa
     e = derived(name)
     module, compiled = python_module(e, tmp_path), CompiledC(e, tmp_path)
     assert compiled.parameters == parameter_values(e)
-    n = len(e.coordinates)
+    n = len(e.system.coordinates)
     in_c, in_python = [], []
     for t, q, v in random_states(name):
         y = np.concatenate([q, v])
@@ -349,11 +354,11 @@ def test_simulation_keeps_its_promise(name: str) -> None:
     """Every coordinate and velocity within accuracy times scale of the reference."""
     e, trajectory = derived(name), simulated(name)
     assert trajectory.status == "ok", trajectory.reason
-    assert trajectory.requested == e.simulate.accuracy
-    assert trajectory.t[-1] == e.simulate.until
+    assert trajectory.requested == e.system.simulate.accuracy
+    assert trajectory.t[-1] == e.system.simulate.until
     chosen, exact = reference(name).numbers, reference(name).states
     assert np.array_equal(trajectory.t[chosen], reference(name).times)
-    names = [c.name for c in e.coordinates]
+    names = [c.name for c in e.system.coordinates]
     names += [f"dot({c})" for c in names]
     for column, expected in zip(names, exact.T, strict=True):
         found = trajectory.columns[column][chosen]
@@ -366,19 +371,24 @@ def scale_of(e: Equations, column: str, exact: Array) -> float:
     R is the largest change of a length, 1 for an angle; scale(q) = max(R, 1e-3 G) with G the
     largest R among coordinates of its kind; scale(q̇) = max(|q̇|, scale(q)/T).
     """
-    n = len(e.coordinates)
-    names = [c.name for c in e.coordinates]
+    n = len(e.system.coordinates)
+    names = [c.name for c in e.system.coordinates]
     travel = np.abs(exact[:, :n] - exact[0, :n]).max(axis=0)
-    ranges = np.where([c.is_angle for c in e.coordinates], 1.0, travel)
+    ranges = np.where([c.is_angle for c in e.system.coordinates], 1.0, travel)
     k = names.index(column.removeprefix("dot(").removesuffix(")"))
     alike = [
-        r for r, c in zip(ranges, e.coordinates, strict=True) if c.unit == e.coordinates[k].unit
+        r
+        for r, c in zip(ranges, e.system.coordinates, strict=True)
+        if c.unit == e.system.coordinates[k].unit
     ]
     scale = max(ranges[k], 1e-3 * max(alike)) or 1.0
     if column in names:
         return float(scale)
-    assert e.simulate.until is not None
-    return max(float(np.abs(exact[:, n + k]).max()), scale / (e.simulate.until - e.simulate.start))
+    assert e.system.simulate.until is not None
+    return max(
+        float(np.abs(exact[:, n + k]).max()),
+        scale / (e.system.simulate.until - e.system.simulate.start),
+    )
 
 
 @pytest.mark.slow
@@ -390,7 +400,7 @@ def test_references_are_motions_of_the_books_equations(name: str) -> None:
     rough = np.where(y0 == 0, np.abs(y0).max(initial=1e-3) * 1e-3, np.abs(y0))
     solve = lagranges_method.integrate
     states = solve(typed_dynamics(name), parameter_values(e), y0, motion.times, rough)
-    names = [c.name for c in e.coordinates]
+    names = [c.name for c in e.system.coordinates]
     names += [f"dot({c})" for c in names]
     for column, found, expected in zip(names, states.T, motion.states.T, strict=True):
         assert np.abs(found - expected).max() <= 1e-8 * scale_of(e, column, motion.states)
@@ -400,7 +410,7 @@ def test_references_are_motions_of_the_books_equations(name: str) -> None:
 @every_scene
 def test_energy_stays_where_it_is_conserved(name: str) -> None:
     e, trajectory = derived(name), simulated(name)
-    conserved = any(c.kind in ("energy", "jacobi") for c in e.conserved)
+    conserved = any(c.kind in ("energy", "jacobi") for c in e.derivation.conserved)
     assert (trajectory.energy_drift is not None) == conserved
     if trajectory.energy_drift is not None:
         assert trajectory.energy_drift <= 1e-7
@@ -423,8 +433,8 @@ def test_report_of_masses_through_hole() -> None:
     assert report["cyclic"] == ["theta"]
     (momentum,) = [c["expression"] for c in report["conserved"] if c["name"] == "p_theta"]
     parsed = interpret(e, parse_expression(momentum, Mark("report", 1, 1, momentum)))
-    by_name = {p.name: p.symbol for p in e.parameters}
-    r, theta = e.coordinates
+    by_name = {p.name: p.symbol for p in e.system.parameters}
+    r, theta = e.system.coordinates
     assert sp.expand(parsed - by_name["M"] * r.q**2 * theta.v) == 0
 
 
@@ -444,16 +454,16 @@ ACCOUNTS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(ACCOUNTS))
 def test_account_of_the_lecture(name: str) -> None:
-    account = derived(name).account
+    account = derived(name).derivation.account
     assert (account.cartesian, account.constraints, account.dof) == ACCOUNTS[name]
     assert account.implied == 0
 
 
 def test_redundant_rod_is_named() -> None:
     e = derived("rigid_tetrahedron_centre")
-    statuses = {line.name: line.status for line in e.account.lines}
+    statuses = {line.name: line.status for line in e.derivation.account.lines}
     assert [name for name, status in statuses.items() if status == "redundant"] == ["spoke4"]
-    (warning,) = e.warnings
+    (warning,) = e.derivation.warnings
     assert "spoke4" in warning.message
     assert warning.rule == "redundant"
 
@@ -464,18 +474,18 @@ def test_redundant_rod_is_named() -> None:
 )
 def test_constraints_that_depend_on_time_are_classified(name: str, moving: list[str]) -> None:
     e = derived(name)
-    assert e.facts.rheonomic
-    assert [line.name for line in e.account.lines if line.rheonomic] == moving
-    assert not any(c.name == "energy" for c in e.conserved)
+    assert e.derivation.facts.rheonomic
+    assert [line.name for line in e.derivation.account.lines if line.rheonomic] == moving
+    assert not any(c.name == "energy" for c in e.derivation.conserved)
 
 
 def test_torque_of_a_cartesian_force() -> None:
     """Q_θ = F · ∂r/∂θ of a horizontal force on a pendulum (virtual work)."""
     e = derived("pendulum_with_force")
-    (force,) = e.forces
-    p = {parameter.name: parameter.symbol for parameter in e.parameters}
-    (theta,) = e.coordinates
-    expected = p["F0"] * sp.cos(p["Omega"] * e.t) * p["l"] * sp.cos(theta.q)
+    (force,) = e.system.forces
+    p = {parameter.name: parameter.symbol for parameter in e.system.parameters}
+    (theta,) = e.system.coordinates
+    expected = p["F0"] * sp.cos(p["Omega"] * e.system.t) * p["l"] * sp.cos(theta.q)
     assert sp.simplify(force.generalized[0] - expected) == 0
 
 

@@ -64,7 +64,7 @@ def test_a_smallest_set_is_named_with_its_proof(constraints: str, message: str |
 def test_parameters_without_a_value() -> None:
     text = "parameters: {a: {%s}}\n" + P + "constraints: {u: x >= a, v: x <= -a}\n"
     assert refusal(text % "positive: true").message.endswith("u + v says -2*a >= 0, as a > 0")
-    assert len(derived(text % "").contacts) == 2
+    assert len(derived(text % "").system.contacts) == 2
 
 
 def test_at_the_values_of_parameters() -> None:
@@ -74,7 +74,7 @@ def test_at_the_values_of_parameters() -> None:
         + "constraints: {rope: 'norm(x, y, z) <= l', shelf: z >= h}\n"
     )
     assert "where 'rope' holds, z is at most 1" in refusal(text % 2).message
-    assert len(derived(text % 0.5).contacts) == 2
+    assert len(derived(text % 0.5).system.contacts) == 2
 
 
 def test_ropes_that_do_not_reach() -> None:
@@ -85,7 +85,7 @@ def test_ropes_that_do_not_reach() -> None:
         "  three: 'norm(x_b - 5, z_b) <= 1'\n"
     )
     assert "constraints 'one', 'two', 'three' contradict each other" in refusal(text % 2).message
-    assert len(derived(text % 3.5).contacts) == 3
+    assert len(derived(text % 3.5).system.contacts) == 3
 
 
 def test_many_of_a_family() -> None:
@@ -101,7 +101,7 @@ constraints:
 """
     message = refusal(text % 58).message
     assert "(61 in all) contradict each other: their sum says 0 >= 1" in message
-    assert len(derived(text % 60).contacts) == 61
+    assert len(derived(text % 60).system.contacts) == 61
 
 
 def test_what_is_searched_for_only() -> None:
@@ -130,7 +130,7 @@ def test_what_is_searched_for_only() -> None:
     ],
 )
 def test_where_there_is_room(constraints: str) -> None:
-    assert derived(P + f"constraints: {{{constraints}}}\n").contacts
+    assert derived(P + f"constraints: {{{constraints}}}\n").system.contacts
 
 
 @generated

@@ -181,7 +181,7 @@ def test_a_taut_chain_is_not_called_impossible() -> None:
     assert taut.message.startswith("nothing moves at the given configuration: it satisfies 'plane'")
     assert "no other one beside it was found" in taut.message
     assert "reach 4 at most" in refusal(TAUT.replace("D: 4", "D: 4.1") + start).message
-    assert derived(TAUT.replace("D: 4", "D: 3.9")).account.dof == 2
+    assert derived(TAUT.replace("D: 4", "D: 3.9")).derivation.account.dof == 2
 
 
 @pytest.mark.slow
@@ -189,7 +189,7 @@ def test_a_long_chain_needs_no_initial_values() -> None:
     chain = TAUT.replace("n: 3", "n: 66").replace(
         '  last: {distance: ["p[n]", e], equals: 1}\n', ""
     )
-    assert derived(chain).account.dof == 66
+    assert derived(chain).derivation.account.dof == 66
 
 
 @pytest.mark.slow

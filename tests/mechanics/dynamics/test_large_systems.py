@@ -292,9 +292,9 @@ def test_a_redundant_rod_among_many_is_named() -> None:
         "potentials:", "  bar: {distance: ['p[4]', 'p[5]'], equals: l}\npotentials:"
     )
     found = derive(read_text(text))
-    (warning,) = found.warnings
+    (warning,) = found.derivation.warnings
     assert "'bar' is redundant: implied by 'rod[5]'" in warning.message
-    assert (found.account.dof, len(found.closures)) == (LINKS, LINKS)
+    assert (found.derivation.account.dof, len(found.system.closures)) == (LINKS, LINKS)
 
 
 # The initial state.

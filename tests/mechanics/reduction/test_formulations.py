@@ -219,11 +219,11 @@ def test_declared_coordinates_are_kept():
     assert e.derivation.choice.why == "the coordinates are declared"
     assert e.derivation.choice.minimal > 2 * e.derivation.choice.multiplier
     other = formed(text)
-    assert (other.choice.minimal, other.choice.multiplier) == (
+    assert (other.derivation.choice.minimal, other.derivation.choice.multiplier) == (
         e.derivation.choice.minimal,
         e.derivation.choice.multiplier,
     )
-    assert len(other.closures) == links - 1
+    assert len(other.system.closures) == links - 1
 
 
 @pytest.mark.slow

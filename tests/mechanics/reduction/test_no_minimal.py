@@ -70,7 +70,7 @@ SCENES = {
 def test_the_reason_is_that_of_the_constraint(name: str) -> None:
     scene, reason = SCENES[name]
     derived = derive(read_text("name: s\n" + scene))
-    assert derived.closures
+    assert derived.system.closures
     with pytest.raises(InputError) as refused:
         derive(read_text("name: s\n" + scene), formulation="minimal")
     (problem,) = refused.value.problems
@@ -79,7 +79,7 @@ def test_the_reason_is_that_of_the_constraint(name: str) -> None:
     assert problem.mark is not None
     # What the hint says is so.
     assert "--formulation multiplier" in problem.hint
-    assert derive(read_text("name: s\n" + scene), formulation="multiplier").closures
+    assert derive(read_text("name: s\n" + scene), formulation="multiplier").system.closures
 
 
 def test_a_constraint_of_velocities_is_not_said_to_lack_a_solution() -> None:
