@@ -89,6 +89,7 @@ def test_a_narrow_force_of_position_is_not_missed(functions, width, force_and_wo
 
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [1e-3, 1e-7])
+@mostly_compiled
 def test_a_narrow_force_of_time_is_not_missed(functions, width):
     force = '"A/w*max(0, 1 - abs((t - c)/w))"'
     scene = body(
@@ -125,6 +126,7 @@ def test_a_force_of_constant_size_towards_the_origin(functions):
 
 
 @pytest.mark.slow
+@mostly_compiled
 def test_dry_friction_holds_a_body(functions):
     """x'' = −x − μ sign x': centres ±μ by turns, at rest where |x| < μ at last."""
     scene = body(
@@ -145,6 +147,7 @@ def test_dry_friction_holds_a_body(functions):
 
 
 @pytest.mark.slow
+@mostly_compiled
 def test_a_block_on_a_belt_sticks_and_slips(functions):
     """It goes with the belt until the spring overcomes the friction, again and again."""
     friction = "-(0.3 + 0.2*exp(-5*abs(dot(x) - u)))*sign(dot(x) - u)"
