@@ -10,6 +10,7 @@ import shutil
 import signal
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -74,12 +75,38 @@ def updates(request: pytest.FixtureRequest) -> bool:
     return bool(request.config.getoption("--update-goldens"))
 
 
+#: Paths of C compilers by their names.
+COMPILERS = {name: path for name in ("cc", "gcc") if (path := shutil.which(name))}
+
+#: Optimizes shared objects lightly, and leaves all other options as they are.
+_LIGHT_COMPILER = """\
+#!/bin/sh
+case " $* " in
+*" -shared "*) exec {real} "$@" -O1 ;;
+*) exec {real} "$@" ;;
+esac
+"""
+
+
+def _install_compilers(folder: Path) -> None:
+    """Write compilers that optimize little; the first process of a run does, for all."""
+    folder.mkdir(exist_ok=True)
+    for name, real in COMPILERS.items():
+        own = folder / f"{name}.{os.getpid()}"
+        own.write_text(_LIGHT_COMPILER.format(real=shlex.quote(real)))
+        own.chmod(0o700)
+        with suppress(FileExistsError):
+            os.link(own, folder / name)
+        own.unlink()
+
+
 @pytest.fixture(scope="session", autouse=True)
-def caches(tmp_path_factory) -> Iterator[Iterator[Path]]:
+def caches(request, tmp_path_factory) -> Iterator[Iterator[Path]]:
     """Names of folders for caches; tests share another, with what was compiled for others.
 
     The one that is shared is that of all processes of ``pytest -n``, whose temporary folders lie
-    side by side: kernels are compiled once for them all.
+    side by side: kernels are compiled once for them all. Their optimization is light, but in
+    campaigns, since compiling takes longer than what tests run.
     """
     base = tmp_path_factory.mktemp("caches")
     names = (base / str(number) for number in itertools.count())
@@ -91,15 +118,25 @@ def caches(tmp_path_factory) -> Iterator[Iterator[Path]]:
         for name in ("COLUMNS", "FORCE_COLOR", "CLICOLOR_FORCE"):
             patch.delenv(name, raising=False)
         patch.setenv("XDG_CACHE_HOME", str(shared))
+        if not request.config.getoption("--campaigns"):
+            compilers = shared.parent / "compilers"
+            _install_compilers(compilers)
+            patch.setenv("PATH", f"{compilers}{os.pathsep}{os.environ.get('PATH', os.defpath)}")
         # Making matplotlib's list of fonts takes seconds: once is enough.
         patch.setenv("MPLCONFIGDIR", os.environ.get("MPLCONFIGDIR") or str(shared / "matplotlib"))
         yield names
 
 
 @pytest.fixture(scope="session")
+def real_compiler() -> str:
+    """The compiler of this machine with all options that it is given, as a value of ``CC``."""
+    return shlex.quote(next(iter(COMPILERS.values()), ""))
+
+
+@pytest.fixture(scope="session")
 def unoptimizing_compiler(tmp_path_factory) -> str:
     """The compiler of this machine without optimization, as a value of ``CC``."""
-    real = shutil.which("cc") or shutil.which("gcc")
+    real = next(iter(COMPILERS.values()), None)
     if real is None:
         return ""
     path = tmp_path_factory.mktemp("compiler") / "cc"

@@ -79,9 +79,8 @@ def text_of_systems():
 
 
 def stepping_source(n, files=None):
-    """All kernels for states of so many numbers, compiled in half the time: speed is no subject."""
-    options = ("-O1" if option == "-O3" else option for option in kernels.kernel_options(n))
-    return CSource(kernels.kernel_files() if files is None else files, tuple(options))
+    """All kernels for states of so many numbers."""
+    return CSource(kernels.kernel_files() if files is None else files, kernels.kernel_options(n))
 
 
 def compiled(*sources, cache=None):

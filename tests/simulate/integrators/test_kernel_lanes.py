@@ -37,9 +37,11 @@ void both(const double *x, double *sine, double *cosine, long count)
 
 
 @pytest.fixture(scope="module", params=["-O2", "-O3", "-O2 -ffp-contract=fast"])
-def both(request):
+def both(request, real_compiler):
     files = {"both.c": _TEXT, **kernels.kernel_headers()}
-    (library,) = compiled(CSource(files, tuple(request.param.split())))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CC", real_compiler)
+        (library,) = compiled(CSource(files, tuple(request.param.split())))
     call = library.both
     call.argtypes = [ctypes.c_void_p] * 3 + [ctypes.c_long]
 
