@@ -101,11 +101,11 @@ def native(name, *parameters, lanes=True, fixed_dimension=True):
     return NativeRhs(RHS((name, library)), given, np.zeros(1), lambda _: stepper, function)
 
 
-def native_body(body, n):
+def native_body(body, n, parameters):
     """The system of so many numbers with this body, and the integrators for it."""
     text = "#include <math.h>\n" + _FUNCTION.format(name="system", body=body)
     library, stepper = compiled(CSource({"system.c": text}), stepping_source(n))
-    return NativeRhs(RHS(("system", library)), np.zeros(1), np.zeros(1), lambda _: stepper)
+    return NativeRhs(RHS(("system", library)), parameters, np.zeros(1), lambda _: stepper)
 
 
 def interpreted(rhs):

@@ -14,7 +14,7 @@ from lagrange_cli.emit.sketch.svg import svg_text
 from lagrange_cli.errors import InputError
 from lagrange_cli.studies.mode_pictures import animated_modes, draw_modes, mode_pictures
 from tests.cli.terminal import lagrange, succeed
-from tests.systems.shipped import SYSTEMS
+from tests.systems.shipped import SYSTEMS, derived
 
 CHAIN = """
 name: chain
@@ -118,6 +118,7 @@ def test_what_cannot_be_drawn_is_refused(words, says):
     assert says in done.stderr
 
 
+@pytest.mark.slow
 def test_scenes_without_particles_have_no_picture():
     with pytest.raises(InputError, match="no particles"):
-        mode_pictures(equations("chains", "fput.yaml"), moving=False)
+        mode_pictures(derived("fput"), moving=False)

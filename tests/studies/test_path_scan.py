@@ -28,7 +28,7 @@ def oscillations(span):
         yield 2 * OMEGA * math.sqrt(1 - math.exp(-2 * x))
 
 
-@pytest.mark.parametrize("span", [1.5, 3.0, 6.0])
+@pytest.mark.parametrize("span", [1.5, 3.0, pytest.param(6.0, marks=pytest.mark.slow)])
 def test_a_pendulum_comes_back_on_every_one_of_its_paths(span):
     speeds = [*oscillations(span)]
     expected = sorted([0.0, *speeds, *(-v for v in speeds)])

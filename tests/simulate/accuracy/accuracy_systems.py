@@ -8,18 +8,24 @@ import mpmath
 import numpy as np
 
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales
+from tests.simulate.native_systems import native_body
 
 G = 9.81
+
+
+def rounding_errors(pattern):
+    """Factors of arguments and of results, each off by a rounding error."""
+    return 1 + np.random.default_rng(pattern).choice([-1.0, 1.0], size=(2, 20)) * 2.0**-52
 
 
 def disturbed(rhs):
     """The right-hand side with its argument and result off by a rounding error, in two ways."""
 
     def of(pattern):
-        signs = np.random.default_rng(pattern).choice([-1.0, 1.0], size=(2, 20)) * 2.0**-52
+        factors = rounding_errors(pattern)
 
         def off(t, y):
-            before, after = 1 + signs[:, : len(y)]
+            before, after = factors[:, : len(y)]
             return rhs(t, y * before) * after
 
         return off
@@ -162,12 +168,21 @@ def true_errors(of, measured, exact):
     return np.abs(wrong).max(axis=0) / running_scales(of, kept)[-1]
 
 
-#: The body of the same function in C.
+#: The body of a double pendulum in C, with factors of arguments and results as parameters.
 DOUBLE_PENDULUM = f"""
-    const double s = sin(y[0] - y[1]), c = cos(y[0] - y[1]);
-    const double f1 = -y[3]*y[3]*s - 2*{G!r}*sin(y[0]), f2 = y[2]*y[2]*s - {G!r}*sin(y[1]);
-    out[0] = y[2]; out[1] = y[3];
-    out[2] = (f1 - c*f2)/(1 + s*s); out[3] = (2*f2 - c*f1)/(1 + s*s);"""
+    const double a = y[0]*p[0], b = y[1]*p[1], va = y[2]*p[2], vb = y[3]*p[3];
+    const double s = sin(a - b), c = cos(a - b);
+    const double f1 = -vb*vb*s - 2*{G!r}*sin(a), f2 = va*va*s - {G!r}*sin(b);
+    out[0] = va*p[4]; out[1] = vb*p[5];
+    out[2] = (f1 - c*f2)/(1 + s*s)*p[6]; out[3] = (2*f2 - c*f1)/(1 + s*s)*p[7];"""
+
+
+def compiled_double_pendulum(y0, until, samples):
+    """The motion of a double pendulum in C, with its two disturbed sides."""
+    factors = [np.ones((2, 4)), *(rounding_errors(pattern)[:, :4] for pattern in (1, 2))]
+    rhs, *sides = (native_body(DOUBLE_PENDULUM, 4, each.ravel()) for each in factors)
+    times, kinds = np.linspace(0.0, until, samples), ("angle", "angle")
+    return InitialValueProblem(rhs, np.array(y0), times, kinds, tuple(sides))
 
 
 def double_pendulum(t, y):

@@ -17,14 +17,13 @@ from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.runs.problem import running_scales
 from tests.campaign import slice_of, values_of
 from tests.simulate.accuracy.accuracy_systems import (
-    DOUBLE_PENDULUM,
     SYSTEMS,
+    compiled_double_pendulum,
     double_pendulum,
     pendulum,
     problem,
     true_errors,
 )
-from tests.simulate.native_systems import native_body
 
 
 @pytest.mark.slow
@@ -105,8 +104,7 @@ def test_double_pendulum(eps):
 @pytest.mark.slow
 def test_chaos_has_a_horizon():
     """What is kept of a long chaotic run agrees with a run of twice the care."""
-    rhs, start = native_body(DOUBLE_PENDULUM, 4), [1.5, 2.0, 0.0, 0.0]
-    of = problem(rhs, start, 40.0, ("angle", "angle"), samples=401)
+    of = compiled_double_pendulum([1.5, 2.0, 0.0, 0.0], 40.0, samples=401)
     coarse = integrate_to_accuracy(of, 1e-3, Watch())
     fine = integrate_to_accuracy(of, 1e-6, Watch())
     assert 10.0 < of.times[len(fine.states) - 1] < of.times[len(coarse.states) - 1] < 40.0
