@@ -340,12 +340,15 @@ def _drawn(
     geometry: Geometry, sampler: Sampler, restricting: Sequence[int], wanted: int | None = None
 ) -> list[SamplePoint]:
     wanted = wanted or (_FEWEST_POINTS if sampler.many else RANK_POINTS)
-    points = [p for p in (sampler.draw() for _ in range(wanted)) if p is not None]
-    if len(points) < wanted:
-        elimination, reference = geometry.elimination, geometry.reference
-        raise diagnose_no_configuration(
-            geometry.names, elimination, restricting, sampler, reference
-        )
+    points: list[SamplePoint] = []
+    while len(points) < wanted:
+        point = sampler.draw()
+        if point is None:
+            elimination, reference = geometry.elimination, geometry.reference
+            raise diagnose_no_configuration(
+                geometry.names, elimination, restricting, sampler, reference
+            )
+        points.append(point)
     return points
 
 
