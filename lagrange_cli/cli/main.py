@@ -74,7 +74,7 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command = getattr(import_module(f"lagrange_cli.cli.{cmd_name}"), cmd_name)
+        command = getattr(import_module(f"lagrange_cli.cli.commands.{cmd_name}"), cmd_name)
         assert isinstance(command, click.Command)
         command.short_help = COMMANDS[cmd_name]
         return command

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli.terminal.appearance import is_terminal, wants_colour
-from lagrange_cli.cli.terminal.display import shown_stage
-from lagrange_cli.cli.terminal.progress import ProgressBar
+from lagrange_cli.cli.terminal.progress import ProgressBar, shown_stage
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
 from lagrange_cli.stages import Listener, heard_by
 

@@ -12,8 +12,8 @@ import time
 
 import pytest
 
-from lagrange_cli.cli.terminal import display
-from lagrange_cli.cli.terminal.deadline import OverdueError, within
+from lagrange_cli.cli.terminal import progress as display
+from lagrange_cli.cli.terminal.interrupts import OverdueError, within
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.diagnosis import errors as refusals

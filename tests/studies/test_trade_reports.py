@@ -10,8 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.cli.reports.character_plot import character_plot
-from lagrange_cli.cli.reports.tradeoff import options_of, tradeoff_summary, tradeoff_text
+from lagrange_cli.cli.reports.tradeoff import (
+    character_plot,
+    options_of,
+    tradeoff_summary,
+    tradeoff_text,
+)
 from lagrange_cli.errors import InputError
 from lagrange_cli.notation.page import UNBROKEN
 from lagrange_cli.simulate import simulate

@@ -3,8 +3,8 @@
 In go the values that the commands work out (a trajectory, a measured trade, the outcomes of a
 check), out come texts; nothing is computed here and nothing is printed. One module a command,
 named like it, each with a table ``FORMATS`` from the name of a format to the function that
-writes it. All tables are written by :mod:`.tables` and all JSON by :mod:`.json_text`; read
-:mod:`.simulate` first.
+writes it. Tables and JSON text are those of :mod:`.tables`; read :mod:`.simulate`
+first. Reports of a few lines stand beside their command.
 
 The derivation itself is written by the formats of :mod:`lagrange_cli.emit`, which the Python
 interface and documents use too.
@@ -12,15 +12,13 @@ interface and documents use too.
 
 __all__ = [
     "analyze",
-    "cache",
     "check",
-    "derive",
-    "emit",
     "ensemble",
     "fit",
     "path",
     "section",
     "simulate",
     "stress",
+    "tables",
     "tradeoff",
 ]

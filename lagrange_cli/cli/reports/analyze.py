@@ -6,7 +6,7 @@ import io
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from lagrange_cli.cli.reports.json_text import json_text
+from lagrange_cli.cli.reports.tables import json_text
 from lagrange_cli.cli.terminal.output import can_encode
 from lagrange_cli.notation.page import Page
 

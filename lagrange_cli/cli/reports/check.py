@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import TableColumn, table
+from lagrange_cli.cli.reports.tables import TableColumn, json_text, table
 from lagrange_cli.errors import Problem, escape_controls, render
 from lagrange_cli.notation.page import Page, Role, Row, page
 

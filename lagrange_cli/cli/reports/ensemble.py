@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import labelled, sentence_row
+from lagrange_cli.cli.reports.tables import json_text, labelled, sentence_row
 from lagrange_cli.notation.page import Page, Row, page, words
 
 if TYPE_CHECKING:

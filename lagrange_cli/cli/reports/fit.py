@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import TableColumn, labelled, table
+from lagrange_cli.cli.reports.tables import TableColumn, json_text, labelled, table
 from lagrange_cli.notation.page import Page, page
 
 if TYPE_CHECKING:

@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import TableColumn, labelled, sentence_row, table
+from lagrange_cli.cli.reports.tables import TableColumn, json_text, labelled, sentence_row, table
 from lagrange_cli.notation.page import Page, Row, page
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import TableColumn, labelled, sentence_row, table
+from lagrange_cli.cli.reports.tables import TableColumn, json_text, labelled, sentence_row, table
 from lagrange_cli.notation.page import Page, Row, page
 
 if TYPE_CHECKING:

@@ -1,10 +1,12 @@
-"""Tables of all reports: columns of text, and lines with a label."""
+"""Tables of reports and their JSON text."""
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from lagrange_cli.notation.page import Role, Row, words
 
@@ -95,3 +97,25 @@ def sentence_row(text: str, role: Role = "") -> Row:
     """Write a sentence, whose first word has a role."""
     first, blank, rest = text.partition(" ")
     return Row(first, blank, words(rest), role)
+
+
+def json_text(value: Any, *, ascii: bool = False) -> str:
+    """Write a report as JSON, indented, with a final newline.
+
+    Parameters
+    ----------
+    value
+        A JSON value; numbers that are not finite are written as null, since JSON has none.
+    ascii
+        Escape all other characters, as in paths, whose bytes may be no text.
+    """
+    return json.dumps(_finite(value), indent=2, ensure_ascii=ascii, allow_nan=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    """Replace numbers that are not finite by null."""
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

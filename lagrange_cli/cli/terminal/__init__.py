@@ -7,8 +7,6 @@ stays apart from it. Nothing here knows of mechanics. Read :mod:`.output` first.
 __all__ = [
     "appearance",
     "command",
-    "deadline",
-    "display",
     "interrupts",
     "output",
     "progress",

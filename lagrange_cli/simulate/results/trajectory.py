@@ -235,7 +235,6 @@ class Trajectory:
 
     def _repr_html_(self) -> str:
         """Return what notebooks show."""
-        from lagrange_cli.simulate.results.trajectory import trajectory_html
 
         return trajectory_html(self)
 

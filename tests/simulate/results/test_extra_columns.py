@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli import loads
-from lagrange_cli.cli.simulate import FILE_COLUMNS as OFFERED
+from lagrange_cli.cli.commands.simulate import FILE_COLUMNS as OFFERED
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of

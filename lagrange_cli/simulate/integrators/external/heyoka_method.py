@@ -245,8 +245,6 @@ def _compiled(text: _Text, tolerance: float) -> Any:
     """Compile the integrator for any parameters, without a state."""
     import heyoka
 
-    from lagrange_cli.simulate.integrators.external.heyoka_method import compiled_once
-
     system, operations = _system(text)
     compact, start = operations > _COMPACT, [0.0] * text.size
     asked = pickle.dumps((system, tolerance, compact))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli import options
-from lagrange_cli.cli.analysis_request import AnalysisPictures, AnalysisRequest
+from lagrange_cli.cli.commands.analysis_request import AnalysisPictures, AnalysisRequest
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered

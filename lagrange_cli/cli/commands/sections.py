@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli import options as shared
-from lagrange_cli.cli.ensemble import MemberChoice, chosen_members
+from lagrange_cli.cli.commands.ensemble import MemberChoice, chosen_members
 from lagrange_cli.cli.models import (
     RememberedMembers,
     SceneRequest,

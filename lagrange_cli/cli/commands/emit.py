@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import click
@@ -11,13 +12,14 @@ from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard_folder
 from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
-from lagrange_cli.cli.reports.emit import listed_formats
+from lagrange_cli.cli.reports.tables import TableColumn, table
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.emit.base import Emitter
 from lagrange_cli.emit.registry import EMITTERS, emitter
 from lagrange_cli.files import write_files
+from lagrange_cli.notation.page import Page, page
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
@@ -126,3 +128,16 @@ def emit(
     for path in write_files(output, answer["files"]):
         session.remark(f"wrote {path}")
     session.tell((), format_.renamed(answer["name"]))
+
+
+#: Name, files, title.
+_FORMATS = (TableColumn(before=""), TableColumn("", 0), TableColumn())
+
+
+def listed_formats(emitters: Mapping[str, Emitter]) -> Page:
+    """One format a line: its name, the files it writes, its title."""
+    rows = [
+        [name, ", ".join("NAME" + e for e in emitter.extensions), emitter.title]
+        for name, emitter in emitters.items()
+    ]
+    return page([table(_FORMATS, rows, heading=False)])

@@ -1,15 +1,55 @@
-"""Report of ``lagrange cache``: the entries kept from earlier runs, and those removed."""
+"""``lagrange cache``: the results kept from earlier runs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import click
+
 from lagrange_cli.cache import MAX_CACHE_BYTES, Cache, Removed
-from lagrange_cli.cli.reports.json_text import json_text
-from lagrange_cli.cli.reports.tables import labelled, sentence_row
-from lagrange_cli.errors import escape_controls
+from lagrange_cli.cli import options
+from lagrange_cli.cli.reports.tables import json_text, labelled, sentence_row
+from lagrange_cli.cli.session import Session
+from lagrange_cli.cli.terminal.command import Command
+from lagrange_cli.cli.terminal.output import print_text
+from lagrange_cli.errors import InputError, Problem, escape_controls
 from lagrange_cli.notation.page import Page, Row, page
+
+
+def _cleared(cache: Cache) -> Removed:
+    """Empty the cache.
+
+    Raises
+    ------
+    InputError
+        There is no cache, or a file cannot be removed.
+    """
+    if cache.folder is None:
+        raise InputError(Problem(f"there is no cache to clear: {cache.reason}", rule="cache"))
+    removed = cache.clear()
+    if removed.failures:
+        stuck = f"{file_count(removed.failures)} in '{cache.folder}' cannot be removed"
+        raise InputError(Problem(stuck, rule="cache"))
+    return removed
+
+
+@click.command(cls=Command)
+@click.option("--clear", is_flag=True, help="Remove all that is kept.")
+@options.json_flag("Report as JSON.")
+@options.traceback
+@click.pass_obj
+def cache(session: Session, clear: bool, as_json: bool) -> None:
+    """Show what is kept from earlier runs, so that the same need not be worked out again.
+
+    It is kept in $XDG_CACHE_HOME/lagrange, else in ~/.cache/lagrange. The
+    environment variable LAGRANGE_CACHE=off turns the cache off.
+    """
+    kept = session.cache
+    removed = _cleared(kept) if clear else None
+    format_ = "json" if as_json else "text"
+    print_text(FORMATS[format_](kept, removed), format_)
+
 
 #: Kind of entry → the endings of its files.
 _KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
