@@ -205,6 +205,7 @@ simulate: {until: 5}
 """
 
 
+@pytest.mark.slow
 def test_momenta_of_symmetries_have_drifts(tmp_path):
     held = "  drift: {P_x: 1e-9, boost_x: 1e-9, energy: 1e-6}\n"
     assert outcome(tmp_path, held, TWO_BODIES).outcome == "pass"

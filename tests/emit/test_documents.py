@@ -57,6 +57,7 @@ def test_parts_stand_in_one_order_whatever_is_asked_for():
     assert set(TELLING) | {"sketch"} == set(SECTIONS)
 
 
+@pytest.mark.slow
 def test_the_sketch_is_the_one_of_tikz():
     text = emitted("pendulums/pendulum", sections="sketch")
     (picture,) = derived("pendulums/pendulum").emit("tikz").values()
@@ -130,6 +131,7 @@ def longest_line(text: str) -> int:
     return max(len(line) for formula in formulas for line in formula.split("\\\\\n"))
 
 
+@pytest.mark.slow
 def test_narrow_displays_have_more_and_shorter_lines():
     wide, narrow = (
         emitted("pendulums/triple_pendulum", style="snippet", width=w) for w in ("page", "column")
@@ -158,6 +160,7 @@ def test_a_formula_alone_is_an_equation_and_a_long_one_is_split():
     assert "\\begin{equation}\\label{eq:pendulum:equations:1}\n  \\theta\\colon" in text
 
 
+@pytest.mark.slow
 def test_frames_hold_one_idea_each():
     text = emitted("pendulums/double_pendulum", steps="lagrange", style="beamer")
     frames = re.findall(r"\\begin\{frame\}(.*?)\\end\{frame\}", text, re.S)
@@ -225,6 +228,7 @@ def sticking_out(log: str) -> list[float]:
     return [float(p) for p in re.findall(r"Overfull \\[hv]box \(([\d.]+)pt", log)]
 
 
+@pytest.mark.slow
 @pytest.mark.latex
 @pytest.mark.parametrize(
     ("scene", "steps", "options"),
@@ -239,6 +243,7 @@ def test_documents_compile_and_nothing_sticks_out(scene, steps, options, tmp_pat
     assert max(sticking_out(log), default=0) < 5
 
 
+@pytest.mark.slow
 @pytest.mark.latex
 def test_no_page_ends_between_a_law_and_the_rest_of_its_sentence(tmp_path):
     """Below rules of many heights the law and the word after it are on the same page."""

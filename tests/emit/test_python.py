@@ -70,6 +70,7 @@ def test_every_function_of_the_language(row):
         assert abs(exact(got) - expected) < 1e-14 * (1 + abs(expected))
 
 
+@pytest.mark.slow
 def test_source_for_simulation_holds_nothing_of_the_scene():
     equations = hostile()
     source = right_hand_side_source(equations)

@@ -552,6 +552,7 @@ def test_both_printers_hold_the_same_picture():
 PICTURES = sorted((Path(__file__).parents[2] / "docs" / "pictures").glob("sketch_*.svg"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", PICTURES, ids=lambda path: path.stem)
 def test_pictures_of_the_documents_are_those_that_are_emitted(path):
     (svg,) = EMITTERS["svg"].emit(derived(path.stem.removeprefix("sketch_"))).values()

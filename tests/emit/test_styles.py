@@ -183,6 +183,7 @@ def test_jax_maps_states_and_differentiates_energies():
     assert np.allclose(slope, inertia @ y[n:, 0], rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES)
 @pytest.mark.parametrize(
     ("name", "reason"),

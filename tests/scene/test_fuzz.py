@@ -63,6 +63,7 @@ def read(data: bytes | str) -> Scene | None:
     return None
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=300))
 @settings(max_examples=100, deadline=None)
 def test_bytes(data: bytes) -> None:

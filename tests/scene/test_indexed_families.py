@@ -179,6 +179,7 @@ def test_sizes_and_members_are_set_beside_the_scene() -> None:
     assert (given["x[2]", 0], given["z[1]", 1]) == ("-2", "1")
 
 
+@pytest.mark.slow
 def test_expected_equations_that_grow_too_long_with_other_sizes_are_left_out() -> None:
     text = """\
 sizes: {n: 3}

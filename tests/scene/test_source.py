@@ -47,6 +47,7 @@ def _parser(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> 
         pytest.skip("PyYAML is built without libyaml")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_parser")
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_texts_are_refused_at_a_place(name: str) -> None:

@@ -130,6 +130,7 @@ def test_the_pivot_is_the_one_that_does_not_vanish_at_the_start(start: str, kept
     assert kept in [c.name for c in derived(text).system.coordinates]
 
 
+@pytest.mark.slow
 def test_no_chart_is_chosen_where_none_is_declared() -> None:
     """A root would end at the diameter: both names stay."""
     for initial in ("initial: {x: 0, z: 1}", "initial: {x: 1, z: 0}", ""):

@@ -80,6 +80,7 @@ constraints: {above: z_bead >= LOWEST}
 """
 
 
+@pytest.mark.slow
 def test_gaps_choose_among_configurations() -> None:
     """x = 1 is at z = √3 and at z = −√3."""
     with pytest.raises(InputError, match="several configurations"):

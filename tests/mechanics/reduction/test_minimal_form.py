@@ -40,6 +40,7 @@ def test_one_of_them_is_eliminated() -> None:
     assert values == {"phi_0": 3, "theta_0": sp.Rational(1, 4)}
 
 
+@pytest.mark.slow
 def test_both_forms_have_the_same_motion() -> None:
     states = [
         loads(PLANET + START).derive(formulation=form).simulate(until=1.0, accuracy=1e-9).state

@@ -370,6 +370,7 @@ def test_resolved_positions_satisfy_every_constraint() -> None:
             _require_satisfied(read_text("name: tested\n" + text), derived(text))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["lecture/masses_through_hole", "lecture/rigid_triangle", "pulleys/double_atwood"]
 )

@@ -250,6 +250,7 @@ def test_what_is_eliminated_is_written_from_the_start() -> None:
     assert "Coordinates   φ        y = y_0 - R (φ - φ_0)\n" in text
 
 
+@pytest.mark.slow
 def test_the_time_of_the_start_is_named_too() -> None:
     scene = (
         "parameters: {w: 2}\nparticles: {b: {mass: 1, position: [r*cos(u), r*sin(u), 0]}}\n"
