@@ -115,12 +115,12 @@ def in_formulation(
         if wanted == "minimal":
             raise no_minimal_form_error(reduced)
         return reduced, None
-    counts = None if reduced.scene.unilateral else _predicted(reduced)
-    if counts is None:
+    incidence = None if reduced.scene.unilateral else closure_incidence(reduced)
+    if not incidence:
         if wanted == "multiplier":
             raise _no_multiplier(reduced)
         return reduced, None
-    minimal, multiplier = counts
+    minimal, multiplier = _minimal(reduced), _multiplier(incidence)
     cheaper = minimal > _WORTHWHILE and _CLEARLY * multiplier < minimal
     declared = reduced.scene.coordinates is not None
     if wanted == "multiplier" or (wanted == "auto" and cheaper and not declared):
@@ -153,12 +153,6 @@ def _no_multiplier(reduced: Reduced) -> InputError:
 
 
 # Predicted operations.
-
-
-def _predicted(reduced: Reduced) -> tuple[int, int] | None:
-    """Operations of one right-hand side: minimal, and with multipliers; None without closures."""
-    incidence = closure_incidence(reduced)
-    return (_minimal(reduced), _multiplier(incidence)) if incidence else None
 
 
 def _minimal(reduced: Reduced) -> int:

@@ -22,7 +22,6 @@ from lagrange_cli.program.graph.operands import (
     variables,
 )
 from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, in_families, order_of, schedule
-from lagrange_cli.program.graph.statement_groups import Assignment
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph, expand_angle_sums
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.solvers.blocks import (
@@ -158,14 +157,11 @@ def result_count(program: Program) -> int:
     return program.results or len(program.results_in_order)
 
 
-def _upper_triangle(e: Equations) -> Iterable[Expr]:
-    n = len(e.system.coordinates)
-    return (e.system.mass_matrix[i][j] for i in range(n) for j in range(i, n))
-
-
 #: Output that solves no system → its expressions.
 OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
-    "mass_matrix": _upper_triangle,
+    "mass_matrix": lambda e: (
+        entry for i, row in enumerate(e.system.mass_matrix) for entry in row[i:]
+    ),
     "forcing": lambda e: e.system.forcing,
     "energy": lambda e: (e.system.energy,),
     "kinetic": lambda e: (e.system.kinetic,),
@@ -459,14 +455,3 @@ def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
     inputs.extend((c.q, f"q{i}", 3) for i, c in enumerate(equations.system.coordinates))
     inputs.extend((c.v, f"v{i}", 4) for i, c in enumerate(equations.system.coordinates))
     return inputs
-
-
-def dependents(program: Program, names: Iterable[str]) -> tuple[Assignment, ...]:
-    """List the assignments that need one of the names, in their order."""
-    late = set(names)
-    needing = []
-    for name, operand in program.assignments if late else ():
-        if any(variable.name in late for variable in variables(operand)):
-            late.add(name)
-            needing.append((name, operand))
-    return tuple(needing)

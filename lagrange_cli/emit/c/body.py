@@ -32,8 +32,9 @@ from lagrange_cli.program.graph.operands import (
     cell_named,
     rebuilt,
 )
+from lagrange_cli.program.graph.statement_groups import dependents
 from lagrange_cli.program.printing import expression_text
-from lagrange_cli.program.program import Program, ProgramKind, dependents
+from lagrange_cli.program.program import Program, ProgramKind
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.systems.loop_rolling import (
     COUNTED,
@@ -111,7 +112,9 @@ class _Writer:
     def text(self, parts: Sequence[Part], results: int, result: str) -> list[str]:
         """Declarations, the assignments, the parts, and the check of the results."""
         blocks = self.program.blocks
-        late = {name for b in blocks for name, _ in dependents(self.program, b.multipliers)}
+        late = {
+            name for b in blocks for name, _ in dependents(self.program.assignments, b.multipliers)
+        }
         first = [step for step in self.program.assignments if step[0] not in late]
         steps: list[tuple[Part, list[Statement | LoopNest]]]
         steps = [(part, self._items(part)) for part in (Steps(first), *parts)]

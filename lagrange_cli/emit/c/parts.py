@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from lagrange_cli.program.graph.operands import Cell, Constant, Operand, Variable
-from lagrange_cli.program.graph.statement_groups import Assignment
-from lagrange_cli.program.program import Program, ProgramKind, dependents
+from lagrange_cli.program.graph.statement_groups import Assignment, dependents
+from lagrange_cli.program.program import Program, ProgramKind
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.solvers.jacobians import ColumnBlock
 from lagrange_cli.program.systems.loop_rolling import Statement
@@ -144,7 +144,7 @@ def _solution(
         if block.band is not None:
             entries = [next(matrix) for _ in range(len(block.closures) * (block.band + 1))]
             parts += _band(block, entries, [next(forcing) for _ in block.closures])
-            parts.append(Steps(dependents(program, block.multipliers)))
+            parts.append(Steps(dependents(program.assignments, block.multipliers)))
             named = zip(block.closures, block.multipliers, strict=True)
             copies = [Statement(closures[k], Variable(d)) for k, d in named if k in closures]
             parts.append(Stores(copies))

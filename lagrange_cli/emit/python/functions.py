@@ -47,8 +47,9 @@ from lagrange_cli.program.emitted_functions import (
     multipliers_beside,
 )
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Variable
+from lagrange_cli.program.graph.statement_groups import dependents
 from lagrange_cli.program.printing import Dialect, double_literal, expression_text
-from lagrange_cli.program.program import Program, ProgramKind, build_program, dependents
+from lagrange_cli.program.program import Program, ProgramKind, build_program
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -236,7 +237,7 @@ def function_source(
         given = [argument.split("=")[0] for argument in parameter.split(", ")]
         prefix = "_contact_" if "contact" in given else ""
         body += given_lines(program, prefix, ", ".join(["t", "y", *given]))
-    late = dict(dependents(program, multipliers))
+    late = dict(dependents(program.assignments, multipliers))
     body.extend(assigned([a for a in program.assignments if a[0] not in late], dialect))
     if program.kind is ProgramKind.JACOBIAN:
         body.extend(jacobian_lines(program, dialect, _failure(program)))

@@ -7,9 +7,9 @@ from fractions import Fraction
 from textwrap import wrap
 
 from lagrange_cli.program.graph.operands import Constant, Operand, Product, Variable
-from lagrange_cli.program.graph.statement_groups import Assignment
+from lagrange_cli.program.graph.statement_groups import Assignment, dependents
 from lagrange_cli.program.printing import Dialect, expression_text
-from lagrange_cli.program.program import Program, dependents
+from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 
 #: Longer expressions are broken into lines.
@@ -39,7 +39,7 @@ def solution(
             entries = [next(dense_matrix) for _ in range(m * (block.band + 1))]
             drive = [next(dense_forcing) for _ in range(m)]
             lines.append(_band(number, block, entries, drive, dialect))
-            lines.extend(assigned(dependents(program, block.multipliers), dialect))
+            lines.extend(assigned(dependents(program.assignments, block.multipliers), dialect))
             multipliers |= {i: f"a{number}[{k}]" for k, i in enumerate(block.closures)}
             if coordinates:
                 results |= {i: expression_text(next(written), dialect) for i in block.coordinates}

@@ -135,7 +135,7 @@ def _shorter_form(expr: sp.Expr) -> sp.Expr:
             return expr
     if not symbols or not expr.is_rational_function(*symbols):
         return binomial_square(expr)
-    if not all(a.is_Rational or a.is_Symbol for a in _leaves(expr)):
+    if not all(a.is_Rational or a.is_Symbol for a in sp.preorder_traversal(expr) if not a.args):
         return expr
     product = normalize_square_signs(_one_fraction(expr) if divided else factored_form(expr))
     return expr if product.is_Add or sp.count_ops(product) >= sp.count_ops(expr) else product
@@ -163,10 +163,6 @@ def _has_divided_sum(expr: sp.Expr) -> bool:
         for term in expr.args
         for f in sp.Mul.make_args(term)
     )
-
-
-def _leaves(expr: sp.Expr) -> Iterator[sp.Expr]:
-    return (a for a in sp.preorder_traversal(expr) if not a.args)
 
 
 def tidy(expr: sp.Expr, masses: frozenset[sp.Expr] = frozenset()) -> sp.Expr:

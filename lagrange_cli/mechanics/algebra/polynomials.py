@@ -8,8 +8,9 @@ written: a result is always equal to its argument, and perhaps shorter.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
+from itertools import chain
 
 import sympy as sp
 
@@ -141,7 +142,7 @@ def _is_within_budget(*expressions: sp.Expr) -> bool:
     """Say whether expressions are small enough for algorithms on polynomials."""
     unknowns: set[sp.Expr] = set()
     surds: set[sp.Expr] = set()
-    for count, part in enumerate(_parts(expressions)):
+    for count, part in enumerate(chain.from_iterable(map(sp.preorder_traversal, expressions))):
         if count >= _NODES or not _has_small_numbers(part):
             return False
         if part.is_Pow and part.is_number:
@@ -151,11 +152,6 @@ def _is_within_budget(*expressions: sp.Expr) -> bool:
         if len(unknowns) + len(surds) > _UNKNOWNS or len(surds) > _SURDS:
             return False
     return sum(map(term_count, expressions)) <= _TERMS
-
-
-def _parts(expressions: Sequence[sp.Expr]) -> Iterator[sp.Expr]:
-    for expr in expressions:
-        yield from sp.preorder_traversal(expr)
 
 
 def _has_small_numbers(part: sp.Expr) -> bool:

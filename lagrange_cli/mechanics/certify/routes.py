@@ -96,9 +96,8 @@ class Tapes:
             body.name: [number[s] for s in symbols]
             for body, symbols in zip(reduced.names.bodies, reduced.names.body_symbols, strict=True)
         }
-        self.targets = [
-            bodies[f.on] if len(f.components) == 3 else [-1 - self._row(f.on)] for f in self.forces
-        ]
+        rows = {c.name: [-1 - j] for j, c in enumerate(reduced.coordinates)}
+        self.targets = [(bodies if len(f.components) == 3 else rows)[f.on] for f in self.forces]
 
     def _declared_tapes(self, derivation: Uncertified) -> None:
         """Tapes of values that the scene declares or geometry implies, and of those reported."""
@@ -117,9 +116,6 @@ class Tapes:
             at_rest = potential.xreplace(dict.fromkeys(self.v, sp.Integer(0)))
             if not at_rest.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
                 self.at_rest = Tape([at_rest], self.still)
-
-    def _row(self, name: str) -> int:
-        return [c.name for c in self.reduced.coordinates].index(name)
 
     # Evaluations at one state (q, v, a, t, parameters).
 

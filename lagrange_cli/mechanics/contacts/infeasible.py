@@ -77,10 +77,6 @@ def require_feasible(reduced: Reduced) -> None:
             raise refusal
 
 
-def _valued(reduced: Reduced) -> list[sp.Symbol]:
-    return [reduced.names.parameters[n] for n in reduced.values.exact]
-
-
 def _stated(names: Names, one_sided: Unilateral) -> StatedEquation:
     """Return the inequality over the names in which it is written, left ≥ right."""
     written_down = one_sided.inequality
@@ -111,7 +107,8 @@ def _squared(stated: StatedEquation, constants: Mapping[sp.Symbol, mpf]) -> Stat
 def _proven(reduced: Reduced, stated: Sequence[StatedEquation]) -> InputError | None:
     """Return the error of a smallest set that is proven to contradict itself."""
     names, reference = reduced.names, reduced.reference
-    constants = {p: reference[p] for p in _valued(reduced)}
+    parameters = reduced.names.parameters
+    constants = {parameters[n]: reference[parameters[n]] for n in reduced.values.exact}
     stated = [_squared(s, constants) if s.one_sided else s for s in stated]
     total = _false_sum(names, stated, constants)
     if total is not None:

@@ -18,7 +18,7 @@ from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient
 from lagrange_cli.mechanics.equations import ShownEquation
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.sampling import values_at_points
 from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
@@ -325,14 +325,8 @@ def _is_confirmed(
         The solution does not solve the system there.
     """
     expressions = [*solution, *right, *(entry for row in rows for entry in row.values())]
-    symbols = sorted(set().union(*(e.free_symbols for e in expressions)), key=str)
     with mpmath.workdps(_DIGITS):
-        for first in range(1, _DRAWS + 1):
-            point = {s: mpmath.frac(mpmath.sqrt(2) * (k + first)) for k, s in enumerate(symbols, 7)}
-            try:
-                numbers = iter(evaluate(expressions, point))
-            except (DomainError, ZeroDivisionError):
-                continue
+        for numbers in map(iter, values_at_points(expressions, _DRAWS)):
             values = [next(numbers) for _ in solution]
             sides = [next(numbers) for _ in right]
             for row, side in zip(rows, sides, strict=True):

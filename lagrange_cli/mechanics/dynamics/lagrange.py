@@ -180,7 +180,8 @@ class _Builder:
         for potential in self.terms.elements:
             self._add_potential(potential)
         extra = sp.Add(*self.terms.kinetic, *(-u for u in self.terms.velocity_dependent))
-        self._add_extra(extra)
+        for term in self._terms(extra):
+            self._add_extra(term)
         forces = tuple(self._add_force(f) for f in self.reduced.scene.forces)
         dissipation = self._add_dissipation()
         upper = {place: tuple(self.mass[place].collected()) for place in sorted(self.mass)}
@@ -289,12 +290,8 @@ class _Builder:
     def _split_terms(self, force: sp.Expr) -> list[TermParts]:
         return [self.splitter.split(term) for term in self._terms(force)]
 
-    def _add_extra(self, extra: sp.Expr) -> None:
-        """Euler–Lagrange expression of T_extra − U, term by term."""
-        for term in self._terms(extra):
-            self._add_extra_term(term)
-
-    def _add_extra_term(self, term: sp.Expr) -> None:
+    def _add_extra(self, term: sp.Expr) -> None:
+        """Add the Euler–Lagrange expression of a term of T_extra − U."""
         present = term.free_symbols
         for j in range(self.n):
             if self.q[j] in present:

@@ -30,7 +30,8 @@ from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum, sympy_rational, trig_factors
 from lagrange_cli.mechanics.algebra.factor import common_factor, scaled
 from lagrange_cli.mechanics.algebra.trig_polynomials import TrigPolynomial, refined
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.mechanics.numerics.sampling import values_at_points
 
 #: Most products that one entry may be multiplied out to.
 _PRODUCT_BUDGET = 250
@@ -125,12 +126,9 @@ def _is_confirmed(
         e for s in solution.steps for e in (s.numerator, s.denominator, *dict(s.coupling).values())
     ]
     expressions = [*parts, *forcing, *(e for row in mass for e in row)]
-    symbols = sorted(set().union(*(e.free_symbols for e in expressions)), key=str)
     with mpmath.workdps(_DIGITS):
-        for first in range(1, _DRAWS + 1):
-            point = {s: mpmath.frac(mpmath.sqrt(2) * (k + first)) for k, s in enumerate(symbols, 7)}
+        for numbers in map(iter, values_at_points(expressions, _DRAWS)):
             try:
-                numbers = iter(evaluate(expressions, point))
                 a = _substituted(solution, numbers)
             except (DomainError, ZeroDivisionError):
                 continue

@@ -1,10 +1,10 @@
 """Elimination of Cartesian names by definitions and constraints.
 
-The order is that of a calculation by hand: names that stand alone on one side
-of an equation, then names in which an equation is linear (pivots that are
-numbers or parameters first), then closed-form solutions of single equations,
-whose branch the reference configuration picks. A choice between branches that depend
-on another name still open would hold in one chart only: such an equation stays.
+The order is that of a calculation by hand: names that stand alone on one side of an equation, then
+names in which an equation is linear (pivots that are numbers or parameters first), then closed-form
+solutions of single equations, whose branch the reference configuration picks. A choice between
+branches that depend on another name still open would hold in one chart only: such an equation
+stays.
 """
 
 from __future__ import annotations
@@ -37,11 +37,9 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.symbols.quoting import with_carets
 from lagrange_cli.scene.language.expression import Equation
 
-#: Largest relative value that counts as zero at the reference configuration, which a person writes
-#: in about ten decimals.
+#: Largest relative value that counts as zero at the reference, written in some ten decimals.
 _VANISHES = mpmath.mpf(10) ** -9
-#: Distance from the given value, relative to the scene's length, of another solution: above what a
-#: person rounds away, and below the distance of branches that anybody tells apart.
+#: Distance of another solution, relative to the scene's length: above rounding, below branches.
 _ELSEWHERE = mpmath.mpf(10) ** -6
 
 
@@ -172,7 +170,12 @@ class Elimination:
 
     def run(self, kinds: int) -> None:
         """Solve until none of the first ``kinds`` steps applies."""
-        steps = [self._isolated, self._linear_constant, self._linear, self._closed_form][:kinds]
+        steps = [
+            self._isolated,
+            lambda number: self._linear(number, constant_pivot=True),
+            self._linear,
+            self._closed_form,
+        ][:kinds]
         rank = 0
         while rank < len(steps):
             progress = False
@@ -212,14 +215,8 @@ class Elimination:
                 return name, opposite
         return None
 
-    def _linear_constant(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
-        return self._linear_if(number, lambda a: a.free_symbols <= self.constants)
-
-    def _linear(self, number: int) -> tuple[sp.Symbol, sp.Expr] | None:
-        return self._linear_if(number, lambda a: True)
-
-    def _linear_if(
-        self, number: int, admits: Callable[[sp.Expr], bool]
+    def _linear(
+        self, number: int, constant_pivot: bool = False
     ) -> tuple[sp.Symbol, sp.Expr] | None:
         if ("linear", self._shape(number)) in self._useless:
             return None
@@ -227,12 +224,12 @@ class Elimination:
         for unknown in self._open_in(number):
             parts = linear_parts(phi, unknown)
             linear = linear or parts is not None
-            if parts is None or not admits(parts[0]):
+            if parts is None:
                 continue
             pivot, remainder = parts
-            if not self._everywhere(pivot, remainder):
-                continue
             fixed = pivot.free_symbols <= self.constants
+            if (constant_pivot and not fixed) or not self._everywhere(pivot, remainder):
+                continue
             if fixed or not self._loses(number, unknown, [-remainder / pivot]):
                 candidates.append((pivot, unknown, remainder))
         if not linear:
@@ -241,7 +238,7 @@ class Elimination:
             return None
         pivot, unknown, remainder = candidates[self._best([a for a, _, _ in candidates])]
         if not pivot.free_symbols <= self.constants and self._choose_factor(number):
-            return self._linear_if(number, admits)
+            return self._linear(number, constant_pivot)
         return unknown, -remainder / pivot
 
     def _phi(self, number: int) -> sp.Expr:
@@ -357,7 +354,8 @@ class Elimination:
         at = self._at_reference(branches)
         real = [k for k, value in enumerate(at) if value is not None]
         never = all(b.is_real is False for b in branches)
-        if never or (not real and self._reaches(branches)):
+        known = all(b.free_symbols <= self.reference.keys() for b in branches)
+        if never or (not real and known):
             raise self._unreal(number, unknown, branches)
         if len(branches) == 1:
             return branches[0]
@@ -381,18 +379,14 @@ class Elimination:
         symbols = {s for e in expressions for s in e.free_symbols - self.constants}
         return max((abs(self.reference[s]) for s in symbols if s in self.reference), default=0)
 
-    def _reaches(self, branches: list[sp.Expr]) -> bool:
-        return all(s in self.reference for b in branches for s in b.free_symbols)
-
     def _unreal(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> InputError:
         """Refuse branches that are complex: for good, or at the given configuration."""
         used = sorted(self.touched[number] | {number})
         listed = ", ".join(f"'{n}'" for n in dict.fromkeys(self.stated[k].constraint for k in used))
         if all(b.is_real is False or b.free_symbols <= self.constants for b in branches):
             left, right = self.pending[number]
-            message = (
-                f"{with_carets(left)} = {with_carets(right)} holds for no real {unknown}: {listed}"
-            )
+            written = f"{with_carets(left)} = {with_carets(right)}"
+            message = f"{written} holds for no real {unknown}: {listed}"
             mark = self.stated[number].equation.mark()
             return NoRealSolutionError(Problem(message, mark, rule="inconsistent"), used)
         message = f"the given configuration does not satisfy {listed}: {unknown} is not real"
@@ -448,7 +442,7 @@ def substitute(
 ) -> Elimination:
     """Eliminate without a choice of branch, and without division by a factor that may vanish.
 
-    The parameters are those of :func:`eliminate`; the reference holds values of the constants.
+    Parameters are those of :func:`eliminate`; the reference holds values of the constants.
     """
     state = Elimination(stated, reference or {}, constants, unknowns=dict.fromkeys(unknowns))
     state.begin(definitions)

@@ -182,7 +182,7 @@ class ImplicitSystem:
             if solved is None:
                 continue
             sine, cosine = solved
-            below = [_denominator(e) for e in solved]
+            below = [sp.fraction(sp.together(e))[1] for e in solved]
             plain = all(e.free_symbols <= self._constants for e in below)
             if not plain and (needed or not self._cancels(*below)):
                 continue
@@ -364,10 +364,6 @@ def _solved(one: _Powers, two: _Powers) -> tuple[sp.Expr, sp.Expr] | None:
 
 def _lowest(expr: sp.Expr) -> sp.Expr:
     return cancelled(expr) if expr.count_ops() <= _FRACTION_BUDGET else expr
-
-
-def _denominator(expr: sp.Expr) -> sp.Expr:
-    return sp.fraction(sp.together(expr))[1]
 
 
 def _numerator(expr: sp.Expr) -> sp.Expr:

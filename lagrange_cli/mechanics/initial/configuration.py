@@ -205,7 +205,7 @@ class ConfigurationSearch:
                 for w, row in zip(weights, rows, strict=True)
             ]
         )
-        if _rank(matrix) < len(self._missing):
+        if rank(np.array(matrix.tolist(), dtype=float), 1e-12) < len(self._missing):
             return None
         self._regular = True
         residual = [w * (x - y) for w, x, y in zip(weights, self._target, values, strict=True)]
@@ -251,8 +251,3 @@ def _keep(
                 distinct[k] = (q, place)
             return
     distinct.append((q, place))
-
-
-def _rank(matrix: mpmath.matrix) -> int:
-    """Numerical rank of a small matrix."""
-    return rank(np.array(matrix.tolist(), dtype=float), 1e-12)

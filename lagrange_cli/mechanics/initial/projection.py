@@ -11,11 +11,22 @@ from mpmath import mpf
 from lagrange_cli.errors import InconsistentStartError, InputError, Problem
 from lagrange_cli.mechanics.initial.configuration import NEWTON_STARTS, ConfigurationSearch
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
+from lagrange_cli.mechanics.numerics.rank import (
+    column_factors,
+    dependent_rows,
+    normalized_row,
+    scale_columns,
+)
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.values import decimal
 from lagrange_cli.mechanics.system import InitialState
 
 _ZERO = mpf(0)
+
+#: Conditions on velocities this close to a combination of others depend on them.
+_DEPENDENT = 1e-12
+#: Inertia, relative to the largest, of a coordinate without any at a singular point.
+_TRACE = mpf(10) ** -20
 
 #: Largest violation, relative to the scene's length or speed, that is projected.
 _TOLERANCE = mpf(10) ** -9
@@ -150,3 +161,42 @@ def state_of(positions: Sequence[mpf], velocities: Sequence[mpf], projected: flo
         projected,
         tuple(map(decimal, (*positions, *velocities))),
     )
+
+
+def smallest_solution(
+    matrix: Sequence[SparseRow], target: Sequence[mpf], metric: Sequence[SparseRow]
+) -> list[mpf]:
+    """x of least xᵀ·metric·x with matrix·x = target, dependent rows left out.
+
+    Zeros if rows are dependent only within the digits carried: they miss the target, and the caller
+    refuses it as it does other velocities without rates of the coordinates.
+    """
+    width = len(metric)
+    normalized = [normalized_row(row) for row in matrix]
+    dependent = dependent_rows(
+        scale_columns(normalized, column_factors(normalized, width)), _DEPENDENT
+    )
+    independent = [k for k in range(len(matrix)) if k not in dependent]
+    if not independent:
+        return [_ZERO] * width
+    rows = _full([matrix[k] for k in independent], width)
+    right = mpmath.matrix([target[k] for k in independent])
+    weighted = _inverse(_full(metric, width)) * rows.T
+    try:
+        return list(weighted * mpmath.lu_solve(rows * weighted, right))
+    except ZeroDivisionError:
+        return [_ZERO] * width
+
+
+def _full(rows: Sequence[SparseRow], width: int) -> mpmath.matrix:
+    """The rows with their zeros."""
+    return mpmath.matrix([[row.get(j, _ZERO) for j in range(width)] for row in rows])
+
+
+def _inverse(metric: mpmath.matrix) -> mpmath.matrix:
+    """Invert the metric; coordinates without inertia at a singular point get a trace of it."""
+    try:
+        return mpmath.inverse(metric)
+    except ZeroDivisionError:
+        largest = max(metric[i, i] for i in range(metric.rows)) or mpf(1)
+        return mpmath.inverse(metric + mpmath.eye(metric.rows) * largest * _TRACE)

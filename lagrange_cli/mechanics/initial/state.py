@@ -25,16 +25,10 @@ from lagrange_cli.errors import (
 )
 from lagrange_cli.mechanics.initial.configuration import Configurations, ConfigurationSearch
 from lagrange_cli.mechanics.initial.contact_gaps import GapProjection
-from lagrange_cli.mechanics.initial.projection import ClosureProjection, state_of
+from lagrange_cli.mechanics.initial.projection import ClosureProjection, smallest_solution, state_of
 from lagrange_cli.mechanics.initial.suggestions import with_suggestion
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow, least_norm_solution
-from lagrange_cli.mechanics.numerics.rank import (
-    column_factors,
-    dependent_rows,
-    normalized_row,
-    scale_columns,
-)
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.quoting import near_snippet
 from lagrange_cli.mechanics.symbols.values import evaluated, evaluated_by_factors
@@ -54,8 +48,6 @@ _MORE_DIGITS = 26
 _HARDLY = 1e-20
 _ZERO = mpf(0)
 
-#: Conditions on velocities this close to a combination of others depend on them.
-_DEPENDENT = 1e-12
 #: Most conditions on velocities that are solved densely; more are solved by sparse elimination.
 _LARGE = 64
 
@@ -339,7 +331,7 @@ class _Initial:
         if len(matrix) > _LARGE and min(weights) > 0 and all(len(row) == 1 for row in metric):
             return least_norm_solution(matrix, target, [1 / mpmath.sqrt(w) for w in weights])
         with mpmath.workdps(self.digits + _MORE_DIGITS):
-            return _smallest(matrix, target, metric)
+            return smallest_solution(matrix, target, metric)
 
     def _rates(self, tape: Tape, start: Sequence[mpf]) -> tuple[list[SparseRow], list[mpf]]:
         """∂c/∂q and ∂c/∂t of the Cartesian names with a given velocity."""
@@ -429,42 +421,3 @@ def _contradiction(entry: InitialValue, value: mpf) -> InputError:
             rule="initial-inconsistent",
         )
     )
-
-
-def _smallest(
-    matrix: Sequence[SparseRow], target: Sequence[mpf], metric: Sequence[SparseRow]
-) -> list[mpf]:
-    """x of least xᵀ·metric·x with matrix·x = target, dependent rows left out.
-
-    Zeros if rows are dependent only within the digits carried: they miss the target, and the caller
-    refuses it as it does other velocities without rates of the coordinates.
-    """
-    width = len(metric)
-    normalized = [normalized_row(row) for row in matrix]
-    dependent = dependent_rows(
-        scale_columns(normalized, column_factors(normalized, width)), _DEPENDENT
-    )
-    independent = [k for k in range(len(matrix)) if k not in dependent]
-    if not independent:
-        return [_ZERO] * width
-    rows = _full([matrix[k] for k in independent], width)
-    right = mpmath.matrix([target[k] for k in independent])
-    weighted = _inverse(_full(metric, width)) * rows.T
-    try:
-        return list(weighted * mpmath.lu_solve(rows * weighted, right))
-    except ZeroDivisionError:
-        return [_ZERO] * width
-
-
-def _full(rows: Sequence[SparseRow], width: int) -> mpmath.matrix:
-    """The rows with their zeros."""
-    return mpmath.matrix([[row.get(j, _ZERO) for j in range(width)] for row in rows])
-
-
-def _inverse(metric: mpmath.matrix) -> mpmath.matrix:
-    """Invert the metric; coordinates without inertia at a singular point get a trace of it."""
-    try:
-        return mpmath.inverse(metric)
-    except ZeroDivisionError:
-        largest = max(metric[i, i] for i in range(metric.rows)) or mpf(1)
-        return mpmath.inverse(metric + mpmath.eye(metric.rows) * largest * _ROUNDING)

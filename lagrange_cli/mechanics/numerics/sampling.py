@@ -8,13 +8,13 @@ expressions are not real there.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, evaluate
 
 _ONE = mpf(1)
 
@@ -174,6 +174,18 @@ class Sampler:
     def noise(self, scale: mpf) -> mpf:
         """Draw a number in ``(-scale, scale)``, for velocities and accelerations."""
         return scale * self._uniform(-1, 1)
+
+
+def values_at_points(expressions: Sequence[sp.Expr], draws: int) -> Iterator[list[mpf]]:
+    """Yield values of expressions at points with irrational coordinates, where they are finite."""
+    symbols = sorted(set().union(*(e.free_symbols for e in expressions)), key=str)
+    for first in range(1, draws + 1):
+        point = {s: mpmath.frac(mpmath.sqrt(2) * (k + first)) for k, s in enumerate(symbols, 7)}
+        try:
+            values = evaluate(expressions, point)
+        except (DomainError, ZeroDivisionError):
+            continue
+        yield values
 
 
 def working_digits(digits: int) -> int:

@@ -371,7 +371,9 @@ class _Check:
         masses = dict.fromkeys(range(len(tapes.symbols)), _ZERO)
         for mass, k in zip(tapes.mass_values(series), tapes.components, strict=True):
             masses[k] += mass
-        lacking = self._lacking(point)
+        pairs = zip(self._residuals(point), self.closures.forces(point), strict=True)
+        # M a − f − Σ λ·gradient, which is zero at a state of the motion.
+        lacking = [residual - sum(parts, _ZERO) for (residual, _), parts in pairs]
         symbols = [s for s in tapes.symbols if s in forces.along]
         derived = evaluate([forces.along[s] for s in symbols], point)
         loads = evaluate([self.applied.dynamic.get(s, sp.Integer(0)) for s in symbols], point)
@@ -413,11 +415,6 @@ class _Check:
             parts = [m * accelerations[k] for k, m in row.items()]
             residuals.append((sum(parts, -f), sum(map(abs, parts), abs(f))))
         return residuals
-
-    def _lacking(self, point: SymbolValues) -> list[mpf]:
-        """M a − f − Σ λ·gradient: zero at a state of the motion."""
-        pairs = zip(self._residuals(point), self.closures.forces(point), strict=True)
-        return [residual - sum(parts, _ZERO) for (residual, _), parts in pairs]
 
     def rows(self, rows: Sequence[ForceBalance], multipliers: Mapping[int, sp.Expr]) -> None:
         """Require that the multipliers make up the forces."""

@@ -37,6 +37,7 @@ from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduce import RANK_POINTS
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced, in_coordinates
 from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.mechanics.symbols.quoting import with_carets
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
@@ -130,7 +131,7 @@ class _Form:
         asked |= {q for q in self.own if q.name in self.uses.rates} | set(self.known.values())
         unused = frozenset(q for q in self.own if q not in asked)
         remaining = [r for r in relations if r.expression.free_symbols.isdisjoint(unused)]
-        return self._reduced(remaining, unused, _unchanged) if unused else None
+        return self._reduced(remaining, unused, lambda expr: expr) if unused else None
 
     def _eliminated(self, relations: Sequence[ImplicitEquation]) -> Reduced | None:
         """Eliminate as many coordinates as possible."""
@@ -138,7 +139,9 @@ class _Form:
         single = [self._in_angles(r, angles) for r in relations]
         system = ImplicitSystem(single, self._moving(angles), self.names.parameters.values())
         system.square_roots()
-        dropped = [a.q for a in self._in_order(angles, system) if self._drops_angle(system, a)]
+        # Angles in few equations first.
+        ordered = sorted(angles, key=lambda a: len(system.holding(a.sine, a.cosine)))
+        dropped = [a.q for a in ordered if self._drops_angle(system, a)]
         lengths = [q for q in self.own if q not in {a.q for a in angles}]
         dropped += [q for q in lengths if self._drops_length(system, q)]
         gone = frozenset(dropped)
@@ -160,7 +163,7 @@ class _Form:
             for s in symbols
         }
         for s, e, expression in self._defined():
-            yield ImplicitEquation(bodies[s], expression, f"{s} = {_written(e)}", stated=False)
+            yield ImplicitEquation(bodies[s], expression, f"{s} = {with_carets(e)}", stated=False)
         for stated, expression in self._stated():
             yield ImplicitEquation(stated.constraint, expression, stated.equation.text, stated=True)
 
@@ -214,11 +217,6 @@ class _Form:
         return [*raw, *self.own, *parts]
 
     # Elimination.
-
-    @staticmethod
-    def _in_order(angles: Sequence[AngleSymbols], system: ImplicitSystem) -> list[AngleSymbols]:
-        """Order coordinates: angles in few equations first."""
-        return sorted(angles, key=lambda a: len(system.holding(a.sine, a.cosine)))
 
     def _drops_angle(self, system: ImplicitSystem, angle: AngleSymbols) -> bool:
         if angle.q.name in self.uses.rates:
@@ -327,10 +325,6 @@ def _closure_equation(relation: ImplicitEquation, scene: Scene) -> ClosureEquati
     )
 
 
-def _unchanged(expr: sp.Expr) -> sp.Expr:
-    return expr
-
-
 def _put_back(expr: sp.Expr, angles: Sequence[AngleSymbols]) -> sp.Expr:
     for angle in angles:
         expr = angle.put_back(expr)
@@ -348,10 +342,6 @@ def _rewritten(
         return expr
     single = in_single_angles(expr, angles)
     return expr if single is None else single.xreplace(dict(solutions))
-
-
-def _written(expr: sp.Expr) -> str:
-    return str(expr).replace("**", "^")
 
 
 def _uses(names: Names) -> _Uses:

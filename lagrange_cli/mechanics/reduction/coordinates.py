@@ -74,6 +74,7 @@ def scales(chart: Chart) -> dict[sp.Symbol, mpf]:
 def sampler_of(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampler:
     names, reference = chart.geometry.names, chart.geometry.reference
     exact = chart.values.exact
+    gaps = (gap.left - gap.right for gap in chart.geometry.gaps)
     return Sampler(
         names.t,
         [c.q for c in chart.coordinates],
@@ -81,7 +82,7 @@ def sampler_of(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampl
         [*(s for n, s in names.parameters.items() if n not in exact), *names.inputs.values()],
         {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates},
         scales(chart),
-        [*chart.geometry.resolved.values(), *_differences(chart.geometry.gaps), *domain],
+        [*chart.geometry.resolved.values(), *gaps, *domain],
         seed=names.scene.digest,
         place=manifold.placed if manifold.all else None,
         positive=[e for _, e in positive_places(chart.geometry)],
@@ -96,10 +97,6 @@ def positive_places(geometry: Geometry) -> list[tuple[str, sp.Expr]]:
     moving = {q.name: q for q in geometry.coordinates}
     places = {**{s.name: e for s, e in geometry.resolved.items()}, **moving}
     return [(name, places[name]) for name in sorted(geometry.names.scene.positive & places.keys())]
-
-
-def _differences(closures: Sequence[ClosureEquation]) -> list[sp.Expr]:
-    return [r.left - r.right for r in closures]
 
 
 def manifold_of(chart: Chart, closures: Sequence[ClosureEquation]) -> Manifold:
@@ -134,13 +131,10 @@ def periodic_symbols(positions: Iterable[sp.Expr]) -> set[sp.Symbol]:
             present.add(top)
             aperiodic.add(top)
         elif top.func in (sp.sin, sp.cos, sp.tan):
-            inside = top.args[0].free_symbols
+            argument = top.args[0]
+            inside = argument.free_symbols
             present |= inside
-            aperiodic |= {s for s in inside if not _integer_slope(top.args[0], s)}
+            aperiodic |= {q for q in inside if argument != q and not argument.diff(q).is_Integer}
         else:
             stack.extend(top.args)
     return present - aperiodic
-
-
-def _integer_slope(argument: sp.Expr, q: sp.Symbol) -> bool:
-    return bool(argument == q or argument.diff(q).is_Integer)

@@ -8,7 +8,7 @@ the one before, stays together too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from heapq import heappop, heappush
 from operator import itemgetter
 from types import MappingProxyType
@@ -186,3 +186,14 @@ def _shape(operand: Operand, family: Mapping[str, int]) -> str:
 def renamed(operand: Operand, new: Mapping[str, Variable]) -> Operand:
     """The operand with other names for some of its variables."""
     return rebuilt(operand, lambda variable: new.get(variable.name, variable))
+
+
+def dependents(assignments: Iterable[Assignment], names: Iterable[str]) -> tuple[Assignment, ...]:
+    """List the assignments that need one of the names, in their order."""
+    late = set(names)
+    needing = []
+    for name, operand in assignments if late else ():
+        if any(variable.name in late for variable in variables(operand)):
+            late.add(name)
+            needing.append((name, operand))
+    return tuple(needing)
