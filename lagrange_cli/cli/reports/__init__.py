@@ -11,7 +11,6 @@ interface and documents use too.
 """
 
 __all__ = [
-    "analyze",
     "check",
     "ensemble",
     "fit",
