@@ -73,7 +73,7 @@ def test_a_start_elsewhere_is_told_one_that_holds(start: str) -> None:
     tree = yaml.safe_load(text)
     tree.update(yaml.safe_load(problem.hint.splitlines()[-1]))
     accepted = derived(yaml.safe_dump(tree))
-    assert accepted.account.lines[0].on_a_part
+    assert accepted.derivation.account.lines[0].on_a_part
 
 
 @pytest.mark.parametrize(
