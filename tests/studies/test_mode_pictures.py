@@ -86,6 +86,7 @@ def test_the_moving_svg_is_a_loop_without_scripts():
     assert animated_modes(found, "svg").decode() == text
 
 
+@pytest.mark.slow
 def test_the_gif_has_the_pictures_of_a_period():
     image = pytest.importorskip("PIL.Image")
     found = mode_pictures(equations("oscillators", "damped_oscillator.yaml"), moving=True)
@@ -95,6 +96,7 @@ def test_the_gif_has_the_pictures_of_a_period():
     assert draw_modes(found, "png").startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_the_command_writes_both(tmp_path):
     scene = str(SYSTEMS / "pendulums" / "coupled_pendulums.yaml")
     still, moving = tmp_path / "modes.svg", tmp_path / "moving.svg"

@@ -140,7 +140,9 @@ def test_without_a_compiler_two_methods_are_compared(oscillator, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("until", slice_of([0.198, 0.213, 0.555, 0.585], 2))
+@pytest.mark.parametrize(
+    "until", slice_of([0.198, 0.213, 0.555, 0.585], 0, lambda until: until < 0.3)
+)
 def test_roundings_that_two_methods_share_count_as_error_of_a_reference_in_doubles(until):
     # A heavy pull: where the right-hand side rounds, both methods round nearly alike.
     text = (SYSTEMS / "pendulums" / "spherical_pendulum.yaml").read_text(encoding="utf-8")
