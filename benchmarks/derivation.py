@@ -152,7 +152,7 @@ def on_the_graph(given: tuple[Scene, Equations]) -> Executed:
         replace(p, mass=m, position=tuple(reduced.resolved[s] for s in body))
         for p, body, m in bodies
     )
-    sources = replace(equations.derivation.sources, rest=rest)
+    sources = replace(equations.derivation.sources, other_lagrangian=rest)
     equations = replace(
         equations,
         system=replace(equations.system, particles=particles),

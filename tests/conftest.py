@@ -14,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from lagrange_cli.cli.main import COLLECTION
 
@@ -35,8 +36,16 @@ def _restore_signals() -> None:
         signal.signal(signal.SIGHUP, lambda number, frame: None)
 
 
-def pytest_configure() -> None:
+# Properties have budgets in examples, of which campaigns try more; none fails for being slow.
+settings.register_profile(
+    "suite", deadline=None, max_examples=50, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.register_profile("campaigns", settings.get_profile("suite"), max_examples=200)
+
+
+def pytest_configure(config: pytest.Config) -> None:
     _restore_signals()
+    settings.load_profile("campaigns" if config.getoption("--campaigns") else "suite")
     # Garbage is collected as seldom as in the command.
     gc.set_threshold(*COLLECTION)
 

@@ -24,8 +24,9 @@ def recipe(scene, times=None, **more):
     return Recipe(SceneText(path, read_bytes(path), times=times or {}), **more)
 
 
-def found(scene, *axes, times=None, **more):
-    return stress(recipe(scene, times=times or {}), axes=axes, **more)
+def found(scene, *axes, times=None, budget=300.0, **more):
+    """The stress of a scene; no run of it is ended by the load of the machine."""
+    return stress(recipe(scene, times=times or {}), axes=axes, budget=budget, **more)
 
 
 def test_every_axis_says_what_it_sets():
