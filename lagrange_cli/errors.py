@@ -1,4 +1,4 @@
-"""Problems with a place: the one way in which mistakes are reported.
+"""Problems with a place, by which all mistakes are reported.
 
 Every mistake in YAML, an expression, the geometry of a scene or an expected result becomes a
 :class:`Problem`, and every refusal is a :class:`LagrangeError` that carries its problems and the
@@ -20,13 +20,13 @@ class Mark:
     Attributes
     ----------
     file
-        Name of the file, as messages have it.
+        Name of the file in messages.
     line, column
         Counted from 1.
     text
         The line itself; empty if it is not known.
     length
-        Characters that are marked from the column on.
+        Number of characters that are marked from the column on.
     """
 
     file: str
@@ -80,12 +80,12 @@ class LagrangeError(Exception):
         self.problems = problems
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Let it be raised in another process: it is made of problems there too, not of a text."""
+        """Pickle an error by its problems, so that another process can raise it."""
         return _remade, (type(self), self.problems), vars(self)
 
 
 def _remade(kind: type[LagrangeError], problems: tuple[Problem, ...]) -> LagrangeError:
-    """Make an error of its problems, whatever else its own kind is made of."""
+    """Rebuild an error from its problems."""
     error = kind.__new__(kind)
     LagrangeError.__init__(error, *problems)
     return error

@@ -1,7 +1,7 @@
-"""Stages of long work, told to listeners, who may ask for an end.
+"""Stages of long work, announced to listeners, who may ask for an end.
 
-Derivation, compiler and integration tell their stage and know nothing of terminals. The command
-line listens while a person waits; else nobody does, and it costs nothing.
+Derivation, compiler and integration announce their stages and know nothing of terminals. The
+command line listens while a person waits; without a listener announcements cost nothing.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ def _never() -> bool:
 
 
 def _nowhere(stage: str) -> None:
-    """Nobody listens."""
+    """Ignore a stage: nobody listens."""
 
 
 @dataclass(frozen=True)
 class Listener:
-    """One who is told of stages.
+    """Receiver of announced stages.
 
     Attributes
     ----------
     hears
-        Takes a phrase such as ``certifying``.
+        Called with a phrase such as ``certifying``.
     ends
-        Says whether the work is to end.
+        Returns True if the work is to end.
     """
 
     hears: Callable[[str], None] = _nowhere
@@ -42,7 +42,7 @@ _listener: ContextVar[Listener] = ContextVar("listener", default=_NOBODY)
 
 @contextmanager
 def heard_by(listener: Listener) -> Iterator[None]:
-    """Let a listener hear of stages, beside those that listen already."""
+    """Add a listener to stages, for the time of a block."""
     before = _listener.get()
 
     def hears(stage: str) -> None:
@@ -60,12 +60,12 @@ def heard_by(listener: Listener) -> Iterator[None]:
 
 
 def announce(stage: str) -> None:
-    """Tell listeners the stage that begins, or how far it is."""
+    """Announce the stage that begins, or its progress, to all listeners."""
     _listener.get().hears(stage)
 
 
 def is_heard() -> bool:
-    """Say whether anybody listens: a phrase that takes time to make need not be made otherwise."""
+    """Say whether anybody listens; if not, phrases need not be made."""
     return _listener.get() is not _NOBODY
 
 

@@ -1,7 +1,7 @@
 """The pipeline of an analysis: symmetries, equilibria, the linear system and its modes.
 
-Each part is found when it is asked for. Without a choice all parts are, and those that cannot be
-found, or are beyond the budget, are named with the reason.
+Each part is computed only when it is asked for. Without a choice all parts are; those that have no
+result, or exceed the budget, are listed with the reason.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.parameter import Varied
     from lagrange_cli.mechanics.equations import Equations
 
-#: The parts of an analysis, in the order in which they are found.
+#: The parts of an analysis, in the order in which they are computed.
 PARTS = ("symmetries", "equilibria", "linearization", "modes")
 
 
@@ -59,7 +59,7 @@ def analyze(
     equations
         The equations.
     parts
-        Names of :data:`PARTS` that are wanted; all that can be found if there are none.
+        Names of :data:`PARTS` that are wanted; if there are none, all parts that have a result.
     at
         Coordinates of a configuration, and values of inputs that are held; expressions of the
         scene language. Of steady motions also momenta or rates of ignored coordinates.
@@ -88,7 +88,7 @@ def analyze(
                 "branches are of all equilibria, and not of the one at {name}", name=(name,)
             )
             raise InputError(Problem(message, configuration.marks[name], rule="analysis-branches"))
-        system = rest_system(equations, configuration.held)
+        system = rest_system(equations, configuration.held_inputs)
         result = replace(result, branches=find_branches(system, branches))
     if "symmetries" in wanted:
         announce("looking for symmetries")
@@ -96,12 +96,12 @@ def analyze(
     of_rest = [part for part in wanted if part != "symmetries"]
     if not of_rest:
         return result
-    strict = bool(parts or configuration.coordinates or configuration.held)
+    strict = bool(parts or configuration.coordinates or configuration.held_inputs)
     return _of_rest(result, of_rest, configuration, steady=steady, strict=strict)
 
 
 @dataclass(frozen=True)
-class _Resting:
+class _RestProblem:
     """The system whose equilibria are sought, and the one that is linearized at each of them."""
 
     sought: RestSystem
@@ -114,12 +114,14 @@ class _Resting:
         return points if self.steady is None else self.steady.completed(points)
 
 
-def _resting(equations: Equations, configuration: Configuration, *, steady: bool) -> _Resting:
+def _rest_problem(
+    equations: Equations, configuration: Configuration, *, steady: bool
+) -> _RestProblem:
     if not steady:
-        return _Resting(rest_system(equations, configuration.held))
+        return _RestProblem(rest_system(equations, configuration.held_inputs))
     announce("ignoring cyclic coordinates")
     system = steady_system(equations, configuration)
-    return _Resting(system.sought, system)
+    return _RestProblem(system.sought, system)
 
 
 def _of_rest(
@@ -130,29 +132,29 @@ def _of_rest(
     steady: bool,
     strict: bool,
 ) -> Analysis:
-    """Add what concerns motions near rest; what is missing is left out unless ``strict``."""
+    """Add equilibria, linearization and modes; missing parts are left out unless ``strict``."""
     try:
-        resting = _resting(result.equations, configuration, steady=steady)
+        problem = _rest_problem(result.equations, configuration, steady=steady)
         announce(f"looking for {'steady motions' if steady else 'equilibria'}")
-        equilibria = find_equilibria(resting)
+        equilibria = find_equilibria(problem)
     except InputError as error:
         if strict or steady:
             raise
         return replace(result, left_out=_left_out(wanted, error))
-    if resting.steady is not None:
-        result = replace(result, steady=resting.steady.form)
+    if problem.steady is not None:
+        result = replace(result, steady=problem.steady.form)
     if "equilibria" in wanted:
         result = replace(result, equilibria=equilibria)
     further = [part for part in wanted if part != "equilibria"]
     try:
         if further:
             announce("linearizing")
-            (chosen,) = resting.completed([nearest(resting.sought, equilibria, configuration)])
-            system = resting.system_at(chosen)
+            (chosen,) = problem.completed([nearest(problem.sought, equilibria, configuration)])
+            system = problem.system_at(chosen)
             linear = linearization(system, chosen)
             result = replace(result, linearization=linear)
             if "modes" in further:
-                chose = bool(configuration.coordinates or configuration.held)
+                chose = bool(configuration.coordinates or configuration.held_inputs)
                 result = replace(result, modes=_modes(system, linear, chose))
     except InputError as error:
         if strict:
@@ -168,28 +170,28 @@ def _left_out(parts: Collection[str], error: InputError) -> tuple[LeftOut, ...]:
     return tuple(LeftOut(part, error.problems[0].message) for part in parts)
 
 
-def find_equilibria(resting: _Resting) -> Equilibria:
-    """Find the equilibria in closed form where that can be, else by a search.
+def find_equilibria(problem: _RestProblem) -> Equilibria:
+    """Find the equilibria, in closed form if that is possible, else by a search.
 
     Raises
     ------
     InputError
         There is no closed form, and a parameter lacks its value.
     """
-    system = resting.sought
+    system = problem.sought
     forms = closed_forms(system) or ClosedForms((), (), False)
     points, starts = list(forms.points), 0
     if not forms.complete and not (system.missing and points):
-        found, starts = search(system)
-        points += found
-    different = resting.completed(without_repeats(system, _ordered(system, points)))
-    judged = tuple(replace(p, stability=_stability(resting, p)) for p in different)
+        numeric, starts = search(system)
+        points += numeric
+    different = problem.completed(without_repeats(system, _ordered(system, points)))
+    judged = tuple(replace(p, stability=_stability(problem, p)) for p in different)
     complete = forms.complete and not system.jumps
-    return Equilibria(judged, forms.absent, complete, starts, system.held)
+    return Equilibria(judged, forms.absent, complete, starts, system.held_inputs)
 
 
 def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]:
-    """Put closed forms first, the freest and shortest of them, then what is near the start."""
+    """Sort closed forms first, by freedom and length, then numbers by distance from the start."""
 
     def key(point: Equilibrium) -> tuple[int, float, list[float]]:
         if point.exact is not None:
@@ -202,11 +204,11 @@ def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]
     return sorted(points, key=key)
 
 
-def _stability(resting: _Resting, point: Equilibrium) -> Stability:
-    if point.position is None or resting.sought.missing:
+def _stability(problem: _RestProblem, point: Equilibrium) -> Stability:
+    if point.position is None or problem.sought.missing:
         return Stability("undecided", Phrase("parameters have no values"))
     try:
-        system = resting.system_at(point)
+        system = problem.system_at(point)
         return stability(system, point, linear_system(system, point))
     except InputError as error:
         return Stability("undecided", error.problems[0].message)
@@ -232,9 +234,9 @@ def linearization(system: RestSystem, point: Equilibrium) -> Linearization:
 
 
 def _modes(system: RestSystem, linear: Linearization, chosen: bool) -> tuple[Mode, ...]:
-    """Find the modes, at an equilibrium that was chosen or is not known to be unstable."""
-    told = linear.at.stability
-    if not chosen and told is not None and told.verdict == "unstable":
+    """Find the modes at a chosen equilibrium, or at one that is not known to be unstable."""
+    stability = linear.at.stability
+    if not chosen and stability is not None and stability.verdict == "unstable":
         message = Phrase("no equilibrium that was found is stable")
         hint = "--at NAME=VALUE chooses one"
         raise InputError(Problem(message, hint=hint, rule="analysis-unstable"))

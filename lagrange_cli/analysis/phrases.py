@@ -1,4 +1,4 @@
-"""Phrases of an analysis, which formats say again in their letters and languages."""
+"""Phrases of an analysis, which formats translate into their symbols and languages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Phrase(str):
     english
         The pattern, with the names of parts in braces.
     parts
-        What stands in their places; a tuple holds names of the scene, or letters of matrices.
+        The values of the parts; a tuple holds names of the scene, or letters of matrices.
     """
 
     __slots__ = ("english", "parts")
@@ -29,7 +29,7 @@ class Phrase(str):
     parts: Mapping[str, Part]
 
     def __new__(cls, english: str, **parts: Part) -> Phrase:
-        """Put the parts in their places."""
+        """Fill the parts into the pattern."""
         plain = {k: p if isinstance(p, str) else ", ".join(p) for k, p in parts.items()}
         phrase = super().__new__(cls, english.format(**plain))
         phrase.english, phrase.parts = english, parts

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Exponents:
-    """Lyapunov exponents of a motion, averaged over a time.
+    """Lyapunov exponents of a motion, averaged over a span of time.
 
     Attributes
     ----------
     values, spreads
-        From the largest, and the standard error of each, in the inverse unit of time.
+        The exponents, the largest first, and their standard errors, in the inverse unit of time.
     start, until
-        The time.
+        The span of time.
     """
 
     values: tuple[float, ...]
@@ -45,11 +45,11 @@ class AlongMotion:
     is_constrained
         True if there is a matrix E, whose null space holds the changes that constraints allow.
     requested, estimated
-        Largest error of a matrix: what was asked for, and what is estimated.
+        Largest error of a matrix, as it was asked for and as it is estimated.
     reason
-        Why the promise is not kept; empty where it is.
+        The reason why the promise is not kept; empty if it is kept.
     report
-        Everything as values that JSON can hold.
+        All of it as values that JSON can represent.
     """
 
     count: int
@@ -75,21 +75,21 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class Analysis:
-    """What was found of equations of motion.
+    """Result of an analysis of equations of motion.
 
     Attributes
     ----------
     equations
         The equations.
     symmetries
-        Those beside cyclic coordinates; None if they were not asked for.
+        Symmetries other than cyclic coordinates; None if they were not asked for.
     equilibria
-        None if they were not asked for, or left out.
+        The equilibria, or steady motions; None if they were not asked for, or left out.
     linearization, modes
-        At the stable equilibrium nearest to the initial configuration, or at the one that was
-        asked for.
+        The linear system and its modes at the stable equilibrium nearest to the initial
+        configuration, or at the one that was asked for; None if they were not asked for.
     left_out
-        What was asked for and is not here.
+        The parts that have no result, with reasons.
     steady
         The reduced system, if steady motions were asked for; None if equilibria are of rest.
     exponents
@@ -115,6 +115,6 @@ class Analysis:
     response: FrequencyResponse | None = None
 
     @property
-    def resting(self) -> Equations:
-        """The equations of the coordinates that rest at an equilibrium."""
+    def rest_equations(self) -> Equations:
+        """Equations of the coordinates that are at rest in an equilibrium or steady motion."""
         return self.equations if self.steady is None else self.steady.equations

@@ -1,6 +1,6 @@
 """Values of expressions at many random states at once, in doubles.
 
-They only suggest what may hold: whatever is found from them is proven afterwards.
+They only suggest relations, each of which is proven afterwards.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ _OTHERS: dict[str, Callable[..., Any]] = {
 #: Functions of programs over arrays of doubles.
 IN_DOUBLES = {name: getattr(np, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
 
-#: States that are drawn for each that is wanted: at some an expression is not real.
+#: States drawn for each wanted one: at some an expression is not real.
 _DRAWN = 3
 
-#: Where to look for states: any of size 1, else nearer and nearer to the initial state.
+#: Widths of draws around the initial state, tried in turn; None for states of size 1 about zero.
 _WIDTHS = (None, 0.3, 0.03)
 
 
@@ -50,7 +50,7 @@ class SampledValues:
     number
         States that are wanted.
     seed
-        Of the random numbers, so that results are the same from run to run.
+        Seed of the random numbers, so that results are the same from run to run.
 
     Attributes
     ----------
@@ -88,21 +88,21 @@ class SampledValues:
         reach = 2.0 * (width or 1.0)
         self.states = {s: start.get(s, 0.0) + random.uniform(-reach, reach, shape) for s in symbols}
 
-    def of(self, expressions: Sequence[sp.Expr]) -> Array:
+    def values_at_states(self, expressions: Sequence[sp.Expr]) -> Array:
         """Evaluate expressions at as many states as are wanted, shape (expressions, states).
 
-        Parameters and states are those that expressions have values at; they are kept. Fewer
-        states, or none, if there are no more.
+        ``parameters`` and ``states`` become those of the result: states at which all expressions
+        are finite, fewer or none if there are not enough.
         """
         stood_in = [_with_stand_ins(e) for e in expressions]
         for width in _WIDTHS:
             self._draw(width)
-            found = self._values(stood_in)
-            kept = np.flatnonzero(np.isfinite(found).all(axis=0))[: self._number]
-            if len(kept) == self._number:
+            numbers = self._values(stood_in)
+            real = np.flatnonzero(np.isfinite(numbers).all(axis=0))[: self._number]
+            if len(real) == self._number:
                 break
-        self.states = {s: x[kept] for s, x in self.states.items()}
-        return found[:, kept]
+        self.states = {s: x[real] for s, x in self.states.items()}
+        return numbers[:, real]
 
     def _values(self, expressions: Sequence[sp.Expr]) -> Array:
         inputs = [(s, f"p{k}", 1) for k, s in enumerate(self.parameters)]
@@ -118,7 +118,7 @@ class SampledValues:
 
 
 def _with_stand_ins(expression: sp.Expr) -> sp.Expr:
-    """Put a smooth function in place of each unknown one."""
+    """Substitute a smooth function for each unknown one."""
     unknown = [e for e in sp.preorder_traversal(expression) if is_unknown(e)]
     return expression.xreplace({e: _stand_in(e) for e in unknown}) if unknown else expression
 

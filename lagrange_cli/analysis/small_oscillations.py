@@ -69,14 +69,14 @@ class SmallOscillations:
         The equilibrium.
     coordinates
         The independent coordinates.
-    rest
+    rest_values
         Their values there.
     displacements
-        Coordinates that stand for x, which are those themselves where they rest at 0.
+        Coordinates of x: the coordinate itself if it rests at 0, else one of its own.
     mass, damping, stiffness
         M, C, K as rows.
     kinetic, potential
-        The terms of ½ ẋ·M ẋ and ½ x·K x; none of the second where forces beside potentials act.
+        The terms of ½ ẋ·M ẋ and ½ x·K x; no potential if forces without potential act.
     is_effective
         The potential holds centrifugal terms of moving frames.
     shown
@@ -84,14 +84,14 @@ class SmallOscillations:
     modes
         Normal modes, by frequency; none with damping or gyroscopic terms.
     poles
-        Exponents s of exp(s t) with Im s ≥ 0 in place of them.
+        Exponents s of exp(s t) with Im s ≥ 0, in place of modes.
     literals
-        Numbers that have no closed form → how they print.
+        Numbers without a closed form → their text in print.
     """
 
     at: Equilibrium
     coordinates: tuple[Coordinate, ...]
-    rest: tuple[sp.Expr, ...]
+    rest_values: tuple[sp.Expr, ...]
     displacements: tuple[Coordinate, ...]
     mass: Rows
     damping: Rows
@@ -106,7 +106,7 @@ class SmallOscillations:
 
 
 def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
-    """Find the form at the stable equilibrium that is nearest to the initial configuration.
+    """Write the form at the stable equilibrium that is nearest to the initial configuration.
 
     ``digits``: those of numbers that have no closed form.
 
@@ -133,12 +133,12 @@ def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
         )
         raise InputError(*located) from refusal
     number = {c.name: j for j, c in enumerate(equations.system.coordinates)}
-    kept = [number[name] for name in linear.coordinates]
-    coordinates = tuple(equations.system.coordinates[j] for j in kept)
+    independent = [number[name] for name in linear.coordinates]
+    coordinates = tuple(equations.system.coordinates[j] for j in independent)
     numbers = _Numbers(digits)
-    rest = tuple(_rest(linear.at, j, numbers) for j in kept)
+    rest_values = tuple(_rest_value(linear.at, j, numbers) for j in independent)
     mass, damping, stiffness = _matrices(equations, linear, numbers)
-    displacements = _displacements(equations, coordinates, rest)
+    displacements = _displacements(equations, coordinates, rest_values)
     row_system = _rows(equations, displacements, mass, damping, stiffness)
     poles = tuple(mode.pole for mode in motions if mode.pole is not None)
     modes = () if poles else tuple(_normal(mode, numbers) for mode in motions)
@@ -146,7 +146,7 @@ def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
     return SmallOscillations(
         linear.at,
         coordinates,
-        rest,
+        rest_values,
         displacements,
         mass,
         damping,
@@ -177,8 +177,8 @@ class _Numbers:
         self._digits = digits
         self.literals: dict[Fraction, str] = {}
 
-    def of(self, value: float) -> sp.Expr:
-        """The value as an expression."""
+    def expression_of(self, value: float) -> sp.Expr:
+        """Return the value, rounded to the digits, as an exact expression."""
         rounded = Fraction(f"{value:.{self._digits}g}")
         size = abs(rounded)
         # Energies hold halves of them.
@@ -191,32 +191,35 @@ class _Numbers:
 def _normal(mode: Mode, numbers: _Numbers) -> NormalMode:
     square, shape = mode.exact_square, mode.exact_shape
     return NormalMode(
-        numbers.of(mode.frequency**2) if square is None else square,
-        tuple(numbers.of(x.real) for x in mode.shape) if shape is None else shape,
+        numbers.expression_of(mode.frequency**2) if square is None else square,
+        tuple(numbers.expression_of(x.real) for x in mode.shape) if shape is None else shape,
         mode.frequency,
         square is not None and shape is not None,
     )
 
 
-def _rest(at: Equilibrium, j: int, numbers: _Numbers) -> sp.Expr:
+def _rest_value(at: Equilibrium, j: int, numbers: _Numbers) -> sp.Expr:
     if at.exact is not None:
         return at.exact[j]
     assert at.position is not None
-    return numbers.of(float(at.position[j]))
+    return numbers.expression_of(float(at.position[j]))
 
 
 def _matrices(
     equations: Equations, linear: Linearization, numbers: _Numbers
 ) -> tuple[Rows, Rows, Rows]:
-    """M, C and K in closed form where there is one, which then agrees with the numbers."""
-    found = (linear.mass, linear.damping, linear.stiffness)
+    """Return M, C and K in closed form, compared with the numbers, or else the numbers."""
+    matrices = (linear.mass, linear.damping, linear.stiffness)
     if linear.exact is None:
         return cast(
             tuple[Rows, Rows, Rows],
-            tuple(tuple(tuple(map(numbers.of, row)) for row in m.tolist()) for m in found),
+            tuple(
+                tuple(tuple(map(numbers.expression_of, row)) for row in m.tolist())
+                for m in matrices
+            ),
         )
     exact = (linear.exact.mass, linear.exact.damping, linear.exact.stiffness)
-    for closed, values in zip(exact, found, strict=True):
+    for closed, values in zip(exact, matrices, strict=True):
         _require_equal(equations, closed, values)
     return exact
 
@@ -233,9 +236,9 @@ def _require_equal(equations: Equations, closed: Rows, values: Matrix) -> None:
 
 
 def _displacements(
-    equations: Equations, coordinates: Sequence[Coordinate], rest: Sequence[sp.Expr]
+    equations: Equations, coordinates: Sequence[Coordinate], rest_values: Sequence[sp.Expr]
 ) -> tuple[Coordinate, ...]:
-    """Coordinates of their own where the equilibrium is not at 0."""
+    """Make coordinates for the displacements from an equilibrium that is not at 0."""
     taken = {c.name for c in equations.system.coordinates} | {
         c.name for c in equations.system.cartesian_names
     }
@@ -246,7 +249,7 @@ def _displacements(
     letter = next(x for x in letters if not any(f"{x}_{c.name}" in taken for c in coordinates))
     return tuple(
         c if value == 0 else _displaced(c, f"{letter}_{c.name}", letter)
-        for c, value in zip(coordinates, rest, strict=True)
+        for c, value in zip(coordinates, rest_values, strict=True)
     )
 
 
@@ -264,7 +267,7 @@ def _rows(
     damping: Rows,
     stiffness: Rows,
 ) -> RowSystem:
-    """M ẍ = −C ẋ − K x."""
+    """Write M ẍ = −C ẋ − K x as a system of rows."""
     rates, places = [c.v for c in displacements], [c.q for c in displacements]
     forcing = [
         [
@@ -279,7 +282,7 @@ def _rows(
 
 
 def _quadratic(matrix: Rows, x: Sequence[sp.Symbol]) -> list[sp.Expr]:
-    """The terms of ½ x·A x, of a symmetric A; none where it is not symmetric."""
+    """Return the terms of ½ x·A x for a symmetric A; none if A is not symmetric."""
     n = len(matrix)
     if any(sp.expand(matrix[i][j] - matrix[j][i]) != 0 for i in range(n) for j in range(i)):
         return []

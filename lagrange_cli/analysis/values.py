@@ -1,4 +1,4 @@
-"""Equilibria, steady motions, linear systems and modes as frozen values."""
+"""Equilibria with their stability, linear systems, modes and responses as frozen values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Verdict: TypeAlias = Literal[
     "unstable",
     "undecided",
 ]
-"""What is proven of the motions that begin near an equilibrium, at most as much as is proven."""
+"""The strongest proven statement on motions that begin near an equilibrium."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class Stability:
     Attributes
     ----------
     verdict
-        What is proven.
+        The strongest proven statement.
     reason
-        The theorem and what of it was found to hold, a short phrase.
+        The theorem, with the conditions that were verified, as a short phrase.
     """
 
     verdict: Verdict
@@ -86,20 +86,20 @@ class Equilibrium:
     exact
         The same in closed form, one a coordinate; None if it is known in numbers alone.
     exact_multipliers
-        Those of closures; None as before.
+        The multipliers in closed form; None as before.
     free
         Names of the coordinates that have any value there; their ``position`` is that of
         the initial configuration.
     conditions
-        What must hold of the parameters for it to exist.
+        Conditions on the parameters for it to exist.
     uncertainty
-        Relative size of what is not known of the position.
+        Relative error of the position.
     isolated
         False if it is known to be one of a continuum besides that of free coordinates.
     stability
         Its stability, None if that was not asked for.
     turning
-        What the ignored coordinates do in a steady motion; None at rest.
+        Momenta and rates of the ignored coordinates in a steady motion; None at rest.
     """
 
     position: tuple[Mpf, ...] | None
@@ -132,14 +132,14 @@ class Equilibria:
     Attributes
     ----------
     points
-        Those that exist.
+        The equilibria that exist.
     absent
-        Those that exist for other parameters.
+        Equilibria in closed form that exist for other values of the parameters only.
     complete
         True if it is proven that there are no others.
     starts
         Number of starts of the numeric search, 0 if none was needed.
-    held
+    held_inputs
         Inputs that vary with time, and the values at which they are held.
     """
 
@@ -147,7 +147,7 @@ class Equilibria:
     absent: tuple[AbsentEquilibrium, ...] = ()
     complete: bool = False
     starts: int = 0
-    held: tuple[tuple[str, float], ...] = ()
+    held_inputs: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ class Linearization:
 
 @dataclass(frozen=True)
 class Mode:
-    """A normal mode, or one of a damped or gyroscopic system.
+    """A normal mode, or a mode of a damped or gyroscopic system.
 
     Attributes
     ----------
@@ -254,7 +254,7 @@ Complexes: TypeAlias = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class ResponsePeak:
-    """A largest gain, or a frequency at which there is none.
+    """A local maximum of the gain, or a frequency at which the gain is infinite.
 
     Attributes
     ----------
@@ -280,7 +280,7 @@ class Channel:
     static
         G(0), the response to a constant input; None where a pole at zero makes it infinite.
     peaks
-        Largest gains between smaller ones, and undamped poles, by frequency.
+        Local maxima of the gain, and undamped poles, by frequency.
     """
 
     source: str
@@ -296,7 +296,7 @@ class FrequencyResponse:
     Attributes
     ----------
     low, high
-        The angular frequencies that were looked at.
+        Lowest and highest angular frequency.
     inputs, outputs
         Names.
     frequencies
@@ -304,7 +304,7 @@ class FrequencyResponse:
     gains
         G, shape (m, outputs, inputs); not a number at undamped poles.
     channels
-        One a pair that is not zero.
+        One for each pair of an input and an output whose response is not zero.
     error
         Largest bound of the rounding errors of a value over its size, for the matrices in doubles.
     settles
@@ -324,7 +324,7 @@ class FrequencyResponse:
 
 
 def continuous_phase(gains: Complexes) -> NDArray[np.float64]:
-    """Return phases in radians without jumps of whole turns, not a number where gains are not.
+    """Return phases in radians without jumps by whole turns; NaN where gains are NaN.
 
     ``gains``: shape (m,), as the result.
     """

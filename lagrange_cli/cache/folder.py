@@ -19,12 +19,12 @@ _SWITCH = "LAGRANGE_CACHE"
 
 #: Permissions of the group and of others.
 _OTHERS = 0o077
-#: Those of them that allow writing.
+#: Permissions of the group and of others to write.
 _OTHERS_WRITE = 0o022
 
 
 class _UnusableError(Exception):
-    """There is no folder to keep anything in; the message says why."""
+    """There is no usable folder; the message says why."""
 
 
 def open_cache() -> Cache:

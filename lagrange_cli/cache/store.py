@@ -1,4 +1,4 @@
-"""Entries of the cache: one file each, its name saying what its content must be.
+"""Entries of the cache: one file each, with the hash of its content in its name.
 
 An entry is called ``KEY-HASH.json``, ``.so`` or ``.db``: KEY is the hash of the inputs that the
 entry was made from, HASH that of KEY, the suffix and the entry's bytes. It is written to a
@@ -19,7 +19,8 @@ from typing import NamedTuple
 from lagrange_cli.cache.keys import digest
 from lagrange_cli.files import is_temporary, temporary_file
 
-#: Bytes of all entries; beyond, those that were not used for the longest time go. Set by hand.
+#: Bytes of all entries; beyond, the least recently used ones are removed. The bound is chosen so
+#: that the scenes of a project stay and a disk is not filled; it is not tuned.
 MAX_CACHE_BYTES = 256 * 2**20
 #: Number of entries, likewise.
 MAX_CACHE_ENTRIES = 2048
@@ -46,7 +47,7 @@ class Entry(NamedTuple):
     size
         Its bytes.
     used
-        When it was last used, in seconds since 1970; exact to a day.
+        Time of its last use, in seconds since 1970; exact to a day.
     """
 
     name: str
@@ -83,7 +84,7 @@ class Cache:
     folder
         Path of the folder; None if there is none.
     reason
-        Why nothing can be kept; None if all is well. A failure to write sets it.
+        The reason why nothing can be stored, None if all is well; a failure to write sets it.
     """
 
     def __init__(self, folder: str | None, reason: str | None = None) -> None:

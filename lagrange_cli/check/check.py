@@ -267,7 +267,7 @@ def _is_expected(problem: Problem, expected: ErrorExpectation) -> bool:
 
 
 def _wanted(expected: ErrorExpectation) -> str:
-    """An ``error`` expectation in words."""
+    """Describe an ``error`` expectation in words."""
     parts = []
     if expected.kind is not None:
         parts.append(f"kind '{expected.kind}'")

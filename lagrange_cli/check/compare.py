@@ -2,7 +2,7 @@
 
 Agreement is proven by zero tests that look at every side of every switching function
 (:mod:`lagrange_cli.mechanics.proofs.zero_test`). Real states at which two expressions differ refute
-it. Analytic expressions with functions of which the tests know little (logarithms, inverse
+it. Analytic expressions with functions that the tests know little of (logarithms, inverse
 functions) are compared at real states over many magnitudes, unless a term could be too small
 there to be seen. All other comparisons are undecided, and never pass.
 """
@@ -32,7 +32,8 @@ from lagrange_cli.mechanics.proofs.zero_test import (
     vanish,
 )
 
-#: Real states at which expressions must agree, if states alone prove it. Set by hand.
+#: Real states at which expressions must agree if states alone prove it. One state refutes almost
+#: every analytic difference; the others guard against accidents and cost little.
 _FEWEST_STATES = 12
 #: Relative difference that refutes: well above rounding errors of 1e-120 and their cancellation.
 _TOLERANCE = mpf(10) ** -90
@@ -58,7 +59,7 @@ class Agreement(Enum):
 
 
 def _row(residual: Expr, equations: Equations) -> _Row | None:
-    """Coefficients of the accelerations, then the remainder; None if it is not linear in them."""
+    """Return the coefficients of the accelerations, then the remainder; None if not linear."""
     accelerations = [c.a for c in equations.system.coordinates]
     row = [derivative(residual, a) for a in accelerations]
     if any(entry.has(a) for entry in row for a in accelerations):
@@ -180,7 +181,7 @@ def _expanded(e: Expr) -> Expr:
 
 
 def _euler_lagrange(lagrangian: Expr, equations: Equations) -> _Row:
-    """d/dt ∂L/∂v − ∂L/∂q for each coordinate, over (q, v, a, t)."""
+    """Return d/dt ∂L/∂v − ∂L/∂q for each coordinate, over (q, v, a, t)."""
 
     def rate(expression: Expr) -> Expr:
         terms = [derivative(expression, equations.system.t)]

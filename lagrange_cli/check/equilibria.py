@@ -29,25 +29,25 @@ def expected_equilibria(expect: Expect, equations: Equations) -> Iterator[Proble
     from lagrange_cli.analysis.analyze import analyze
 
     try:
-        found = analyze(equations, ["equilibria"]).equilibria
+        equilibria = analyze(equations, ["equilibria"]).equilibria
     except InputError as error:
         yield _not_found(error, expect.equilibria_mark, "equilibria")
         return
-    assert found is not None
-    if not expect.equilibria and (found.points or not found.complete):
+    assert equilibria is not None
+    if not expect.equilibria and (equilibria.points or not equilibria.complete):
         yield Problem(
-            f"expected no equilibrium; found: {_listed(found, equations)}"
-            if found.points
+            f"expected no equilibrium; found: {_listed(equilibria, equations)}"
+            if equilibria.points
             else "it cannot be decided that there is no equilibrium",
             expect.equilibria_mark,
             rule="equilibria",
         )
     for expected in expect.equilibria:
-        yield from _one_equilibrium(expected, found, equations)
+        yield from _one_equilibrium(expected, equilibria, equations)
 
 
 def _one_equilibrium(
-    expected: EquilibriumExpectation, found: Equilibria, equations: Equations
+    expected: EquilibriumExpectation, equilibria: Equilibria, equations: Equations
 ) -> Iterator[Problem]:
     from lagrange_cli.analysis.values import Verdict
 
@@ -60,7 +60,7 @@ def _one_equilibrium(
             rule="equilibria",
         )
         return
-    known = [p for p in found.points if p.position is not None]
+    known = [p for p in equilibria.points if p.position is not None]
     places = [(p, _places(p, equations)) for p in known]
     names = {name for _, values in places for name in values}
     for entry in expected.values:
@@ -73,12 +73,12 @@ def _one_equilibrium(
     here = [p for p, place in places if _agrees(values, place, p, equations)]
     if not here:
         message = "this equilibrium is not found"
-        hint = f"found: {_listed(found, equations)}"
+        hint = f"found: {_listed(equilibria, equations)}"
         yield Problem(message, expected.mark, hint=hint, rule="equilibria")
     elif expected.stability is not None:
-        told = [p.stability.verdict for p in here if p.stability is not None]
-        if expected.stability not in told:
-            message = f"expected '{expected.stability}', found: {', '.join(told)}"
+        verdicts_here = [p.stability.verdict for p in here if p.stability is not None]
+        if expected.stability not in verdicts_here:
+            message = f"expected '{expected.stability}', found: {', '.join(verdicts_here)}"
             yield Problem(message, expected.stability_mark, rule="equilibria")
 
 
@@ -112,12 +112,12 @@ def _agrees(
     return True
 
 
-def _listed(found: Equilibria, equations: Equations) -> str:
+def _listed(equilibria: Equilibria, equations: Equations) -> str:
     """List equilibria, each with its coordinates."""
     names = [c.name for c in equations.system.coordinates]
     points = [
         ", ".join(f"{n} = {float(x):.9g}" for n, x in zip(names, p.position or (), strict=False))
-        for p in found.points
+        for p in equilibria.points
     ]
     return "; ".join(points) or "none"
 
@@ -133,16 +133,16 @@ def expected_frequencies(expect: Expect, equations: Equations) -> Iterator[Probl
     except InputError as error:
         yield _not_found(error, expect.frequencies_mark, "frequencies")
         return
-    found = sorted(mode.frequency for mode in modes)
+    frequencies = sorted(mode.frequency for mode in modes)
     expected = sorted(number_of(equations, e) for e in expect.frequencies)
     size = max(map(abs, expected), default=0.0)
-    agree = len(found) == len(expected) and all(
+    agree = len(frequencies) == len(expected) and all(
         abs(a - b) <= _WITHIN * max(abs(b), _WITHIN * size)
-        for a, b in zip(found, expected, strict=True)
+        for a, b in zip(frequencies, expected, strict=True)
     )
     if not agree:
         yield Problem(
-            f"expected the frequencies {_numbers(expected)}; found: {_numbers(found)}",
+            f"expected the frequencies {_numbers(expected)}; found: {_numbers(frequencies)}",
             expect.frequencies_mark,
             rule="frequencies",
         )

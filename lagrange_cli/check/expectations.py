@@ -108,7 +108,7 @@ def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
             rule="conserved",
         )
     if not expect.conserved and not conserved:
-        further = tuple(symmetry.name for symmetry in linear_symmetries(equations).found)
+        further = tuple(symmetry.name for symmetry in linear_symmetries(equations).proven)
         if further:
             yield Problem(
                 f"expected no conserved quantity; symmetries give {_listed(further)}",
@@ -116,7 +116,7 @@ def _conserved(expect: Expect, equations: Equations) -> Iterator[Problem]:
                 rule="conserved",
             )
     if not set(expect.conserved) <= set(conserved):
-        conserved += tuple(symmetry.name for symmetry in linear_symmetries(equations).found)
+        conserved += tuple(symmetry.name for symmetry in linear_symmetries(equations).proven)
     for name in expect.conserved:
         if name not in conserved:
             yield Problem(
@@ -154,7 +154,7 @@ def _equations(expect: Expect, equations: Equations) -> Iterator[Problem]:
 
 
 def _start(equations: Equations) -> dict[Expr, Expr]:
-    """Values of constants of integration: no expression of a scene holds their symbols."""
+    """Return values of constants of integration, whose symbols no scene can write."""
     named = [p for p in equations.system.parameters if p.start_of is not None]
     return {p.symbol: p.exact for p in named if p.exact is not None}
 
@@ -284,7 +284,7 @@ def _drift(expect: Expect, equations: Equations) -> Iterator[Problem]:
         bound, drift, hint = number_of(equations, expression), drifts.get(name), ""
         if drift is None:
             message = f"'{name}' is not found to be conserved; no drift is measured"
-            known = [other for other, measured in drifts.items() if measured is not None]
+            known = [first for first, measured in drifts.items() if measured is not None]
             hint = nearest(name, known) or f"found: {_listed(tuple(known))}"
         elif not drift <= bound:
             message = f"expected a drift of '{name}' within {bound:g}, found {drift:.3g}"
@@ -317,7 +317,7 @@ def _events(expect: Expect, equations: Equations) -> Iterator[Problem]:
 
 
 def _accuracy_for(equations: Equations, bounds: Sequence[float | None]) -> float | None:
-    """The accuracy that locates events well within the bounds; None for the scene's own.
+    """Return the accuracy that locates events well within bounds; None for the scene's own.
 
     Times of events are accurate relative to the span of the simulation.
     """

@@ -27,7 +27,7 @@ class SceneReport:
     seconds
         Wall clock of its check.
     problems
-        Why it did not pass.
+        The reasons why it did not pass.
     trace
         Traceback of a crash, else empty.
     """

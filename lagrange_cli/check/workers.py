@@ -1,6 +1,7 @@
-"""Check scenes in parallel, each in a process of its own.
+"""Check scenes in parallel, in processes of this machine or on a user's Dask cluster.
 
-If a process dies (out of memory, a crash of a compiled library), only its scene crashes.
+If a process dies (out of memory, a crash of a compiled library), only its scene crashes. To a
+cluster scenes travel as text, with the files that they name.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
 _Job = Callable[[str], SceneReport]
 
-#: What a scene needs: imported once, by the server, and not by the process of each scene.
+#: Modules that a check needs: imported once, by the server, not by the process of each scene.
 _PRELOADED = [
     "lagrange_cli.check.check",
     "lagrange_cli.simulate.charts.passages",
@@ -55,7 +56,7 @@ def _context() -> BaseContext:
 
 
 def _work(answer: Connection, job: _Job, path: str, collection: tuple[int, int, int]) -> None:
-    """Do a job in a worker; the parent decides what an interruption means.
+    """Do a job in a worker, which leaves interruptions to its parent.
 
     ``collection``: thresholds of the parent's garbage collector, which are the worker's too.
     """
@@ -171,7 +172,7 @@ class _CheckWork:
     check: _Check
 
     def prepare(self) -> None:
-        """Nothing is compiled for all scenes."""
+        """Prepare nothing: no code is compiled for all scenes."""
 
     def __call__(self, task: _SceneTask) -> SceneReport:
         with _one_by_one, reading_carried(task.files):

@@ -81,7 +81,7 @@ def same_file(first: str, second: str) -> bool:
 
 
 def _identity(path: str) -> tuple[int, int] | None:
-    """Device and number there of a regular file; None where there is no such file."""
+    """Return device and number of a regular file; None if there is no such file."""
     try:
         status = os.fstat(_STDIN) if path == "-" else os.stat(path)
     except (OSError, ValueError):
@@ -90,7 +90,7 @@ def _identity(path: str) -> tuple[int, int] | None:
 
 
 def _place(path: str) -> str | None:
-    """The real path of a file that does not exist yet; None where something else exists."""
+    """Return the real path of a file that does not exist yet; None if something else exists."""
     return None if os.path.exists(path) or "\0" in path else os.path.realpath(path)
 
 

@@ -35,7 +35,7 @@ class Polynomials:
     starts
         Times at which the polynomials begin, shape (n,), increasing.
     coefficients
-        Of the powers of the time since the start, the lowest first, shape (n, k).
+        Coefficients of powers of the time since the start, the lowest first, shape (n, k).
     end
         Time until which the last polynomial holds; infinite if the last value is held.
     """

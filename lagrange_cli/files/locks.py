@@ -64,7 +64,7 @@ def lock_of(output: str) -> str:
 
 @contextmanager
 def sole_writer(output: str | None) -> Iterator[None]:
-    """Be the only process that makes this output, by a file ``OUTPUT.lock`` beside it.
+    """Hold the lock of an output, the file ``OUTPUT.lock`` beside it.
 
     None, no output, is never refused; neither is an address, which has no lock.
 
@@ -125,7 +125,7 @@ def _machine() -> str:
 
 
 def _held(content: bytes, output: str) -> InputError:
-    """The refusal of an output that another process makes; it may not have signed the lock yet."""
+    """Return the refusal of an output that another process makes, perhaps not named yet."""
     holder = _CONTENT.fullmatch(content)
     if holder is None:
         return _refused(f"another process is making '{output}'", "wait for it to end")

@@ -55,7 +55,7 @@ class Recording:
     column
         Heading of the column with the values.
     interpolation
-        What the input is between two rows.
+        The interpolation between two rows.
     mark, column_mark
         Places of ``file`` and ``column`` in the scene.
     """
@@ -69,17 +69,17 @@ class Recording:
 
     @property
     def described(self) -> str:
-        """Column, file and interpolation in words."""
+        """Description of column, file and interpolation in words."""
         return f"column {self.column} of {self.file}, {_BETWEEN[self.interpolation]}"
 
     @property
     def path(self) -> str:
-        """The file as messages name it."""
+        """Path of the file, as messages name it."""
         return os.path.join(self.folder, self.file)
 
     @property
     def stamp(self) -> tuple[int, ...]:
-        """Numbers that differ once the file is another one, as a rule; none if it is missing."""
+        """Numbers that usually change when the file does; none if it is missing."""
         carried = _carried.get()
         if carried is not None and self in carried:
             return carried[self].stamp
@@ -107,7 +107,7 @@ class CarriedFile:
     content
         Its bytes; empty if it was refused.
     refusal
-        Why it could not be read; None if it could.
+        The refusal to read it; None if it was read.
     """
 
     content: bytes
@@ -115,7 +115,7 @@ class CarriedFile:
 
     @property
     def stamp(self) -> tuple[int, ...]:
-        """Numbers that tell it from other contents, as a rule."""
+        """Numbers that usually change when the contents do."""
         return len(self.content), zlib.crc32(self.content)
 
 

@@ -23,7 +23,7 @@ LONGEST_QUOTED = 40
 
 
 def decoded(data: bytes, path: str, rule: str) -> list[str]:
-    """Decode a file into its lines, line ends included.
+    """Decode a file into lines, line ends included.
 
     Raises
     ------

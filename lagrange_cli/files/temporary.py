@@ -1,4 +1,4 @@
-"""Temporary files and folders; those of processes that are dead go with the next run.
+"""Temporary files and folders, removed by the next run if their process is dead.
 
 A process can be killed at any time, and then nothing is tidied up. So each temporary file is
 locked while it is made: the kernel frees the lock when its process ends, however that is, and

@@ -1,4 +1,4 @@
-"""Files are written whole or not at all."""
+"""Writing of files, whole or not at all."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ def _staged(stack: ExitStack, target: str, data: bytes) -> Temporary | None:
 
 
 def _finish(made: Temporary, target: str) -> None:
-    """Bring the data to the disk, with owner and permissions of the file that they replace, or
+    """Flush the data to the disk, with owner and permissions of the file that they replace, or
     with those that the umask leaves a new file."""
     os.fsync(made.handle)
     try:

@@ -1,6 +1,6 @@
 """Initial values, the section ``simulate`` and expectations of a scene, as frozen values.
 
-Of every value here ``mark`` is its place in the file.
+Every ``mark`` is the place of its value in the file.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Formulation: TypeAlias = Literal["auto", "minimal", "multiplier"]
 class WrittenDefaults:
     """The section ``simulate`` as written; keys that are absent are None.
 
-    Its fields are those of :class:`.defaults.SimulationDefaults`, which holds their values.
+    Its fields are those of :class:`SimulationDefaults`, which holds their values.
     """
 
     mark: Mark | None = None
@@ -58,12 +58,12 @@ class WrittenDefaults:
 
     @property
     def numbers(self) -> tuple[Expression | None, ...]:
-        """The entries that are expressions."""
+        """Entries that are expressions."""
         times = (self.until, self.start, self.step, self.samples)
         return (*times, self.accuracy, self.rtol, self.atol)
 
     def formulation_for(self, asked: Formulation | None) -> Formulation:
-        """The formulation that is asked for, else the scene's, else ``auto``."""
+        """Return the formulation that is asked for, else the scene's, else ``auto``."""
         return asked or self.formulation or "auto"
 
 

@@ -38,7 +38,7 @@ Base: TypeAlias = Literal["mass", "length", "time"]
 
 _BASES: tuple[Base, ...] = ("mass", "length", "time")
 
-#: Scenes of more names than this are not looked at: the work grows as the cube. Set by hand.
+#: Scenes with more names have no known dimensions: the work grows as the cube of the number.
 _MOST_NAMES = 300
 
 Exponent: TypeAlias = Fraction | int
@@ -71,45 +71,45 @@ _UNITS: dict[str, LinearForm] = {
 
 @dataclass(frozen=True)
 class Dimensions:
-    """Exponents of names, ``dot(NAME)`` not among them, under the scalings that there are.
+    """Exponents of names, without ``dot(NAME)``, under the scalings of a scene.
 
-    A base is missing where numbers in the scene stand in its way.
+    A base is missing if numbers in the scene forbid to scale it.
     """
 
     exponents: Mapping[Base, Mapping[str, Exponent]]
 
-    def of(self, name: str) -> tuple[Exponent, ...]:
-        """Exponents of mass, length and time of a name; 0 for those that are missing."""
+    def exponents_of(self, name: str) -> tuple[Exponent, ...]:
+        """Return the exponents of mass, length and time of a name; 0 for missing bases."""
         return tuple(self.exponents.get(base, {}).get(name, 0) for base in _BASES)
 
-    def of_value(self, expression: Expression) -> tuple[Exponent, ...]:
-        """Exponents of mass, length and time of a value, as :meth:`of`."""
-        form = ScalingReader().of(expression.node) or {}
-        powers = [[value * e for e in self.of(name)] for name, value in form.items()]
-        return tuple(map(sum, zip(*powers, strict=True))) or self.of("")
+    def exponents_of_value(self, expression: Expression) -> tuple[Exponent, ...]:
+        """Return the exponents of mass, length and time of a value, as :meth:`exponents_of`."""
+        form = ScalingReader().form_of(expression.node) or {}
+        powers = [[value * e for e in self.exponents_of(name)] for name, value in form.items()]
+        return tuple(map(sum, zip(*powers, strict=True))) or self.exponents_of("")
 
     def factor(self, name: str, factors: Mapping[Base, float]) -> float:
-        """Multiplier of ``NAME`` or ``dot(NAME)`` if bases are multiplied by ``factors``."""
+        """Return the factor of ``NAME`` or ``dot(NAME)`` if bases are multiplied by ``factors``."""
         rate = name.startswith("dot(")
-        powers = zip(_BASES, self.of(name[4:-1] if rate else name), strict=True)
+        powers = zip(_BASES, self.exponents_of(name[4:-1] if rate else name), strict=True)
         product = math.prod([math.pow(factors.get(base, 1.0), power) for base, power in powers])
         return product / factors.get("time", 1.0) if rate else product
 
     @property
     def complete(self) -> bool:
-        """Say whether masses, lengths and times can all be scaled."""
+        """True if masses, lengths and times can all be scaled."""
         return len(self.exponents) == len(_BASES)
 
 
 def dimensions(scene: Scene) -> Dimensions:
-    """Scalings of masses, lengths and times under which a scene stays the same."""
+    """Find the scalings of masses, lengths and times under which a scene stays the same."""
     if len(scene.coordinates or ()) + len(scene.particles) > _MOST_NAMES:
         return Dimensions({})
     needed = ScalingReader()
     needed.read(scene)
     said = needed.copy()
     said.read_hints(scene)
-    # Names of coordinates are open first: a scene that leaves it open takes them as angles.
+    # Coordinates are eliminated last: where exponents stay open, theirs are 0, as of angles.
     last = {c.name for c in scene.coordinates or ()}
     names = sorted({name for form in said.equations for name in form})
     names.sort(key=lambda name: name in last)
@@ -134,7 +134,7 @@ class ScalingReader:
     equations
         The equations so far.
     expression
-        The one that is read; None between them.
+        The expression that is read; None between expressions.
     """
 
     def __init__(self) -> None:
@@ -169,7 +169,7 @@ class ScalingReader:
                 )
 
     def read_hints(self, scene: Scene) -> None:
-        """Units, and values of the start and the end: they need not fit, as numbers are in them."""
+        """Read units, and values of start and end: with numbers in them, they need not fit."""
         units = {p.name: p.unit for p in scene.parameters}
         units |= {c.name: c.unit for c in scene.coordinates or ()}
         for name, text in units.items():
@@ -219,7 +219,7 @@ class ScalingReader:
 
     def _is(self, expression: Expression, form: LinearForm, meaning: str = "") -> None:
         self.expression = expression
-        scaling = self.of(expression.node)
+        scaling = self.form_of(expression.node)
         if scaling is not None:
             self.same(scaling, form, expression.node, meaning)
         self.expression = None
@@ -232,14 +232,14 @@ class ScalingReader:
     def same(
         self, left: LinearForm, right: LinearForm, node: Node | None = None, meaning: str = ""
     ) -> None:
-        """Take two forms for equal.
+        """Add the equation that two forms are equal.
 
         Parameters
         ----------
         node
-            What the first one is of; it stands in ``expression``.
+            The part of ``expression`` that the first form belongs to.
         meaning
-            What the second one is of, in words.
+            A description of the second form.
         """
         difference = sum_of(left, right, -1)
         key = frozenset(difference.items())
@@ -250,24 +250,24 @@ class ScalingReader:
     def _alike(
         self, nodes: Iterable[Node], meaning: str = "what stands before it"
     ) -> LinearForm | None:
-        """The common form of all of these, None if all are 0."""
+        """Return the common form of some expressions, None if all are 0."""
         common: LinearForm | None = None
         for node in nodes:
-            form = self.of(node)
+            form = self.form_of(node)
             if common is None:
                 common = form
             elif form is not None:
                 self.same(form, common, node, meaning)
         return common
 
-    def of(self, node: Node) -> LinearForm | None:
-        """The form of an expression, None for 0, which scales in any way."""
+    def form_of(self, node: Node) -> LinearForm | None:
+        """Return the form of an expression, None for 0, which scales in any way."""
         if isinstance(node, Number):
             return {} if node.value else None
         if isinstance(node, Name):
             return {} if node.name == "pi" else form_of(node.name)
         if isinstance(node, Neg):
-            return self.of(node.operand)
+            return self.form_of(node.operand)
         if isinstance(node, Add):
             return self._alike(part for _, part in node.terms)
         if isinstance(node, Mul):
@@ -279,31 +279,31 @@ class ScalingReader:
     def _product(self, node: Mul) -> LinearForm | None:
         total: LinearForm = {}
         for operator, factor in node.factors:
-            form = self.of(factor)
+            form = self.form_of(factor)
             if form is None:
                 return None
             total = sum_of(total, form, -1 if operator == "/" else 1)
         return total
 
     def _own(self, node: Call) -> LinearForm:
-        """The form of a function of the scene, or of a derivative by its argument."""
-        argument = self.of(node.arguments[0]) or {}
+        """Return the form of a function of the scene, or of its derivative by the argument."""
+        argument = self.form_of(node.arguments[0]) or {}
         name = own_function(node.function)
         return sum_of(form_of(name), argument, len(name) - len(node.function))
 
     def _power(self, node: Pow) -> LinearForm | None:
         exponent = _constant(node.exponent)
-        base = self.of(node.base)
+        base = self.form_of(node.base)
         if exponent is not None:
             return None if base is None else sum_of({}, base, exponent)
         self.same(base or {}, {}, node.base, "the base of such a power")
-        self.same(self.of(node.exponent) or {}, {}, node.exponent, "an exponent")
+        self.same(self.form_of(node.exponent) or {}, {}, node.exponent, "an exponent")
         return {}
 
     def _call(self, node: Call) -> LinearForm | None:
         order = TIME_DERIVATIVES.get(node.function)
         if order is not None:
-            form = self.of(node.arguments[0])
+            form = self.form_of(node.arguments[0])
             return None if form is None else sum_of(form, form_of(TIME), -order)
         if node.function not in FUNCTIONS:
             return self._own(node)
@@ -323,7 +323,7 @@ def form_of(name: str, **others: int) -> LinearForm:
 
 
 def _unit(text: str) -> LinearForm | None:
-    """The form of a unit, None if the text is not one.
+    """Return the form of a unit, None if the text is not one.
 
     Factors of numbers do not matter; base units beside those of mechanics are names.
     """
@@ -342,7 +342,7 @@ def _names(expression: Expression) -> Iterator[str]:
 
 
 def sum_of(form: LinearForm, added: LinearForm, factor: Exponent) -> LinearForm:
-    """One form plus a multiple of another, without zeros."""
+    """Return one form plus a multiple of another, without zeros."""
     total = dict(form)
     for name, value in added.items():
         total[name] = total.get(name, 0) + factor * value
@@ -360,7 +360,7 @@ def whole(number: Fraction) -> Exponent:
 
 
 def _constant(node: Node) -> Exponent | None:
-    """The value of an exponent that is made of numbers, else None."""
+    """Return the value of an exponent that consists of numbers, else None."""
     if isinstance(node, Number):
         return whole(node.value)
     if isinstance(node, Neg):

@@ -5,7 +5,7 @@ written out as the expressions they stand for, in the component names
 ``x_NAME, y_NAME, z_NAME``; families are written out as their elements, each with a
 name such as ``p[3]``. Nothing else is evaluated.
 
-Of every value here ``name`` is as written in the file, and ``mark`` is its place there.
+Every ``name`` is written as in the file, and every ``mark`` is a place there.
 """
 
 from __future__ import annotations
@@ -157,14 +157,14 @@ class ConstraintNotation:
     multiplier: str | None = None
 
     def multiplier_text(self, number: str = "") -> str | None:
-        """LaTeX of the multiplier, of one of several with its number; None for its name."""
+        """Return the LaTeX of the multiplier, numbered if there are several; None for its name."""
         if self.multiplier is not None:
             return f"{{{self.multiplier}}}_{{{number}}}" if number else self.multiplier
         index = self.index_text(number)
         return None if index is None else rf"\lambda_{{{index}}}"
 
     def index_text(self, number: str = "") -> str | None:
-        """LaTeX that stands below a letter of it; None for its name."""
+        """Return the LaTeX that stands below its letters, numbered likewise; None for its name."""
         if self.index is None:
             return None
         return f"{self.index},{number}" if number else self.index
@@ -184,7 +184,7 @@ class Constraint:
     equations
         Its equations, between positions or between velocities.
     notation
-        How it prints.
+        The LaTeX that it prints as.
     """
 
     name: str
@@ -206,7 +206,7 @@ class Unilateral:
     restitution
         Newton's coefficient of restitution, None for 0.
     notation
-        How it prints.
+        The LaTeX that it prints as.
     """
 
     name: str
@@ -308,7 +308,7 @@ class Force:
     name, mark
         Its name and its place.
     on, on_mark
-        Name of what it acts on, and the place of that name.
+        Name of the particle, point or coordinate that it acts on, and the place of that name.
     components
         Along x, y and z; one only if it acts on a coordinate.
     """
@@ -341,7 +341,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Everything a scene file says.
+    """The contents of a scene file.
 
     Attributes
     ----------
@@ -414,7 +414,7 @@ class Scene:
     warnings: tuple[Problem, ...] = ()
 
     def expressions(self) -> Iterator[Expression]:
-        """Expressions that the equations are derived from, in a fixed order of the sections.
+        """Yield the expressions that equations are derived from, in a fixed order of sections.
 
         Values of parameters, initial values and expectations are not among them.
         """

@@ -188,7 +188,7 @@ def read_text(
 
 
 def expected_error(data: bytes | str, file: str = "<text>") -> ErrorExpectation | None:
-    """The refusal that a scene expects of itself (``expect: {error: ...}``), if any.
+    """Return the refusal that a scene expects of itself (``expect: {error: ...}``), if any.
 
     It is found also in a scene that cannot be read otherwise.
     """
@@ -258,6 +258,6 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
 
 
 def _identifier(text: str) -> str:
-    """The identifier nearest to a text."""
+    """Return the identifier nearest to a text."""
     name = re.sub(r"[^A-Za-z0-9_]+", "_", text).strip("_")[:100] or "scene"
     return f"scene_{name}"[:100] if name[0].isdigit() else name

@@ -1,7 +1,7 @@
 """JSON Schema of the scene language, by which editors complete and check scenes.
 
-It says which keys there are and what kind of value each takes. What values mean, names and
-expressions among them, the reader alone checks.
+It lists the keys and the kind of value that each takes. The meaning of values, names and
+expressions among them, is checked by the reader alone.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _list_of(items: Schema, description: str, number: int | None = None) -> Sche
 
 
 def _mapping(description: str, keys: Mapping[str, Schema], required: Sequence[str] = ()) -> Schema:
-    """A mapping with these keys and no others."""
+    """Return the schema of a mapping with these keys and no others."""
     needed = {"required": list(required)} if required else {}
     return {
         "type": "object",
@@ -46,7 +46,7 @@ def _mapping(description: str, keys: Mapping[str, Schema], required: Sequence[st
 
 
 def _named(value: Schema, description: str) -> Schema:
-    """A mapping whose keys are names that the user chooses."""
+    """Return the schema of a mapping whose keys are names that the user chooses."""
     return {"type": "object", "additionalProperties": value, "description": description}
 
 

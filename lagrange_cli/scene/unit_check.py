@@ -1,8 +1,8 @@
-"""Whether the units that a scene declares fit together, with warnings where they do not.
+"""Consistency of the units that a scene declares, with warnings.
 
-Every term of an energy, force, constraint, definition and output is looked at. Names without a
-unit take the dimension of the first place that tells it, and what involves no declared unit is
-not looked at: a scene without units stays silent.
+Every term of an energy, force, constraint, definition and output is checked. Names without a unit
+take the dimension of the first place that determines it. Expressions without any declared unit are
+not checked, so that a scene without units gets no warnings.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ _LONGEST_QUOTE = 50
 
 
 def check_units(scene: Scene, problems: Problems) -> None:
-    """Warn where units that the scene declares do not fit together."""
+    """Warn of declared units that do not fit together."""
     checker = _Checker(problems)
     declared: list[DeclaredParameter | DeclaredCoordinate]
     declared = [*scene.parameters, *(scene.coordinates or ())]
     for named in declared:
         if named.unit is not None:
             checker.declare(named, named.unit)
-    if checker.told:
+    if checker.declared:
         checker.follow(scene)
         checker.read(scene)
 
@@ -71,12 +71,12 @@ class _Checker(ScalingReader):
     def __init__(self, problems: Problems) -> None:
         super().__init__()
         self.problems = problems
-        #: Names whose dimension the scene declares, or that are made of such.
-        self.told: set[str] = set()
+        #: Names whose dimension the scene declares, or that are defined by such names.
+        self.declared: set[str] = set()
         self._solved: dict[str, LinearForm] = {}
 
     def declare(self, named: DeclaredParameter | DeclaredCoordinate, unit: str) -> None:
-        """Take the declared unit of a name; warn of one that is not known."""
+        """Record the declared unit of a name; warn of one that is not known."""
         try:
             powers = unit_powers(unit)
         except UnknownUnitError as error:
@@ -90,25 +90,25 @@ class _Checker(ScalingReader):
             return
         self._solved[named.name] = {_UNIT + key: whole(power) for key, power in powers.items()}
         if powers:  # Radians alone leave a scene in scaled units.
-            self.told.add(named.name)
+            self.declared.add(named.name)
 
     def follow(self, scene: Scene) -> None:
         """Add the definitions that are made of names with units."""
         for definition in scene.definitions:
             if self._is_told(definition.expression):
-                self.told.add(definition.name)
+                self.declared.add(definition.name)
 
     def read(self, scene: Scene) -> None:
         """Read the scene, and the sums in its outputs."""
         super().read(scene)
         for output in scene.outputs:
             self.expression = output.expression
-            self.of(output.expression.node)
+            self.form_of(output.expression.node)
 
     def same(
         self, left: LinearForm, right: LinearForm, node: Node | None = None, meaning: str = ""
     ) -> None:
-        """Take two forms for equal, or warn if they cannot be."""
+        """Record that two forms are equal, or warn if they cannot be."""
         first, second = self._reduced(left), self._reduced(right)
         if first == second:
             return
@@ -125,10 +125,10 @@ class _Checker(ScalingReader):
             self._warn(first, second, node, self.expression, meaning)
 
     def _is_told(self, expression: Expression) -> bool:
-        return any(name.name in self.told for name in names_in(expression.node))
+        return any(name.name in self.declared for name in names_in(expression.node))
 
     def _reduced(self, form: LinearForm) -> LinearForm:
-        """Put in what is known of the names of a form."""
+        """Substitute the known dimensions of names in a form."""
         if self._solved.keys().isdisjoint(form) and _GENERATORS.keys().isdisjoint(form):
             return form
         total: LinearForm = {}

@@ -208,7 +208,7 @@ def unit_names() -> list[str]:
 
 
 def factor_of(powers: Powers) -> float:
-    """Return the number that factors of numbers come to."""
+    """Return the product of the factors of numbers."""
     product = 1.0
     for key, power in powers.items():
         factor = 10.0 if key == _TEN else _table()[key[1:].split(",")[0]][1]

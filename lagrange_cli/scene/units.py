@@ -34,7 +34,7 @@ class Units:
         Name → its dimension, written as the unit of the SI, ``""`` for a plain number; a name is
         missing if its dimension is not known.
     units
-        Name → unit of its numbers; missing if the scene does not tell it.
+        Name → unit of its numbers; missing if the scene does not determine it.
     """
 
     dimensions: Mapping[str, str] = field(default_factory=dict)
@@ -51,12 +51,12 @@ def units(scene: Scene, angles: Collection[str], names: Iterable[str]) -> Units:
     names
         Coordinates, Cartesian names and outputs.
     """
-    found = _dimensions(scene, angles, names)
+    dimension_texts = _dimensions(scene, angles, names)
     declared = {c.name: c.unit for c in scene.coordinates or () if c.unit}
     texts = [*declared.values(), *(p.unit for p in scene.parameters if p.unit)]
     stated = bool(texts) and all(map(_is_of_the_si, texts))
-    known = {name: text for name, text in found.items() if stated or text == "rad"}
-    return Units(found, known | declared)
+    known = {name: text for name, text in dimension_texts.items() if stated or text == "rad"}
+    return Units(dimension_texts, known | declared)
 
 
 def _is_of_the_si(text: str) -> bool:
@@ -72,20 +72,24 @@ def _dimensions(scene: Scene, angles: Collection[str], names: Iterable[str]) -> 
     expressions = {term.name: term.expression for term in scene.definitions}
     expressions |= {term.name: term.expression for term in scene.outputs}
     lengths = frozenset(_components(scene))
-    found = {"t": "s"}
+    texts = {"t": "s"}
     if scales.complete:
-        found["energy"] = _text(scales.of(ENERGY))
+        texts["energy"] = _text(scales.exponents_of(ENERGY))
     for name in names:
         exponents = _LENGTH if name in lengths else None
         if scales.complete and exponents is None:
             expression = expressions.get(name)
-            exponents = scales.of(name) if expression is None else scales.of_value(expression)
+            exponents = (
+                scales.exponents_of(name)
+                if expression is None
+                else scales.exponents_of_value(expression)
+            )
         if name in angles and not any(exponents or ()):
-            found |= {name: "rad", f"dot({name})": "rad/s"}
+            texts |= {name: "rad", f"dot({name})": "rad/s"}
         elif exponents is not None:
             *others, time = exponents
-            found |= {name: _text(exponents), f"dot({name})": _text((*others, time - 1))}
-    return found
+            texts |= {name: _text(exponents), f"dot({name})": _text((*others, time - 1))}
+    return texts
 
 
 def _components(scene: Scene) -> Iterator[str]:

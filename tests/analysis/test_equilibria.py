@@ -321,10 +321,10 @@ coordinates: [x]
 potentials: {spring: k*(x - u)^2/2}
 initial: {x: 1}
 """
-    assert analyzed(scene).equilibria.held == (("u", 0.0),)
+    assert analyzed(scene).equilibria.held_inputs == (("u", 0.0),)
     held = analyzed(scene, at={"u": "k/2"})
     assert verdicts(held) == {(2.0,): "stable in the linear approximation"}
-    assert held.equilibria.held == (("u", 2.0),)
+    assert held.equilibria.held_inputs == (("u", 2.0),)
 
 
 @pytest.mark.parametrize(

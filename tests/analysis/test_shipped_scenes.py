@@ -52,7 +52,7 @@ def test_analysis_ends_and_says_what_it_left_out(name):
     equations = derivation.equations
     for point in analysis.equilibria.points if analysis.equilibria else ():
         with mpmath.workdps(40):
-            place = at_rest(equations, point, dict(analysis.equilibria.held))
+            place = at_rest(equations, point, dict(analysis.equilibria.held_inputs))
             try:
                 for miss, size in residuals(equations, place):
                     assert miss <= max(size, 1) * max(1e-9 * point.uncertainty, 1e-18)

@@ -28,7 +28,7 @@ def whole_poles(derivation, analysis, point):
     place = {p.symbol: sp.Float(p.decimal, 30) for p in equations.system.parameters}
     place |= {c.v: 0 for c in equations.system.coordinates}
     place |= {c.q: sp.Float(1, 30) for c in equations.system.coordinates}
-    resting = analysis.resting.system.coordinates
+    resting = analysis.rest_equations.system.coordinates
     place |= {c.q: sp.Float(str(x), 30) for c, x in zip(resting, point.position, strict=True)}
     ignored = [m.coordinate for m in analysis.steady.momenta]
     rates = zip(ignored, point.turning.rates, strict=True)
@@ -67,7 +67,7 @@ def test_momentum_of_the_initial_state_is_the_default():
     (point,) = found.equilibria.points
     assert found.equilibria.complete
     assert float(point.position[0]) == pytest.approx((36 / (2 * 9.81)) ** (1 / 3), rel=1e-15)
-    assert found.steady.given[0][1] == 6.0
+    assert found.steady.given_values[0][1] == 6.0
     assert point.turning.rates[0] == pytest.approx(6 / (2 * float(point.position[0]) ** 2))
     assert steady(HOLE, at={"p_theta": 6}).equilibria.points[0].position == point.position
 

@@ -29,12 +29,12 @@ def searched(text: str) -> Symmetries:
 
 
 def names(found: Symmetries) -> list[str]:
-    return [s.name for s in found.found]
+    return [s.name for s in found.proven]
 
 
 def written(found: Symmetries) -> dict[str, sp.Expr]:
     """Quantities over plain symbols, by name."""
-    return {s.name: s.expression.xreplace(_plain(s.expression)) for s in found.found}
+    return {s.name: s.expression.xreplace(_plain(s.expression)) for s in found.proven}
 
 
 def _plain(expression: sp.Expr) -> dict[sp.Symbol, sp.Symbol]:
@@ -109,7 +109,7 @@ def test_angles_that_turn_together() -> None:
         "parameters: {m: 1, k: 3}\ncoordinates: [a, b]\n"
         "kinetic: {T: m/2*(dot(a)^2 + 2*dot(b)^2)}\npotentials: {V: k*cos(a - b)}\n"
     )
-    (symmetry,) = found.found
+    (symmetry,) = found.proven
     assert (symmetry.name, symmetry.field) == ("J_1", (1, 1))
 
 
@@ -119,7 +119,7 @@ def test_an_entry_may_be_a_quotient_of_parameters() -> None:
         "kinetic: {T: m/2*(dot(a)^2 + 2*dot(b)^2)}\npotentials: {V: k*(r*a - s*b)^4}\n"
     )
     r, s = sp.symbols("r s")
-    (symmetry,) = found.found
+    (symmetry,) = found.proven
     ratio = (symmetry.field[0] / symmetry.field[1]).xreplace(
         {x: sp.Symbol(x.name) for x in symmetry.field[1].free_symbols}
     )
@@ -158,7 +158,7 @@ def test_many_coordinates_are_looked_at_for_translations_alone() -> None:
     )
     found = searched(text)
     assert not found.complete
-    assert [set(s.field) for s in found.found] == [{1}]
+    assert [set(s.field) for s in found.proven] == [{1}]
 
 
 def quantities_at(equations: Equations, found: Symmetries, k: int, trajectory) -> list[mpmath.mpf]:
@@ -167,7 +167,7 @@ def quantities_at(equations: Equations, found: Symmetries, k: int, trajectory) -
     point |= {c.q: trajectory.columns[c.name][k] for c in equations.system.coordinates}
     point |= {c.v: trajectory.columns[f"dot({c.name})"][k] for c in equations.system.coordinates}
     point |= {p.symbol: p.value for p in equations.system.parameters}
-    return evaluate([s.expression for s in found.found], point)
+    return evaluate([s.expression for s in found.proven], point)
 
 
 @pytest.mark.slow
@@ -176,7 +176,7 @@ def test_quantities_stay_along_accurate_motions(name: str) -> None:
     equations = derived(name)
     found = linear_symmetries(equations)
     assert found.unproven == 0
-    if not found.found or equations.system.initial is None:
+    if not found.proven or equations.system.initial is None:
         return
     trajectory = simulate(equations)
     ends = [quantities_at(equations, found, k, trajectory) for k in (0, len(trajectory.t) // 2)]
@@ -198,7 +198,7 @@ initial: {x: 0, X: 1, dot(x): 0.2, dot(X): 0}
 simulate: {until: 2}
 """
     derivation = loads(scene).derive()
-    found = {s.name: s.expression for s in derivation.analyze("symmetries").symmetries.found}
+    found = {s.name: s.expression for s in derivation.analyze("symmetries").symmetries.proven}
     assert list(found) == ["P_x", "boost_x", "J_1"]
     run = derivation.simulate(extra=["conserved"], accuracy=1e-10)
     assert run.columns["P_x"][0] == pytest.approx(0.2)

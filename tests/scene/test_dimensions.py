@@ -27,7 +27,7 @@ forces: {push: {on: bob, force: [F*sin(w*t), 0, 0]}}
 
 
 def exponents(text, name):
-    return tuple(map(float, dimensions(read_text(text)).of(name)))
+    return tuple(map(float, dimensions(read_text(text)).exponents_of(name)))
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ potentials: {v: k*(x - 1)^2}
     found = dimensions(read_text(text))
     assert set(found.exponents) == {"mass", "time"}
     assert not found.complete
-    assert found.of("k") == (1, 0, -2)
+    assert found.exponents_of("k") == (1, 0, -2)
 
 
 def test_units_say_what_equations_leave_open():
@@ -98,7 +98,7 @@ parameters: {m: 1, a: 1}
 particles: {p: {mass: m, position: [x, 0, 0]}}
 potentials: {v: a*abs(x)^(1/3)}
 """
-    assert dimensions(read_text(text)).of("a") == (1, Fraction(5, 3), -2)
+    assert dimensions(read_text(text)).exponents_of("a") == (1, Fraction(5, 3), -2)
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ potentials: {v: a*abs(x)^(1/3)}
     ],
 )
 def test_shipped_scenes(scene, name, expected):
-    assert dimensions(read_file(str(SYSTEMS / f"{scene}.yaml"))).of(name) == expected
+    assert dimensions(read_file(str(SYSTEMS / f"{scene}.yaml"))).exponents_of(name) == expected
 
 
 @pytest.mark.slow
@@ -125,4 +125,4 @@ def test_units_in_scenes_are_those_that_follow(scene):
     known = {"kg": (1, 0, 0), "m": (0, 1, 0), "N/m": (1, 0, -2), "m/s^2": (0, 1, -2)}
     for parameter in read_file(str(scene)).parameters:
         if parameter.unit in known and found.complete and scene.stem != "relativistic_oscillator":
-            assert found.of(parameter.name) == known[parameter.unit], parameter.name
+            assert found.exponents_of(parameter.name) == known[parameter.unit], parameter.name

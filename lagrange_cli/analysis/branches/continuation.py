@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.values import EndKind
     from lagrange_cli.analysis.values import Matrix
 
-# All set by hand.
+# Step control: shorter steps and smaller angles cost time, longer ones may change to another
+# branch that passes near. The values are cautious, not tuned; each step is checked by its way back.
 
 #: Longest step along the parameter as a part of its range, and along the others in their scales.
 _ALONG, _ACROSS = 0.02, 0.1
@@ -92,7 +93,7 @@ def _longest(space: Space, here: CurvePoint) -> float:
 
 
 def _stepped(space: Space, here: CurvePoint, step: float) -> CurvePoint | None:
-    """Go one step; None if it is not safe to say that it stays on the branch."""
+    """Make one step; None if it may have left the branch."""
     guess = here.y + step * here.tangent * space.scale
     y = space.corrected(guess, here.tangent)
     if y is None or not space.allows(y):
@@ -115,7 +116,7 @@ def _comes_back(space: Space, here: CurvePoint, after: CurvePoint) -> bool:
 
 
 def _leapt(space: Space, here: CurvePoint) -> CurvePoint | None:
-    """Go far enough that corrections are determined again."""
+    """Leap over a branch point, to where corrections are determined again."""
     for length in _LEAPS:
         after = _stepped(space, here, length)
         if after is not None:
@@ -124,7 +125,7 @@ def _leapt(space: Space, here: CurvePoint) -> CurvePoint | None:
 
 
 def _at_range(space: Space, here: CurvePoint, after: CurvePoint) -> CurvePoint | None:
-    """Find where the branch meets the end of the range between two points."""
+    """Find the point between two others at which the branch meets the end of the range."""
     bound = space.low if after.y[-1] < space.low else space.high
     width = after.y[-1] - here.y[-1]
     part = (bound - here.y[-1]) / width

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Digits of residuals.
 DIGITS = 50
 
-# All set by hand.
+# Newton's method. A contraction well below 1 tells the nearest part of the curve from others.
 
 #: Corrections, at most, and the scaled size of one at which doubles have done their part.
 _MOST_CORRECTIONS, _CONVERGED = 8, 1e-9
@@ -91,9 +91,9 @@ class Space:
     turns: Matrix
     allows: Callable[[Matrix], bool]
 
-    def difference(self, one: Matrix, other: Matrix) -> Matrix:
+    def difference(self, y: Matrix, origin: Matrix) -> Matrix:
         """Subtract points in scaled unknowns, angles to within half a turn."""
-        gap = one - other
+        gap = y - origin
         whole = np.where(self.turns > 0, self.turns, 1.0)
         return np.asarray((gap - self.turns * np.round(gap / whole)) / self.scale)
 
@@ -127,7 +127,7 @@ class Space:
         return None if near is None else self.polished(near, normal)
 
     def approached(self, y: Matrix, normal: Matrix) -> Matrix | None:
-        """Do the same in doubles alone."""
+        """Correct as :meth:`corrected`, in doubles alone."""
         size = np.inf
         for count in range(_MOST_CORRECTIONS):
             step = self._step(y, normal)
@@ -153,7 +153,7 @@ class Space:
         return step if np.isfinite(step).all() else None
 
     def polished(self, y: Matrix, normal: Matrix) -> Matrix | None:
-        """Correct by residuals in digits until nothing but rounding is left."""
+        """Correct by residuals in digits until only rounding is left."""
         best, least = y, np.inf
         for _ in range(_POLISHING):
             level = self._exact_level(y)

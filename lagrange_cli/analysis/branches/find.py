@@ -1,4 +1,4 @@
-"""The pipeline: equilibria at several values of a parameter, their branches, what is marked."""
+"""Pipeline from equilibria at several values of a parameter to their marked branches."""
 
 from __future__ import annotations
 
@@ -43,6 +43,14 @@ _COMPARED = (0.0, 0.29, 0.63, 1.0)
 
 #: Unknowns beside the parameter; systems of equations of marked points are twice as large.
 MOST_UNKNOWNS = 24
+
+#: Part of the largest pole of a branch by which a pole moves between neighbouring points at most:
+#: a step that a picture of a root locus does not show.
+_FAR = 0.01
+#: Halvings of an interval: poles that meet move as the root of the parameter.
+_HALVINGS = 12
+#: Points of a locus at most, a bound of its time.
+_MOST = 2000
 
 
 def find_branches(system: RestSystem, varied: Varied) -> Branches:
@@ -133,21 +141,21 @@ def _space(
 
 
 def _leave_out_repeats(tracing: Tracing, judge: Judge) -> None:
-    """Keep one of branches that put all particles in the same places, as (r, φ), (-r, φ + π)."""
-    kept: list[Traced] = []
+    """Drop branches that repeat the places of all particles, as (r, φ) and (-r, φ + π) do."""
+    distinct: list[Traced] = []
     for branch in tracing.branches:
         last = len(branch.points) - 1
         shown = (branch.points[round(part * last)].y for part in _COMPARED)
-        if not kept or not all(_is_elsewhere_too(tracing, judge, kept, y) for y in shown):
-            kept.append(branch)
-    tracing.branches[:] = kept
+        if not distinct or not all(_is_elsewhere_too(tracing, judge, distinct, y) for y in shown):
+            distinct.append(branch)
+    tracing.branches[:] = distinct
 
 
 def _is_elsewhere_too(tracing: Tracing, judge: Judge, known: list[Traced], y: Matrix) -> bool:
     """Say whether a branch puts all particles in the same places at the same parameter."""
     value = float(y[-1])
-    others = [other for branch in known for other in tracing.at(branch, value)]
-    places = [judge.equilibrium(point) for point in [*others, y]]
+    neighbours = [point for branch in known for point in tracing.at(branch, value)]
+    places = [judge.equilibrium(point) for point in [*neighbours, y]]
     different = without_repeats(judge.system_at(mpf(value)), places)
     return all(place is not places[-1] for place in different)
 
@@ -155,11 +163,11 @@ def _is_elsewhere_too(tracing: Tracing, judge: Judge, known: list[Traced], y: Ma
 def _gathered(
     system: RestSystem, varied: Varied, tracing: Tracing, judge: Judge, starts: int
 ) -> Branches:
-    """Judge stretches and marks, and put all into values."""
+    """Judge stretches and marks, and return all branches as values."""
     stretches = [judge.stretches(branch) for branch in tracing.branches]
     marks = {id(m): m for b in tracing.branches for _, m in b.marks}
     ordered = sorted(marks.values(), key=lambda m: (float(m.y[-1]), m.y.tolist()))
-    told = tuple(judge.marked(mark) for mark in ordered)
+    marked_points = tuple(judge.marked(mark) for mark in ordered)
     numbers = {id(mark): k for k, mark in enumerate(ordered)}
     names = [c.name for c in system.equations.system.coordinates]
     branches = tuple(
@@ -171,12 +179,12 @@ def _gathered(
         float(varied.low),
         float(varied.high),
         branches,
-        told,
+        marked_points,
         len(_PLACES),
         starts,
         tracing.skipped,
         tracing.left,
-        system.held,
+        system.held_inputs,
         tuple(names[k] for k in system.free),
         tuple(names[k] for k in sorted(system.periodic)),
     )
@@ -197,31 +205,21 @@ def _branch(
     return Branch(table[:, -1], positions, branch.ends, marks, stretches, poles)
 
 
-# All set by hand.
-
-#: Part of the largest pole of a branch by which a pole moves between neighbouring points at most.
-_FAR = 0.01
-#: Halvings of an interval: poles that meet move as the root of the parameter.
-_HALVINGS = 12
-#: Points of a locus.
-_MOST = 2000
-
-
 def locus(space: Space, points: Sequence[CurvePoint]) -> Locus:
-    """Follow the poles along a branch; without points where coordinates are singular."""
+    """Follow the poles along a branch, except at points where coordinates are singular."""
     places = [point.y for point in points]
     poles = _poles(space, places)
     for _ in range(_HALVINGS):
         size = max((float(np.abs(p).max(initial=0.0)) for p in poles if p is not None), default=0.0)
-        jumps = [_jump(one, other) for one, other in pairwise(poles)]
+        jumps = [_jump(before, after) for before, after in pairwise(poles)]
         far = [k for k, jump in enumerate(jumps) if jump > _FAR * size]
         if not far or len(places) + len(far) > _MOST:
             break
         between = {k: y for k in far if (y := amid(space, places[k], places[k + 1])) is not None}
-        found = dict(zip(between, _poles(space, list(between.values())), strict=True))
+        new_poles = dict(zip(between, _poles(space, list(between.values())), strict=True))
         for k in sorted(between, reverse=True):
             places.insert(k + 1, between[k])
-            poles.insert(k + 1, found[k])
+            poles.insert(k + 1, new_poles[k])
     known = [(y[-1], p) for y, p in zip(places, poles, strict=True) if p is not None]
     if not known:
         return Locus(np.empty(0), np.empty((0, 0), dtype=complex))
@@ -230,7 +228,7 @@ def locus(space: Space, points: Sequence[CurvePoint]) -> Locus:
 
 
 def _poles(space: Space, places: Sequence[Matrix]) -> list[NDArray[np.complex128] | None]:
-    """Find the poles at points, in doubles; None where coordinates are singular."""
+    """Compute the poles at points, in doubles; None where coordinates are singular."""
     if not places:
         return []
     tables = space.functions.small_motions(np.array(places).T)
@@ -238,21 +236,21 @@ def _poles(space: Space, places: Sequence[Matrix]) -> list[NDArray[np.complex128
     return [None if s is None else np.linalg.eigvals(s[0]).astype(complex) for s in systems]
 
 
-def _jump(one: NDArray[np.complex128] | None, other: NDArray[np.complex128] | None) -> float:
-    """Return the farthest that a pole moves; 0 where there are none or another number."""
-    if one is None or other is None or one.shape != other.shape:
+def _jump(before: NDArray[np.complex128] | None, after: NDArray[np.complex128] | None) -> float:
+    """Return the largest distance that a pole moves; 0 if numbers of poles differ."""
+    if before is None or after is None or before.shape != after.shape:
         return 0.0
-    moved = one - other[_pairing(one, other)]
+    moved = before - after[_pairing(before, after)]
     return float(np.abs(moved).max(initial=0.0))
 
 
-def _pairing(one: NDArray[np.complex128], other: NDArray[np.complex128]) -> NDArray[np.intp]:
+def _pairing(before: NDArray[np.complex128], after: NDArray[np.complex128]) -> NDArray[np.intp]:
     """Return for each pole the number of the one that it becomes."""
-    return np.asarray(linear_sum_assignment(np.abs(one[:, None] - other))[1])
+    return np.asarray(linear_sum_assignment(np.abs(before[:, None] - after))[1])
 
 
 def _in_turn(rows: Sequence[NDArray[np.complex128]]) -> NDArray[np.complex128]:
-    """Put poles into columns in which they move least; those of another number are left out."""
+    """Sort poles into columns in which they move least; rows of another length become NaN."""
     ordered = [rows[0][np.lexsort((rows[0].imag, rows[0].real))]]
     for row in rows[1:]:
         if row.shape == ordered[0].shape:

@@ -1,4 +1,4 @@
-"""The parameter that varies, its range, and what follows it."""
+"""The parameter that varies, its range, and the parameters that depend on it."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def varied(
     name, ends
         The parameter, and texts of both ends; expressions of the scene language.
     option
-        What messages call the option.
+        Name of the option in messages.
 
     Raises
     ------

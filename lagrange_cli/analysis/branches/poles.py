@@ -1,4 +1,4 @@
-"""Poles of small motions along branches, and where pairs of them leave the imaginary axis.
+"""Poles of small motions along branches, and points at which pairs leave the imaginary axis.
 
 In doubles poles are counted at all points; in digits a crossing is a zero of an analytic function
 along the branch: the real part of a pair that crosses singly, or (s₁ − s₂)² of two pairs that meet
@@ -147,13 +147,13 @@ class CrossingSearch:
     space: Space
     system_at: SystemAt
 
-    def flutter(self, one: Matrix, other: Matrix) -> AxisCrossing | None:
-        """Find where a pair leaves the axis; None if no function of poles changes its sign."""
-        return self._found(_Chord(self.space, one, other), self._on_chord)
+    def flutter(self, start: Matrix, end: Matrix) -> AxisCrossing | None:
+        """Find the point where a pair leaves the axis; None if no measure changes its sign."""
+        return self._found(_Chord(self.space, start, end), self._on_chord)
 
-    def divergence(self, one: Matrix, other: Matrix) -> AxisCrossing | None:
-        """Find where an eigenvalue of M⁻¹K changes its sign; None if none does."""
-        return self._found(_Chord(self.space, one, other), self._flat_on_chord)
+    def divergence(self, start: Matrix, end: Matrix) -> AxisCrossing | None:
+        """Find the point where an eigenvalue of M⁻¹K changes its sign; None if none does."""
+        return self._found(_Chord(self.space, start, end), self._flat_on_chord)
 
     def _found(
         self, chord: _Chord, look: Callable[[_Chord], AxisCrossing | None]
@@ -202,18 +202,22 @@ class CrossingSearch:
         linear = linear_system(system, place)
         a = first_order(system, place, linear)
         k = len(linear.independent)
-        kept = a.rows - k
+        positions = a.rows - k
         names = [c.name for c in system.equations.system.coordinates]
-        rows = [kept + i for i, j in enumerate(linear.independent) if names[j] not in place.free]
+        rows = [
+            positions + i for i, j in enumerate(linear.independent) if names[j] not in place.free
+        ]
         with mpmath.workdps(DIGITS):
-            square = mpmath.matrix([[-a[row, column] for column in range(kept)] for row in rows])
+            square = mpmath.matrix(
+                [[-a[row, column] for column in range(positions)] for row in rows]
+            )
             return min(_eigenvalues(square), key=abs)
 
     def _zero_of(self, chord: _Chord, value: Callable[[Mpf], Mpf]) -> Located | None:
-        found = _zero(value, (mpf(0), value(mpf(0))), (mpf(1), value(mpf(1))))
-        if found is None:
+        bracket = _zero(value, (mpf(0), value(mpf(0))), (mpf(1), value(mpf(1))))
+        if bracket is None:
             return None
-        part, width = found
+        part, width = bracket
         at = chord.place(part)
         span = abs(chord.place(mpf(1)).y[-1] - chord.place(mpf(0)).y[-1])
         error = float(width * span / (self.space.high - self.space.low))
@@ -225,14 +229,14 @@ class _Chord:
     """Points of a branch in digits, above a chord between two of its points."""
 
     space: Space
-    one: Matrix
-    other: Matrix
+    start: Matrix
+    end: Matrix
 
     def place(self, part: Mpf) -> Located:
         """Return the point above a part of the chord.
 
-        Where several eigenvalues vanish corrections are not determined: there it is the mean of
-        two neighbours, off by the square of their distance.
+        Corrections are not determined where several eigenvalues vanish: there the point is the mean
+        of two neighbours, with an error of the square of their distance.
         """
         at = self._corrected(part)
         if at is not None:
@@ -246,8 +250,8 @@ class _Chord:
         return Located(y, float(_ASIDE**2))
 
     def _corrected(self, part: Mpf) -> Located | None:
-        chord = (self.other - self.one) / self.space.scale
-        pairs = zip(self.one.tolist(), self.other.tolist(), strict=True)
+        chord = (self.end - self.start) / self.space.scale
+        pairs = zip(self.start.tolist(), self.end.tolist(), strict=True)
         with mpmath.workdps(DIGITS):
             guess = [mpf(a) + part * (mpf(b) - mpf(a)) for a, b in pairs]
         return point_at(self.space, guess, chord / np.linalg.norm(chord))
@@ -271,30 +275,30 @@ def _gap_of_two(poles: Sequence[mpmath.mpc], near: mpmath.mpc) -> tuple[Mpf, mpm
     above = sorted((p for p in poles if p.imag > 0), key=lambda p: abs(p - centre))
     if len(above) < 2:
         raise _LostError
-    one, other = above[:2]
-    return ((one - other) ** 2).real, (one + other) / 2
+    first, second = above[:2]
+    return ((first - second) ** 2).real, (first + second) / 2
 
 
 def _zero(
-    value: Callable[[Mpf], Mpf], one: tuple[Mpf, Mpf], other: tuple[Mpf, Mpf]
+    value: Callable[[Mpf], Mpf], left: tuple[Mpf, Mpf], right: tuple[Mpf, Mpf]
 ) -> tuple[Mpf, Mpf] | None:
     """Find a zero between two places with values of different sign (Illinois method).
 
     Returns it, and the width within which it is.
     """
-    if one[1] * other[1] > 0:
+    if left[1] * right[1] > 0:
         return None
     with mpmath.workdps(DIGITS):
-        last = abs(other[0] - one[0])
+        last = abs(right[0] - left[0])
         for _ in range(_STEPS):
-            if one[1] == other[1]:
+            if left[1] == right[1]:
                 return None
-            part = (one[0] * other[1] - other[0] * one[1]) / (other[1] - one[1])
+            part = (left[0] * right[1] - right[0] * left[1]) / (right[1] - left[1])
             number = value(part)
-            change = min(abs(part - one[0]), abs(part - other[0]))
+            change = min(abs(part - left[0]), abs(part - right[0]))
             if number == 0 or change < _LAST:
                 return part, _LAST if number == 0 else change
-            one = other if number * other[1] < 0 else (one[0], one[1] / 2)
-            other = (part, number)
+            left = right if number * right[1] < 0 else (left[0], left[1] / 2)
+            right = (part, number)
             last = min(last, change)
-        return (other[0], last) if last < mpf(10) ** -12 else None
+        return (right[0], last) if last < mpf(10) ** -12 else None

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.curve import Space
     from lagrange_cli.analysis.values import Matrix
 
-# All set by hand.
+# Budgets and thresholds: a larger ``_NEAR`` tests more intervals, a smaller one may miss a pair of
+# changes; not tuned.
 
 #: Halvings of an interval.
 _HALVINGS = 14
@@ -34,18 +35,18 @@ _ROUNDING = 1e-8
 
 
 def refined(space: Space, points: Sequence[CurvePoint]) -> list[CurvePoint]:
-    """Return the points of a branch with more between them where that may matter."""
+    """Return the points of a branch, with more of them where stability may change twice."""
     known = list(points)
     values = tested(space, [p.y for p in known])
     fresh = [True] * (len(known) - 1)
     for _ in range(_HALVINGS):
         places = [k for k, is_fresh in enumerate(fresh) if is_fresh]
         middles = {k: amid(space, known[k].y, known[k + 1].y) for k in places}
-        found = [k for k in places if middles[k] is not None]
-        middle = tested(space, [y for k in found for y in (middles[k],) if y is not None])
+        halved = [k for k in places if middles[k] is not None]
+        middle = tested(space, [y for k in halved for y in (middles[k],) if y is not None])
         doubtful = {
             k: m
-            for k, m in zip(found, middle, strict=True)
+            for k, m in zip(halved, middle, strict=True)
             if _is_doubtful(np.array([values[k], m, values[k + 1]]))
         }
         if not doubtful or len(known) + len(doubtful) > len(points) + _MOST:
@@ -55,7 +56,7 @@ def refined(space: Space, points: Sequence[CurvePoint]) -> list[CurvePoint]:
 
 
 def tested(space: Space, points: Sequence[Matrix]) -> list[Matrix]:
-    """Evaluate the three functions at points, shape (3,); NaN where there are none."""
+    """Evaluate the three functions at points, each of shape (3,); NaN at singular coordinates."""
     if not points:
         return []
     tables = space.functions.small_motions(np.array(points).T)
@@ -79,11 +80,11 @@ def _tested(mass: Matrix, damping: Matrix, stiffness: Matrix, gradients: Matrix)
     return values
 
 
-def amid(space: Space, one: Matrix, other: Matrix) -> Matrix | None:
+def amid(space: Space, start: Matrix, end: Matrix) -> Matrix | None:
     """Return the point of a branch amid two neighbours, in doubles; None if none is near."""
-    chord = (other - one) / space.scale
+    chord = (end - start) / space.scale
     length = float(np.linalg.norm(chord))
-    return space.approached((one + other) / 2, chord / length) if length else None
+    return space.approached((start + end) / 2, chord / length) if length else None
 
 
 def _is_doubtful(rows: Matrix) -> bool:
@@ -101,12 +102,12 @@ def _may_vanish(column: Matrix) -> bool:
         return bool(signs[0] == signs[2])
     if not signs[0]:
         return False
-    one, middle, other = np.abs(column)
-    bend, slope = 2 * (one - 2 * middle + other), other - one
+    left, middle, right = np.abs(column)
+    bend, slope = 2 * (left - 2 * middle + right), right - left
     place = -slope / (2 * bend) if bend > 0 else 1.0
     if bend <= 0 or abs(place) >= 0.5:
         return False
-    return bool(middle - slope**2 / (4 * bend) < _NEAR * min(one, middle, other))
+    return bool(middle - slope**2 / (4 * bend) < _NEAR * min(left, middle, right))
 
 
 def _halved(
@@ -116,7 +117,7 @@ def _halved(
     middles: dict[int, Matrix | None],
     doubtful: dict[int, Matrix],
 ) -> tuple[list[CurvePoint], list[Matrix], list[bool]]:
-    """Put points into intervals; the halves are to be looked at again."""
+    """Insert the midpoints of doubtful intervals, whose halves are tested again."""
     points, tests, fresh = [known[0]], [values[0]], list[bool]()
     for k in range(len(known) - 1):
         y = middles.get(k) if k in doubtful else None

@@ -95,9 +95,9 @@ def fold_at(space: Space, y: Matrix, tangent: Matrix) -> Located | None:
         matrix = mpmath.zeros(2 * n + 1, 2 * n + 1)
         _put(matrix, slopes, 0, 0)
         _put(matrix, slopes[:, :n], n, n + 1)
-        for (row, by, other), value in functions.curvatures_at(z[: n + 1]).items():
-            if other < n:
-                matrix[n + row, by] += value * phi[other]
+        for (row, first, second), value in functions.curvatures_at(z[: n + 1]).items():
+            if second < n:
+                matrix[n + row, first] += value * phi[second]
         for k in range(n):
             matrix[2 * n, n + 1 + k] = fixed[k]
         moved = [mpmath.fdot(slopes[row, :n].tolist()[0], phi) for row in range(n)]
@@ -125,17 +125,17 @@ def crossing_at(space: Space, y: Matrix) -> Crossing | None:
             matrix[row, n + 1] = psi[row]
             matrix[row, n + 2 + row] = mu
             matrix[2 * n + 1, n + 2 + row] = fixed[row]
-        for (row, by, other), value in functions.curvatures_at(z[: n + 1]).items():
-            matrix[n + by, other] += value * psi[row]
+        for (row, first, second), value in functions.curvatures_at(z[: n + 1]).items():
+            matrix[n + first, second] += value * psi[row]
         right = [a + mu * b for a, b in zip(level, psi, strict=True)]
         right += [mpmath.fdot(slopes[:, k], psi) for k in range(n + 1)]
         return [*right, mpmath.fdot(fixed, psi) - 1], matrix
 
-    found = _newton(linearized, [*map(mpf, y.tolist()), mpf(0), *fixed])
-    at = _located(space, found)
-    if at is None or found is None:
+    solution = _newton(linearized, [*map(mpf, y.tolist()), mpf(0), *fixed])
+    at = _located(space, solution)
+    if at is None or solution is None:
         return None
-    mu, psi = found[0][n + 1], found[0][n + 2 :]
+    mu, psi = solution[0][n + 1], solution[0][n + 2 :]
     size = max(abs(a * mpf(b)) for a, b in zip(psi, (1 / space.rows).tolist(), strict=True))
     if abs(mu) * size > _ZERO:
         return None
@@ -170,8 +170,8 @@ def _shares(a: Mpf, b: Mpf, c: Mpf, root: Mpf) -> tuple[tuple[Mpf, Mpf], tuple[M
     return (far, a), (c, far)
 
 
-def _combined(space: Space, basis: Sequence[Sequence[Mpf]], one: Mpf, other: Mpf) -> Matrix:
-    direction = [one * u + other * v for u, v in zip(*basis, strict=True)]
+def _combined(space: Space, basis: Sequence[Sequence[Mpf]], alpha: Mpf, beta: Mpf) -> Matrix:
+    direction = [alpha * u + beta * v for u, v in zip(*basis, strict=True)]
     scaled = [x / mpf(s) for x, s in zip(direction, space.scale.tolist(), strict=True)]
     largest = max(map(abs, scaled))
     clean = [float(x / largest) if abs(x) > _ZERO * largest else 0.0 for x in scaled]
@@ -192,12 +192,12 @@ def _null_space(
     for k in range(n + 1):
         for border in (1, 2):
             bordered[n + border - 1, k] = mpf(float(rows[-border][k] / space.scale[k]))
-    found = []
+    vectors = []
     for border in (0, 1):
         right = mpmath.zeros(n + 2, 1)
         right[n + border] = mpf(1)
-        found.append(list(mpmath.lu_solve(bordered, right))[: n + 1])
-    return found[0], found[1]
+        vectors.append(list(mpmath.lu_solve(bordered, right))[: n + 1])
+    return vectors[0], vectors[1]
 
 
 # Newton's method.
@@ -226,10 +226,10 @@ def _newton(
     return None
 
 
-def _located(space: Space, found: tuple[list[Mpf], list[Mpf]] | None) -> Located | None:
-    if found is None:
+def _located(space: Space, solution: tuple[list[Mpf], list[Mpf]] | None) -> Located | None:
+    if solution is None:
         return None
-    unknown, step = found
+    unknown, step = solution
     size = space.functions.size
     width = space.high - space.low
     return Located(tuple(unknown[: size + 1]), float(abs(step[size]) / width))

@@ -83,7 +83,7 @@ class Judge:
     # Marks without a fold.
 
     def stretches(self, branch: Traced) -> tuple[Stretch, ...]:
-        """Split a branch at its marks, and at those that are found here; judge the parts."""
+        """Split a branch at its marks and at crossings of poles, and judge the parts."""
         self._mark_poles(branch)
         _turn_to_mark(branch)
         last = len(branch.points) - 1
@@ -96,89 +96,94 @@ class Judge:
         )
 
     def _mark_poles(self, branch: Traced) -> None:
-        """Find where poles cross the imaginary axis between marks, and mark it."""
+        """Mark the points between marks at which poles cross the imaginary axis."""
         marked = {k for k, _ in branch.marks}
         counts = counted(self.space, [p.y for p in branch.points])
-        found: list[tuple[int, Mark]] = []
+        crossings: list[tuple[int, Mark]] = []
         for k in range(len(branch.points) - 1):
             ends = [branch.points[k].y, branch.points[k + 1].y]
-            told = list(counts[k : k + 2])
+            end_counts = list(counts[k : k + 2])
             for side in (0, 1):
                 if k + side in marked:
                     ends[side] = self._beside(ends[side], ends[1 - side])
-                    told[side] = counted(self.space, [ends[side]])[0]
-            found += [(k, mark) for mark in self._changes((ends[0], told[0]), (ends[1], told[1]))]
-        for k, mark in reversed(found):
+                    end_counts[side] = counted(self.space, [ends[side]])[0]
+            crossings += [
+                (k, mark)
+                for mark in self._changes((ends[0], end_counts[0]), (ends[1], end_counts[1]))
+            ]
+        for k, mark in reversed(crossings):
             insert(self.space, branch, k, mark)
         branch.marks.sort(key=lambda pair: pair[0])
 
-    def _beside(self, mark: Matrix, other: Matrix) -> Matrix:
+    def _beside(self, marked: Matrix, neighbour: Matrix) -> Matrix:
         """Return a point beside a marked one."""
-        return self._part(mark, other, _BESIDE)
+        return self._part(marked, neighbour, _BESIDE)
 
-    def _part(self, one: Matrix, other: Matrix, part: float) -> Matrix:
+    def _part(self, start: Matrix, end: Matrix, part: float) -> Matrix:
         """Return the point of the branch between two neighbours at a part of their chord."""
-        chord = (other - one) / self.space.scale
-        guess = one + part * (other - one)
+        chord = (end - start) / self.space.scale
+        guess = start + part * (end - start)
         y = self.space.corrected(guess, chord / np.linalg.norm(chord))
         return guess if y is None else y
 
-    def _changes(self, one: _Counted, other: _Counted) -> list[Mark]:
+    def _changes(self, start: _Counted, end: _Counted) -> list[Mark]:
         """Locate changes of the numbers of poles between two points, in their order."""
         marks = []
-        for first, last in self._intervals(one, other, _HALVINGS):
+        for first, last in self._intervals(start, end, _HALVINGS):
             assert first[1] is not None
             assert last[1] is not None
             is_flutter = first[1].negative == last[1].negative
-            mark = self._crossing(one[0], other[0], first[0], last[0], is_flutter=is_flutter)
+            mark = self._crossing(start[0], end[0], first[0], last[0], is_flutter=is_flutter)
             if mark is not None:
                 marks.append(mark)
         return marks
 
     def _intervals(
-        self, one: _Counted, other: _Counted, halvings: int
+        self, start: _Counted, end: _Counted, halvings: int
     ) -> list[tuple[_Counted, _Counted]]:
-        """Narrow down where numbers of poles change."""
-        if one[1] is None or other[1] is None or one[1] == other[1]:
+        """Bisect to the intervals in which numbers of poles change."""
+        if start[1] is None or end[1] is None or start[1] == end[1]:
             return []
         if not halvings:
-            return [(one, other)]
-        y = self._part(one[0], other[0], 0.5)
+            return [(start, end)]
+        y = self._part(start[0], end[0], 0.5)
         middle = (y, counted(self.space, [y])[0])
         if middle[1] is None:
             return []
-        before = self._intervals(one, middle, halvings - 1)
-        return before + self._intervals(middle, other, halvings - 1)
+        before = self._intervals(start, middle, halvings - 1)
+        return before + self._intervals(middle, end, halvings - 1)
 
     def _crossing(
-        self, start: Matrix, end: Matrix, one: Matrix, other: Matrix, *, is_flutter: bool
+        self, start: Matrix, end: Matrix, low: Matrix, high: Matrix, *, is_flutter: bool
     ) -> Mark | None:
         """Find a crossing in digits, in an interval or, if poles move slowly, around it."""
         if 2 * len(self.system.equations.system.coordinates) > MOST_STATES:
-            return self._in_doubles(one, other, "flutter" if is_flutter else "divergence")
+            return self._in_doubles(low, high, "flutter" if is_flutter else "divergence")
         search = CrossingSearch(self.space, self.system_at)
         for more in (1.0, 1e3, np.inf):
-            wide = [start, end] if np.isinf(more) else self._widened(start, end, one, other, more)
-            found = search.flutter(*wide) if is_flutter else search.divergence(*wide)
-            if found is not None:
-                return Mark("flutter" if is_flutter else "divergence", found.at, found.frequency)
+            wide = [start, end] if np.isinf(more) else self._widened(start, end, low, high, more)
+            crossing = search.flutter(*wide) if is_flutter else search.divergence(*wide)
+            if crossing is not None:
+                return Mark(
+                    "flutter" if is_flutter else "divergence", crossing.at, crossing.frequency
+                )
         return None
 
     def _widened(
-        self, start: Matrix, end: Matrix, one: Matrix, other: Matrix, more: float
+        self, start: Matrix, end: Matrix, low: Matrix, high: Matrix, more: float
     ) -> list[Matrix]:
         """Move the ends of an interval apart, but not beyond two points."""
         chord = (end - start) / self.space.scale
         length = float(chord @ chord)
-        places = [float(((y - start) / self.space.scale) @ chord) / length for y in (one, other)]
+        places = [float(((y - start) / self.space.scale) @ chord) / length for y in (low, high)]
         width = more * (places[1] - places[0])
         parts = max(0.0, places[0] - width), min(1.0, places[1] + width)
         return [self._part(start, end, part) for part in parts]
 
-    def _in_doubles(self, one: Matrix, other: Matrix, kind: MarkKind) -> Mark:
+    def _in_doubles(self, low: Matrix, high: Matrix, kind: MarkKind) -> Mark:
         """Mark the middle of an interval, with its width as the error."""
-        width = abs(other[-1] - one[-1]) / self.space.scale[-1]
-        middle = (one + other) / 2
+        width = abs(high[-1] - low[-1]) / self.space.scale[-1]
+        middle = (low + high) / 2
         return Mark(kind, Located(tuple(map(mpf, middle.tolist())), float(width)))
 
     # Verdicts.
@@ -194,17 +199,17 @@ class Judge:
     def _at(self, points: list[CurvePoint], part: float) -> Stability:
         place = part * (len(points) - 1)
         k = min(int(place), len(points) - 2)
-        one, other = points[k].y, points[k + 1].y
-        chord = (other - one) / self.space.scale
+        start, end = points[k].y, points[k + 1].y
+        chord = (end - start) / self.space.scale
         share = min(max(place - k, 0.1), 0.9)
-        guess = one + share * (other - one)
+        guess = start + share * (end - start)
         at = point_at(self.space, guess, chord / np.linalg.norm(chord))
         if at is None:
             return Stability("undecided", Phrase("the equilibrium could not be found in digits"))
         return self.stability(at)
 
     def marked(self, mark: Mark) -> MarkedPoint:
-        """Tell a mark with its error."""
+        """Return a mark as a value, with its error."""
         width = self.space.high - self.space.low
         value = float(mark.at.y[-1])
         error = mark.at.error * width + _ROUNDING * abs(value)

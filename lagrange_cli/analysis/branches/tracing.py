@@ -24,7 +24,8 @@ from lagrange_cli.analysis.values import Matrix
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.values import EndKind, MarkKind
 
-# All set by hand.
+# Thresholds in scaled unknowns, between the rounding of corrected points and the distances of
+# different branches; budgets that bound the time. They are not tuned.
 
 #: Branches that are followed.
 MOST_BRANCHES = 32
@@ -85,8 +86,8 @@ class Traced:
 class Tracing:
     """Branches that are known so far.
 
-    ``skipped``: number of equilibria that are degenerate; ``left``: of those, and of directions
-    from branch points, that there was no budget for.
+    ``skipped``: number of degenerate equilibria; ``left``: number of equilibria, and of directions
+    from branch points, for which the budget was spent.
     """
 
     space: Space
@@ -128,9 +129,9 @@ class Tracing:
         # At a fold the sign of the slope, which shows it, is not known.
         for side in (_OFF, -_OFF):
             guess = y + side * start.tangent * self.space.scale
-            beside = self.space.corrected(guess, start.tangent)
-            if beside is not None and self.space.low <= beside[-1] <= self.space.high:
-                return self.space.point(beside, start.tangent)
+            neighbour = self.space.corrected(guess, start.tangent)
+            if neighbour is not None and self.space.low <= neighbour[-1] <= self.space.high:
+                return self.space.point(neighbour, start.tangent)
         return start
 
     def _both_ways(self, start: CurvePoint) -> None:
@@ -147,17 +148,17 @@ class Tracing:
             return
         self._refine(branch)
         self.branches.append(branch)
-        found = [
+        marks = [
             (k, mark)
             for k in range(len(branch.points) - 1)
             for mark in self._between(branch.points[k], branch.points[k + 1])
         ]
-        for k, mark in reversed(found):
+        for k, mark in reversed(marks):
             insert(self.space, branch, k, mark)
         branch.marks.sort(key=lambda pair: pair[0])
 
     def _refine(self, branch: Traced) -> None:
-        """Add points between those of a branch, apart from where it is marked already."""
+        """Add points between those of a branch, separately between its marks."""
         cuts = [0, *(k for k, _ in branch.marks), len(branch.points) - 1]
         parts = [branch.points[a : b + 1] for a, b in pairwise(cuts) if b > a]
         points, places = [branch.points[0]], {0: 0}
@@ -170,7 +171,7 @@ class Tracing:
     # Marks.
 
     def _between(self, here: CurvePoint, after: CurvePoint) -> list[Mark]:
-        """Locate what is between two neighbouring points."""
+        """Locate the folds and branch points between two neighbouring points."""
         crosses = here.turn * after.turn < 0
         turns = here.slope * after.slope < 0
         marks: list[Mark] = []
@@ -183,8 +184,8 @@ class Tracing:
                 marks.append(fold)
         return sorted(marks, key=lambda m: float(here.tangent @ self._gap(m.y, here.y)))
 
-    def _gap(self, one: Matrix, other: Matrix) -> Matrix:
-        return self.space.difference(one, other)
+    def _gap(self, y: Matrix, origin: Matrix) -> Matrix:
+        return self.space.difference(y, origin)
 
     def _crossing(self, here: CurvePoint, after: CurvePoint) -> Mark:
         middle = _middle(self.space, here, after)
@@ -194,15 +195,15 @@ class Tracing:
             return self._known(Mark("branch point", at))
         mark = self._known(Mark(self._kind(crossing), crossing.at))
         if crossing.tangents:
-            other = min(crossing.tangents, key=lambda t: abs(float(t @ here.tangent)))
-            self._waiting.append((mark, other))
+            tangent = min(crossing.tangents, key=lambda t: abs(float(t @ here.tangent)))
+            self._waiting.append((mark, tangent))
         return mark
 
     def _known(self, mark: Mark) -> Mark:
-        """Return the mark that was found there before, or this one."""
-        for other in self.marks:
-            if np.abs(self._gap(mark.y, other.y)).max() < _SAME:
-                return other
+        """Return the mark already located at this point, else this one."""
+        for earlier in self.marks:
+            if np.abs(self._gap(mark.y, earlier.y)).max() < _SAME:
+                return earlier
         self.marks.append(mark)
         return mark
 
@@ -233,7 +234,7 @@ class Tracing:
         return bool(max(gaps) < 1.5 * length)
 
     def _bisected(self, here: CurvePoint, after: CurvePoint, changed: _Changed) -> Located:
-        """Narrow an interval down to where a sign changes, as far as points can be corrected."""
+        """Bisect an interval to the change of a sign, as far as points can be corrected."""
         for _ in range(_HALVINGS):
             y = self.space.corrected(_middle(self.space, here, after), here.tangent)
             point = None if y is None else self.space.point(y, here.tangent)
@@ -284,7 +285,7 @@ class Tracing:
     def finish(self) -> None:
         """Put marks on all branches that they lie on.
 
-        Where several eigenvalues vanish at once, the sign of their product does not show it.
+        The sign of det J does not show where an even number of eigenvalues vanishes at once.
         """
         for branch in self.branches:
             present = {id(mark) for _, mark in branch.marks}
@@ -296,14 +297,14 @@ class Tracing:
 
     def at(self, branch: Traced, value: float) -> list[Matrix]:
         """Find the points of a branch at a value of the parameter."""
-        found = []
+        points = []
         for here, after in pairwise(branch.points):
             start, width = here.y[-1], after.y[-1] - here.y[-1]
             if width and 0 <= (value - start) / width <= 1:
                 part = (value - start) / width
                 y = self.space.landed(here.y + part * (after.y - here.y), value)
-                found += [] if y is None else [y]
-        return found
+                points += [] if y is None else [y]
+        return points
 
     def has(self, y: Matrix) -> bool:
         """Say whether a point lies on a branch that is known."""
@@ -316,31 +317,31 @@ class Tracing:
         distances = np.linalg.norm(gaps, axis=1)
         nearest: list[int] = np.argsort(distances)[:_CHORDS].tolist()
         for k in nearest:
-            for one, other in ((k - 1, k), (k, k + 1)):
-                if one < 0 or other >= len(points):
+            for first, second in ((k - 1, k), (k, k + 1)):
+                if first < 0 or second >= len(points):
                     continue
-                if self._is_between(points[one], points[other], gaps[one], y):
-                    return one
+                if self._is_between(points[first], points[second], gaps[first], y):
+                    return first
         return None
 
-    def _is_between(self, one: CurvePoint, other: CurvePoint, gap: Matrix, y: Matrix) -> bool:
+    def _is_between(self, first: CurvePoint, second: CurvePoint, gap: Matrix, y: Matrix) -> bool:
         """Say whether a point lies on the curve between two neighbours.
 
         ``gap``: scaled difference of the first one and the point.
         """
-        chord = (other.y - one.y) / self.space.scale
+        chord = (second.y - first.y) / self.space.scale
         length = float(np.linalg.norm(chord))
         if length == 0.0:
             return float(np.abs(gap).max()) < _SAME
         part = -(gap @ chord) / length**2
         if not -0.5 <= part <= 1.5:
             return False
-        beside = gap + part * chord
-        if float(np.linalg.norm(beside)) > _BESIDE * length + _SAME:
+        offset = gap + part * chord
+        if float(np.linalg.norm(offset)) > _BESIDE * length + _SAME:
             return False
-        there = self.space.corrected(one.y + part * (other.y - one.y), chord / length)
+        there = self.space.corrected(first.y + part * (second.y - first.y), chord / length)
         if there is None:
-            return float(np.linalg.norm(beside)) < _SAME
+            return float(np.linalg.norm(offset)) < _SAME
         return float(np.abs(self._gap(there, y)).max()) < _SAME
 
 

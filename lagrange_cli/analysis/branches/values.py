@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 EndKind: TypeAlias = Literal[
     "range", "closed", "branch point", "singular", "far", "stuck", "budget"
 ]
-"""How a branch ends.
+"""The way in which a branch ends.
 
 ``range``: with the parameter's range. ``closed``: where it began. ``branch point``: it begins at
 one, from which no other side leads into the range. ``singular``: coordinates are singular or not
@@ -25,7 +25,7 @@ are too many points.
 MarkKind: TypeAlias = Literal[
     "fold", "pitchfork", "transcritical", "branch point", "divergence", "flutter"
 ]
-"""What happens at a marked point.
+"""The kind of a marked point.
 
 ``branch point``: branches meet otherwise than in a pitchfork or transcritically; ``divergence``:
 several eigenvalues vanish at once; ``flutter``: a pair of poles leaves the imaginary axis.
@@ -39,7 +39,7 @@ class MarkedPoint:
     Attributes
     ----------
     kind
-        What happens.
+        Its kind.
     value
         The parameter.
     error
@@ -47,7 +47,7 @@ class MarkedPoint:
     position
         One number for each coordinate.
     frequency
-        Angular frequency of what begins at flutter; None otherwise.
+        Angular frequency of the oscillation that begins at flutter; None otherwise.
     """
 
     kind: MarkKind
@@ -66,7 +66,7 @@ class Stretch:
     first, last
         Numbers of its first and last point on the branch.
     stability
-        What is proven at points within it.
+        The strongest statement proven at points within it.
     """
 
     first: int
@@ -83,8 +83,8 @@ class Locus:
     values
         The parameter at points of the branch, shape (points,).
     poles
-        Shape (points, poles); each column is one pole that moves with the parameter. Where two
-        meet, which is which is not known beyond. NaN where there is another number of them.
+        Shape (points, poles); each column is one pole that moves with the parameter. Beyond a
+        point where two meet, their columns may be exchanged. NaN where their number differs.
     """
 
     values: NDArray[np.float64]
@@ -102,9 +102,9 @@ class Branch:
     positions
         Coordinates, shape (points, n); angles are continuous along the branch.
     ends
-        How it ends on both sides; a closed loop ends with its first point.
+        The ways in which it ends on both sides; a closed loop ends with its first point.
     marks
-        Number of a point of it, and number of the marked point there, in their order.
+        Pairs of the number of a point on it and the number of the marked point there, in order.
     stretches
         Its parts, in their order.
     locus
@@ -121,7 +121,7 @@ class Branch:
 
 @dataclass(frozen=True)
 class Branches:
-    """What was found of equilibria over a parameter.
+    """Branches of equilibria over the range of a parameter.
 
     Attributes
     ----------
@@ -130,23 +130,23 @@ class Branches:
     low, high
         Its range.
     branches
-        The branches that were found.
+        The branches.
     marks
-        The marked points of all, by the parameter.
+        The marked points of all branches, by the parameter.
     values
         Number of values of the parameter at which equilibria were sought.
     starts
         Number of starts of these searches.
     skipped
-        Number of equilibria found that are parts of continua or degenerate, and were not followed.
+        Number of equilibria that are parts of continua or degenerate, and were not followed.
     left
         Number of equilibria, and of directions at branch points, that were not followed since
         there were enough branches.
-    held
+    held_inputs
         Inputs that vary with time, and the values at which they are held.
     free, periodic
-        Names of the coordinates that have any value, and of those of which values a turn apart
-        mean the same.
+        Names of the coordinates that may have any value, and of the angles whose values a turn
+        apart are the same configuration.
     """
 
     parameter: str
@@ -158,6 +158,6 @@ class Branches:
     starts: int
     skipped: int
     left: int
-    held: tuple[tuple[str, float], ...]
+    held_inputs: tuple[tuple[str, float], ...]
     free: tuple[str, ...] = ()
     periodic: tuple[str, ...] = ()

@@ -23,7 +23,8 @@ from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 
-# The budget; all set by hand.
+# The budget, in counts, so that outputs do not depend on the speed of a machine: beyond it a search
+# in numbers is quicker, and closed forms are too long to read.
 
 #: Unknowns.
 _UNKNOWNS = 12
@@ -48,9 +49,9 @@ class ClosedForms:
     Attributes
     ----------
     points
-        Those that exist for the parameters' values, or whose existence is open where some lack one.
+        Equilibria that exist for the values of the parameters, or may exist where some lack one.
     absent
-        Those that do not.
+        Equilibria that do not exist for these values.
     complete
         True if there are no others.
     """
@@ -62,7 +63,7 @@ class ClosedForms:
 
 @dataclass(frozen=True)
 class _Branch:
-    """Equations that are still to be solved, and what was found before, the last first."""
+    """Equations that are still to be solved, and the values found so far, the last first."""
 
     equations: tuple[sp.Expr, ...]
     unknowns: tuple[sp.Symbol, ...]
@@ -72,7 +73,7 @@ class _Branch:
     def solved(
         self, unknown: sp.Symbol, value: sp.Expr, conditions: tuple[Existence, ...] = ()
     ) -> _Branch:
-        """Put a value in place of an unknown."""
+        """Substitute a value for an unknown."""
         return _Branch(
             tuple(e.xreplace({unknown: value}) for e in self.equations),
             tuple(u for u in self.unknowns if u != unknown),
@@ -89,7 +90,7 @@ class _Solver:
         coordinates = system.equations.system.coordinates
         self.angles = {c.q for c in coordinates if c.is_angle}
         self.branches = 0
-        # Of an angle that does not only stand in sines and cosines, one turn alone is looked at.
+        # Equations of an angle outside of sines and cosines are solved for one turn only.
         turning = (k for k, c in enumerate(coordinates) if c.is_angle and k not in system.free)
         self.complete = all(k in system.periodic for k in turning)
 
@@ -115,19 +116,19 @@ class _Solver:
                 self.complete = False
 
     def _simplified(self, branch: _Branch) -> _Branch | None:
-        """Leave out equations that hold; None if one of them cannot."""
-        unknowns, kept = frozenset(branch.unknowns), []
+        """Drop equations that hold; None if one of them cannot hold."""
+        unknowns, remaining = frozenset(branch.unknowns), []
         for written in branch.equations:
             if sp.count_ops(written) > _OPERATIONS:
                 raise _BudgetError
             equation = cancelled(written)
             if equation.free_symbols & unknowns:
-                kept.append(equation)
+                remaining.append(equation)
             elif equation.has(sp.zoo, sp.nan, sp.oo):
                 return None
             elif equation != 0 and not vanish(equation):
-                kept.append(equation)
-        return replace(branch, equations=tuple(kept))
+                remaining.append(equation)
+        return replace(branch, equations=tuple(remaining))
 
     def _may_vanish(self, expression: sp.Expr) -> bool:
         """Say whether an expression in parameters is zero for their values."""
@@ -154,7 +155,7 @@ class _Solver:
     def _balances(self, equation: sp.Expr, unknowns: frozenset[sp.Symbol]) -> list[sp.Expr]:
         """List the factors in parameters alone that may vanish: ``a m g − b F`` of a lever.
 
-        Those are differences, and what is zero for the parameters' values.
+        These are differences, and factors that are zero for the values of the parameters.
         """
         numerator = sp.fraction(cancelled(equation))[0]
         factors = [f.as_base_exp()[0] for f in sp.Mul.make_args(factored_form(numerator))]
@@ -240,7 +241,7 @@ def closed_forms(system: RestSystem) -> ClosedForms | None:
 
 
 def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | AbsentEquilibrium | None:
-    """Make an equilibrium of a branch; None if it does not satisfy the equations.
+    """Return the equilibrium of a branch; None if it does not satisfy the equations.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The configuration that ``--at`` names, and the equilibrium that is meant."""
+"""The configuration that ``--at`` gives, and the equilibrium that it selects."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
 
 _DIGITS = 50
 
-#: Distance from an equilibrium, relative to 1 and to its coordinates, that is taken for rounding
-#: of what was typed.
+#: Distance from an equilibrium, relative to 1 and to its coordinates, below which a typed
+#: configuration is a rounded one of it.
 _TYPED = 1e-2
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """Values of coordinates, and of inputs that are held over the parameters, with their places.
+    """Values of coordinates, and of held inputs over the parameters, with their places.
 
-    ``turning``: values of momenta and rates of ignored coordinates, by their names.
+    ``turning``: values of momenta and rates of ignored coordinates, by name.
     """
 
     coordinates: Mapping[str, Mpf]
-    held: Mapping[str, sp.Expr]
+    held_inputs: Mapping[str, sp.Expr]
     marks: Mapping[str, Mark]
     turning: Mapping[str, Mpf]
 
@@ -59,9 +59,9 @@ def configuration_at(
     coordinates = {c.name for c in equations.system.coordinates}
     inputs = {u.name for u in equations.system.inputs}
     values: dict[str, Mpf] = {}
-    held: dict[str, sp.Expr] = {}
+    held_inputs: dict[str, sp.Expr] = {}
     marks: dict[str, Mark] = {}
-    given: dict[str, Mpf] = {}
+    rates: dict[str, Mpf] = {}
     known = coordinates | inputs | set(turning)
     for name, text in texts.items():
         shown = f"{name}={text}"
@@ -77,10 +77,10 @@ def configuration_at(
         if name in coordinates:
             values[name] = value
         elif name in turning:
-            given[name] = value
+            rates[name] = value
         else:
-            held[name] = expression
-    return Configuration(values, held, marks, given)
+            held_inputs[name] = expression
+    return Configuration(values, held_inputs, marks, rates)
 
 
 def _value(equations: Equations, expression: sp.Expr, place: Mark) -> Mpf:
@@ -102,7 +102,7 @@ def _value(equations: Equations, expression: sp.Expr, place: Mark) -> Mpf:
 def nearest(
     system: RestSystem, equilibria: Equilibria, configuration: Configuration
 ) -> Equilibrium:
-    """Choose the equilibrium that is linearized at.
+    """Choose the equilibrium at which the equations are linearized.
 
     With coordinates in ``configuration`` the one that agrees with them; else the stable one
     nearest to the initial configuration, or if none is known to be stable the nearest.
@@ -139,10 +139,10 @@ def _none(system: RestSystem, equilibria: Equilibria) -> str:
 
 
 def _at(system: RestSystem, equilibria: Equilibria, configuration: Configuration) -> Equilibrium:
-    """Choose the known equilibrium that is named, or one that Newton's method reaches from it."""
+    """Choose a known equilibrium at this configuration, or one that Newton's method reaches."""
     system.require_values()
     coordinates = system.equations.system.coordinates
-    given = {
+    chosen = {
         k: configuration.coordinates[c.name]
         for k, c in enumerate(coordinates)
         if c.name in configuration.coordinates
@@ -150,7 +150,7 @@ def _at(system: RestSystem, equilibria: Equilibria, configuration: Configuration
 
     def gap(point: Equilibrium) -> Mpf:
         position = point.position or ()
-        full = [given.get(k, x) for k, x in enumerate(position)]
+        full = [chosen.get(k, x) for k, x in enumerate(position)]
         return distance(system, position, full)
 
     points = [p for p in equilibria.points if p.position is not None]
@@ -158,7 +158,7 @@ def _at(system: RestSystem, equilibria: Equilibria, configuration: Configuration
     if near:
         start = system.start
         return min(near, key=lambda p: distance(system, p.position or (), start))
-    place = [float(given.get(k, x)) for k, x in enumerate(system.start)]
+    place = [float(chosen.get(k, x)) for k, x in enumerate(system.start)]
     reached = polished(system, [*place, *[0.0] * len(system.equations.system.closures)])
     if reached is not None and gap(reached) <= _TYPED:
         return reached

@@ -1,4 +1,4 @@
-"""Distances between configurations, and those that are one under different coordinates.
+"""Distances between configurations, and coordinates that give the same configuration.
 
 Angles a turn apart are one angle where all forces say so; with polar coordinates (r, φ) and
 (−r, φ + π) are one place. Configurations are compared by the places of particles, and by the
@@ -27,10 +27,10 @@ _DIGITS = 50
 _SAME = mpf(10) ** -9
 
 
-def distance(system: RestSystem, one: Sequence[Mpf], other: Sequence[Mpf]) -> Mpf:
+def distance(system: RestSystem, first: Sequence[Mpf], second: Sequence[Mpf]) -> Mpf:
     """Measure the largest difference between two configurations but for free coordinates."""
     numbers = range(len(system.equations.system.coordinates))
-    pairs = [(k, one[k], other[k]) for k in numbers if k not in system.free]
+    pairs = [(k, first[k], second[k]) for k in numbers if k not in system.free]
     return _difference(system, pairs)
 
 
@@ -47,30 +47,30 @@ def _difference(system: RestSystem, pairs: Sequence[tuple[int, Mpf, Mpf]]) -> Mp
 
 
 def without_repeats(system: RestSystem, points: Sequence[Equilibrium]) -> list[Equilibrium]:
-    """Keep one of the equilibria that are one configuration, the first of them."""
-    kept: list[tuple[Equilibrium, list[Mpf] | None]] = []
+    """Keep the first of several equilibria with the same configuration."""
+    distinct: list[tuple[Equilibrium, list[Mpf] | None]] = []
     shown = _Places(system)
     for point in points:
         places = shown.at(point)
-        if not any(shown.is_same(point, places, *other) for other in kept):
-            kept.append((point, places))
-    return [point for point, _ in kept]
+        if not any(shown.is_same(point, places, *known) for known in distinct):
+            distinct.append((point, places))
+    return [point for point, _ in distinct]
 
 
 def is_turned(
-    system: RestSystem, one: Equilibrium, other: Equilibrium, turn: Mapping[sp.Symbol, Mpf]
+    system: RestSystem, first: Equilibrium, second: Equilibrium, turn: Mapping[sp.Symbol, Mpf]
 ) -> bool:
     """Say whether an equilibrium puts all particles where another one does, turned by angles.
 
     ``turn``: values of angles that are no coordinates of the system, beside those it has them at.
     """
-    places = _Places(system).at(one)
+    places = _Places(system).at(first)
     turned = _Places(replace(system, known={**system.known, **turn}))
-    return turned.is_same(one, places, other, turned.at(other))
+    return turned.is_same(first, places, second, turned.at(second))
 
 
 class _Places:
-    """Places of all particles, by which configurations are compared."""
+    """Positions of all particles, by which configurations are compared."""
 
     def __init__(self, system: RestSystem) -> None:
         self.system = system
@@ -88,14 +88,16 @@ class _Places:
             and (c.q not in symbols or (c.is_angle and k not in system.periodic))
         ]
 
-    def _is_within(self, one: Equilibrium, other: Equilibrium) -> bool:
-        """Say whether one is the other with some values of the other's free coordinates."""
-        if not set(one.free) <= set(other.free):
+    def _is_within(self, point: Equilibrium, continuum: Equilibrium) -> bool:
+        """Say whether a point agrees with a continuum but for the free coordinates of that."""
+        if not set(point.free) <= set(continuum.free):
             return False
         pairs = [
             (k, a, b)
-            for k, (a, b) in enumerate(zip(one.position or (), other.position or (), strict=True))
-            if self.system.equations.system.coordinates[k].name not in other.free
+            for k, (a, b) in enumerate(
+                zip(point.position or (), continuum.position or (), strict=True)
+            )
+            if self.system.equations.system.coordinates[k].name not in continuum.free
         ]
         return bool(_difference(self.system, pairs) < _SAME)
 
@@ -114,18 +116,20 @@ class _Places:
 
     def is_same(
         self,
-        one: Equilibrium,
+        point: Equilibrium,
         places: list[Mpf] | None,
-        other: Equilibrium,
-        known: list[Mpf] | None,
+        known: Equilibrium,
+        known_places: list[Mpf] | None,
     ) -> bool:
-        """Say whether an equilibrium is another one that is known, or one of its continuum."""
-        if one.position is None or other.position is None:
-            return one.exact == other.exact
-        if self._is_within(one, other):
+        """Say whether an equilibrium is a known one, or lies in its continuum."""
+        if point.position is None or known.position is None:
+            return point.exact == known.exact
+        if self._is_within(point, known):
             return True
-        if not places or not known:
+        if not places or not known_places:
             return False
-        rest = [(k, one.position[k], other.position[k]) for k in self.others]
-        near = all(abs(a - b) < _SAME * max(1, abs(a)) for a, b in zip(places, known, strict=True))
-        return near and _difference(self.system, rest) < _SAME
+        unplaced = [(k, point.position[k], known.position[k]) for k in self.others]
+        near = all(
+            abs(a - b) < _SAME * max(1, abs(a)) for a, b in zip(places, known_places, strict=True)
+        )
+        return near and _difference(self.system, unplaced) < _SAME

@@ -49,14 +49,14 @@ class _Sized:
     value: Mpf
     size: Mpf
 
-    def __add__(self, other: _Sized) -> _Sized:
-        return _Sized(self.value + other.value, self.size + other.size)
+    def __add__(self, addend: _Sized) -> _Sized:
+        return _Sized(self.value + addend.value, self.size + addend.size)
 
-    def __mul__(self, other: _Sized) -> _Sized:
-        return _Sized(self.value * other.value, self.size * other.size)
+    def __mul__(self, factor: _Sized) -> _Sized:
+        return _Sized(self.value * factor.value, self.size * factor.size)
 
-    def __truediv__(self, other: _Sized) -> _Sized:
-        return _Sized(self.value / other.value, self.size / abs(other.value))
+    def __truediv__(self, divisor: _Sized) -> _Sized:
+        return _Sized(self.value / divisor.value, self.size / abs(divisor.value))
 
     def __pow__(self, exponent: int) -> _Sized:
         return _Sized(self.value**exponent, self.size**exponent)
@@ -86,7 +86,7 @@ class _Table:
     values
         The values.
     tangents
-        Of each, the derivatives that are not plainly zero.
+        The derivatives of each value that are not identically zero.
     """
 
     values: list[ScaledNode]
@@ -94,10 +94,10 @@ class _Table:
 
 
 class RestFunctions:
-    """Forces, constraints, masses and outputs at rest, and what they change with.
+    """Forces, constraints, masses and outputs at rest, with their derivatives.
 
-    Of n coordinates, m closures and i inputs, directions of derivatives are numbered: n positions,
-    n velocities, m multipliers, i inputs.
+    With n coordinates, m closures and i inputs, directions of derivatives are numbered: n
+    positions, n velocities, m multipliers, i inputs.
 
     Parameters
     ----------
@@ -149,9 +149,9 @@ class RestFunctions:
 
     def with_values(self, known: Mapping[sp.Symbol, Mpf]) -> RestFunctions:
         """Return the same functions with other values of parameters and inputs."""
-        other = copy(self)
-        other._known = known
-        return other
+        functions = copy(self)
+        functions._known = known
+        return functions
 
     @property
     def operations(self) -> int:
@@ -211,7 +211,7 @@ class RestFunctions:
         return self._evaluate(self._forces, position, multipliers)
 
     def force_sizes_at(self, position: Sequence[Mpf], multipliers: Sequence[Mpf]) -> mpmath.matrix:
-        """Measure the terms of which each derivative of the forces is a sum."""
+        """Return the sizes of the terms of which each derivative of the forces is a sum."""
         tangents = self._forces.tangents
         places = [(row, by) for row, tangent in enumerate(tangents) for by in tangent]
         slopes = [tangents[row][by] for row, by in places]
@@ -257,7 +257,7 @@ class RestFunctions:
         return RestTable(numbers[: len(table.values)], matrix)
 
     def _point(self, position: Sequence[Mpf], multipliers: Sequence[Mpf]) -> dict[str, Mpf]:
-        """Give all inputs of the graph their values."""
+        """Assign values to all inputs of the graph."""
         point = {self._names[s]: mpf(0) for s in self._velocities}
         point |= {self._names[s]: self._known.get(s, mpf(0)) for s in self._fixed + self._inputs}
         unknown = zip(self._unknown, [*position, *multipliers], strict=True)

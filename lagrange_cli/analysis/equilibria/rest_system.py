@@ -1,7 +1,7 @@
 """The equations of equilibrium: forces and constraints at rest.
 
-By virtual work Q_j = 0 with constraint forces absent; where closures are kept beside the
-coordinates, f + Σ λ ∇φ = 0 and φ = 0.
+By virtual work Q_j = 0, without constraint forces; with closures f + Σ λ ∇φ = 0 and φ = 0. Forces
+with a kink or a jump, as of ``abs`` and ``sign``, have no derivatives where they change sides.
 """
 
 from __future__ import annotations
@@ -61,14 +61,14 @@ class RestSystem:
         Values of parameters that have one, and of inputs.
     inputs
         Values of inputs at rest, over the parameters.
-    held
+    held_inputs
         Inputs that vary with time, and the values at which they are held.
     free
-        Numbers of the coordinates that nothing of this depends on.
+        Numbers of the coordinates that neither forces nor constraints depend on.
     free_to_give
-        Names of parameters that are none of the scene's: momenta and rates, given by ``--at``.
+        Names of the parameters that ``--at`` gives, momenta and rates, which no scene declares.
     shared
-        The functions of a system with other values of parameters; None to make them.
+        The functions of the same system with other values of parameters, None if there are none.
     """
 
     equations: Equations
@@ -76,7 +76,7 @@ class RestSystem:
     constraints: tuple[sp.Expr, ...]
     known: Mapping[sp.Symbol, Mpf]
     inputs: Mapping[sp.Symbol, sp.Expr]
-    held: tuple[tuple[str, float], ...]
+    held_inputs: tuple[tuple[str, float], ...]
     free: tuple[int, ...]
     free_to_give: frozenset[str] = frozenset()
     shared: RestFunctions | None = None
@@ -100,7 +100,7 @@ class RestSystem:
 
     @property
     def sought(self) -> str:
-        """Return what its solutions are called."""
+        """Return the name of a solution."""
         return "steady motion" if self.free_to_give else "equilibrium"
 
     def require_values(self) -> None:
@@ -113,12 +113,12 @@ class RestSystem:
         """
         if self.missing:
             names = ", ".join(f"'{name}'" for name in self.missing)
-            given = self.free_to_give
+            options = self.free_to_give
             hint = " ".join(
-                f"--at {name}=1" if name in given else f"-p {name}=1" for name in self.missing
+                f"--at {name}=1" if name in options else f"-p {name}=1" for name in self.missing
             )
-            told = Phrase("no value for {names}", names=names)
-            raise InputError(Problem(told, hint=hint, rule="no-value"))
+            message = Phrase("no value for {names}", names=names)
+            raise InputError(Problem(message, hint=hint, rule="no-value"))
 
     def allows(self, position: Sequence[Mpf]) -> bool:
         """Say whether coordinates that the scene declares positive are positive."""
@@ -127,7 +127,7 @@ class RestSystem:
 
     @cached_property
     def periodic(self) -> frozenset[int]:
-        """Numbers of the coordinates of which values a turn apart mean the same."""
+        """Numbers of the angles whose values a turn apart give the same forces and constraints."""
         everything = (*self.forces, *self.constraints)
         turned = {c.q: c.q + 2 * sp.pi for c in self.equations.system.coordinates if c.is_angle}
         return frozenset(
@@ -139,13 +139,15 @@ class RestSystem:
 
     @property
     def jumps(self) -> bool:
-        """Tell whether forces jump somewhere, as dry friction at rest: there they have any value
-        between both sides, which may balance others."""
+        """True if forces jump somewhere, as dry friction does at rest.
+
+        There they have any value between both sides, which may balance other forces.
+        """
         return any(e.atoms(sp.sign, sp.Heaviside) for e in self.equations.system.forcing)
 
     @cached_property
     def functions(self) -> RestFunctions:
-        """The same as functions of numbers."""
+        """Forces and constraints as functions of numbers."""
         if self.shared is not None:
             return self.shared.with_values(self.known)
         return RestFunctions(self.equations, self.known)
@@ -172,16 +174,16 @@ class RestSystem:
             return tuple(map(mpf, (initial.decimals or initial.positions)[:n]))
 
 
-def rest_system(equations: Equations, held: Mapping[str, sp.Expr]) -> RestSystem:
+def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> RestSystem:
     """Write the equations of equilibrium.
 
     Parameters
     ----------
     equations
         The equations of motion.
-    held
-        Values of inputs that are held, over the parameters. Others keep theirs, and are held at 0
-        if they vary.
+    held_inputs
+        Values of inputs that are held, over the parameters. Other inputs have their own value, or 0
+        if they vary with time.
 
     Raises
     ------
@@ -191,17 +193,17 @@ def rest_system(equations: Equations, held: Mapping[str, sp.Expr]) -> RestSystem
     """
     _require_small(equations)
     inputs = {
-        u.symbol: _input_value(u.expression, held.get(u.name), equations.system.t)
+        u.symbol: _input_value(u.expression, held_inputs.get(u.name), equations.system.t)
         for u in equations.system.inputs
     }
-    # What an input does is seen when the graph is differentiated; here it has its value.
-    rest = {c.v: _ZERO for c in equations.system.coordinates} | inputs
+    # The graph is differentiated by inputs; here each has its value.
+    values_at_rest = {c.v: _ZERO for c in equations.system.coordinates} | inputs
     forces = list(equations.system.forcing)
     for closure in equations.system.closures:
         for j, entry in entries(closure.gradient).items():
             forces[j] += closure.multiplier * entry
-    stills = tuple(e.xreplace(rest) for e in forces)
-    constraints = tuple(c.expression.xreplace(rest) for c in equations.system.closures)
+    stills = tuple(e.xreplace(values_at_rest) for e in forces)
+    constraints = tuple(c.expression.xreplace(values_at_rest) for c in equations.system.closures)
     _require_autonomous(equations, (*stills, *constraints))
     with mpmath.workdps(_DIGITS):
         known = {
@@ -217,7 +219,9 @@ def rest_system(equations: Equations, held: Mapping[str, sp.Expr]) -> RestSystem
     varying = [
         (u.name, float(values[u.symbol]))
         for u in equations.system.inputs
-        if u.name in held or u.expression is None or equations.system.t in u.expression.free_symbols
+        if u.name in held_inputs
+        or u.expression is None
+        or equations.system.t in u.expression.free_symbols
     ]
     system = RestSystem(equations, stills, constraints, values, inputs, tuple(varying), ())
     return replace(system, free=_free(system))
@@ -243,7 +247,7 @@ def _free(system: RestSystem) -> tuple[int, ...]:
 def _is_seen(
     expressions: Sequence[sp.Expr], symbol: sp.Symbol, point: Mapping[sp.Symbol, Mpf]
 ) -> bool:
-    """Say whether a value is seen to change with a symbol; a proof that none does is long."""
+    """Say whether a value changes with a symbol at one point: that saves a long proof."""
     present = [e for e in expressions if symbol in e.free_symbols]
     if not all(e.free_symbols <= point.keys() for e in present):
         return False
@@ -260,10 +264,10 @@ def _is_known(value: sp.Expr, known: Mapping[sp.Symbol, Mpf]) -> bool:
     return bool(value.free_symbols <= known.keys())
 
 
-def _input_value(expression: sp.Expr | None, held: sp.Expr | None, t: sp.Symbol) -> sp.Expr:
-    """Give the value of an input at rest: the one it is held at, else its own if it has one."""
-    if held is not None:
-        return held
+def _input_value(expression: sp.Expr | None, held_value: sp.Expr | None, t: sp.Symbol) -> sp.Expr:
+    """Return the value of an input at rest: the held one, else its own constant, else 0."""
+    if held_value is not None:
+        return held_value
     if expression is None or t in expression.free_symbols:
         return _ZERO
     return expression
@@ -307,7 +311,7 @@ def _require_autonomous(equations: Equations, at_rest: tuple[sp.Expr, ...]) -> N
 
 
 def kinks_at(system: RestSystem, at: Equilibrium) -> list[tuple[sp.Expr, sp.Expr]]:
-    """List the forces with a function that changes its side at an equilibrium, or at rest there.
+    """List forces, each with a function in it whose kink or jump is at this equilibrium or at rest.
 
     Each with that function.
     """
@@ -321,7 +325,7 @@ def kinks_at(system: RestSystem, at: Equilibrium) -> list[tuple[sp.Expr, sp.Expr
 
 
 def has_derivatives(system: RestSystem, at: Equilibrium) -> bool:
-    """Tell whether forces and their first derivatives are the same on both sides of all kinks.
+    """Tell whether forces and their first derivatives agree on both sides of all kinks.
 
     They are of a drag c |v| v; they are not of dry friction.
     """
@@ -360,7 +364,7 @@ def _changes(system: RestSystem, atom: sp.Expr, place: dict[sp.Symbol, Mpf]) -> 
 
 
 def _sides(atom: sp.Expr) -> Iterator[sp.Expr]:
-    """What a function is on either side."""
+    """Return the expressions that a function with a kink equals on either side of it."""
     first = atom.args[0]
     if isinstance(atom, sp.Abs):
         return iter((first, -first))

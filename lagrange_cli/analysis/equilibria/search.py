@@ -24,7 +24,8 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError
 #: Digits of the points.
 DIGITS = 50
 
-# All set by hand.
+# Budgets are counts of operations, so that outputs do not depend on the speed of a machine. More
+# starts and steps take longer and miss fewer equilibria; the values are not tuned.
 
 #: Starts, at most and at least.
 _MOST_STARTS, _FEWEST_STARTS = 256, 16
@@ -75,37 +76,37 @@ def search(system: RestSystem) -> tuple[list[Equilibrium], int]:
     size = functions.n + functions.m
     affordable = min(_WORK // functions.operations, _SOLVING // size**3)
     starts = max(_FEWEST_STARTS, min(_MOST_STARTS, affordable))
-    found: list[Equilibrium] = []
+    points: list[Equilibrium] = []
     ends = _different(system, _moved(system, _starts(system, starts)))
     steps = max(_FEWEST_STEPS, _DIGIT_WORK // functions.operations // max(1, len(ends)))
     for unknown in ends:
         point = polished(system, unknown, steps)
-        if point is not None and all(_differ(system, point, other) for other in found):
-            found.append(point)
-    return _without_continua(system, found), starts
+        if point is not None and all(_differ(system, point, known) for known in points):
+            points.append(point)
+    return _without_continua(system, points), starts
 
 
 def _different(system: RestSystem, ends: Matrix) -> list[list[float]]:
-    """Leave out ends that are close to earlier ones."""
-    kept: list[list[float]] = []
+    """Drop ends that are close to earlier ones."""
+    distinct: list[list[float]] = []
     for end in ends.tolist():
-        if all(distance(system, end, other) > _CLOSE for other in kept):
-            kept.append(end)
-    return kept[:_MOST_POINTS]
+        if all(distance(system, end, known) > _CLOSE for known in distinct):
+            distinct.append(end)
+    return distinct[:_MOST_POINTS]
 
 
-def _differ(system: RestSystem, one: Equilibrium, other: Equilibrium) -> bool:
-    return bool(distance(system, one.position or (), other.position or ()) > mpf(10) ** -9)
+def _differ(system: RestSystem, first: Equilibrium, second: Equilibrium) -> bool:
+    return bool(distance(system, first.position or (), second.position or ()) > mpf(10) ** -9)
 
 
-def _without_continua(system: RestSystem, found: list[Equilibrium]) -> list[Equilibrium]:
-    """Keep of points that form a continuum the one that is nearest to the start."""
-    flat = [p for p in found if p.uncertainty == _BLURRED]
+def _without_continua(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]:
+    """Replace points of a continuum by the one that is nearest to the start."""
+    flat = [p for p in points if p.uncertainty == _BLURRED]
     if len(flat) < _CONTINUUM:
-        return found
+        return points
     nearest = min(flat, key=lambda p: distance(system, p.position or (), system.start))
-    kept = [p for p in found if p.uncertainty != _BLURRED]
-    return [*kept, replace(nearest, isolated=False)]
+    isolated = [p for p in points if p.uncertainty != _BLURRED]
+    return [*isolated, replace(nearest, isolated=False)]
 
 
 def _starts(system: RestSystem, count: int) -> Matrix:
@@ -265,7 +266,7 @@ def polished(
 
 
 def _rounded(x: Mpf) -> Mpf:
-    """Return 0 for what is rounding."""
+    """Round numbers below 1e-35 to 0."""
     return mpf(0) if abs(x) < mpf(10) ** -35 else x
 
 

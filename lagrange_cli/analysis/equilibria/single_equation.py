@@ -1,4 +1,4 @@
-"""Real roots of one equation in one unknown, in closed form, with what must hold for them to exist.
+"""Real roots of one equation in one unknown, in closed form, with conditions for their existence.
 
 Solved are u^n = c and equations of first and second degree, also in u², in cos u, in sin u or in
 tan u/2, and what :mod:`~lagrange_cli.mechanics.elimination.solve_equation` inverts. All roots are
@@ -28,7 +28,7 @@ class Root:
 
 
 def factors_of(equation: sp.Expr, unknowns: frozenset[sp.Symbol]) -> list[sp.Expr]:
-    """List the factors of the numerator that hold unknowns; all else is taken not to vanish."""
+    """List the factors of the numerator that contain unknowns; others are assumed nonzero."""
     numerator = sp.fraction(cancelled(equation))[0]
     factors = [f.as_base_exp() for f in sp.Mul.make_args(factored_form(numerator))]
     bases = [base for base, exponent in factors if exponent.is_positive is not False]
@@ -47,10 +47,10 @@ def real_roots(equation: sp.Expr, unknown: sp.Symbol, *, is_angle: bool) -> list
     """
     roots: list[Root] = []
     for factor in factors_of(equation, frozenset((unknown,))):
-        found = _roots_of_factor(factor, unknown, is_angle)
-        if found is None:
+        more = _roots_of_factor(factor, unknown, is_angle)
+        if more is None:
             return None
-        roots += found
+        roots += more
     return roots
 
 
@@ -73,10 +73,10 @@ def _angles(factor: sp.Expr, unknown: sp.Symbol) -> list[Root] | None:
         return None
     roots: list[Root] = []
     for part in factors_of(flat, frozenset((_COS, _SIN))):
-        found = _on_circle(part, unknown)
-        if found is None:
+        more = _on_circle(part, unknown)
+        if more is None:
             return None
-        roots += found
+        roots += more
     return roots
 
 
@@ -87,24 +87,24 @@ def _on_circle(part: sp.Expr, unknown: sp.Symbol) -> list[Root] | None:
     linear = sp.Poly(part, _COS, _SIN)
     if linear.total_degree() == 1 and part.has(_COS) and part.has(_SIN):
         return _of_first_degree(linear)
-    for kept, other in ((_COS, _SIN), (_SIN, _COS)):
-        powers = sp.Poly(part, other)
+    for function, eliminated in ((_COS, _SIN), (_SIN, _COS)):
+        powers = sp.Poly(part, eliminated)
         if all(degree % 2 == 0 for (degree,) in powers.monoms()):
-            single = sum(c * (1 - kept**2) ** (d // 2) for (d,), c in powers.terms())
-            return _by_inverse(sp.expand(single), kept)
+            single = sum(c * (1 - function**2) ** (d // 2) for (d,), c in powers.terms())
+            return _by_inverse(sp.expand(single), function)
     return None
 
 
-def _by_inverse(equation: sp.Expr, kept: sp.Symbol) -> list[Root] | None:
-    """Give the angles of the roots of a polynomial in cos u, or in sin u."""
+def _by_inverse(equation: sp.Expr, function: sp.Symbol) -> list[Root] | None:
+    """Return the angles at which cos u or sin u is a root of a polynomial."""
     roots: list[Root] = []
-    for factor in factors_of(equation, frozenset((kept,))):
-        levels = _polynomial(factor, kept)
+    for factor in factors_of(equation, frozenset((function,))):
+        levels = _polynomial(factor, function)
         if levels is None:
             return None
         for level in levels:
             within = (*level.conditions, *_at_most_one(level.value))
-            if kept is _COS:
+            if function is _COS:
                 angle = sp.acos(level.value)
                 angles = [angle] if level.value in (1, -1) else [angle, -angle]
             else:
@@ -171,14 +171,14 @@ def _quadratic(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[Root]:
 
 
 def _not_negative(value: sp.Expr, said: Existence | None = None) -> tuple[Existence, ...]:
-    """Give the condition value ≥ 0, unless it always holds."""
+    """Return the condition value ≥ 0, unless it always holds."""
     if value.is_nonnegative:
         return ()
     return (said or Existence(sp.S.Zero, value),)
 
 
 def _at_most_one(level: sp.Expr) -> tuple[Existence, ...]:
-    """Give the condition |level| ≤ 1, without denominators, unless it always holds."""
+    """Return the condition |level| ≤ 1, without denominators, unless it always holds."""
     if level.is_number:
         return () if abs(level) <= 1 else (Existence(abs(level), sp.S.One),)
     above, below = sp.fraction(level)

@@ -31,7 +31,7 @@ from lagrange_cli.mechanics.system import InitialState, Parameter
 
 _DIGITS = 50
 
-#: Part of the usual inertia that is none.
+#: Part of the usual inertia below which inertia is rounding.
 _WITHOUT_INERTIA = mpf(10) ** -25
 
 #: Ignored angles whose half turns are tried when motions are compared.
@@ -47,15 +47,15 @@ class SteadyForm:
     equations
         Routh's equations of the coordinates that rest, the momenta being parameters.
     momenta
-        The momenta of the ignored coordinates, with these.
-    given
-        For each of them what was given: its symbol, that of the momentum or of the rate, and
-        its value, None if that is not known.
+        The momenta of the ignored coordinates.
+    given_values
+        For each of these the symbol of the momentum or rate that was given, and its value, None if
+        that is not known.
     """
 
     equations: Equations
     momenta: tuple[Momentum, ...]
-    given: tuple[tuple[sp.Symbol, float | None], ...]
+    given_values: tuple[tuple[sp.Symbol, float | None], ...]
 
 
 @dataclass(frozen=True)
@@ -65,13 +65,13 @@ class SteadySystem:
     Attributes
     ----------
     form
-        The reduced equations, and what is given of each ignored coordinate.
+        The reduced equations, and the given values of the ignored coordinates.
     sought
-        The system whose equilibria are sought, over what is given.
+        The system whose equilibria are sought, over the given values.
     reduced
         Routh's equations over the momenta.
     turning
-        Momenta and rates over the coordinates that rest and what is given.
+        Momenta and rates over the coordinates that rest and the given values.
     inertia
         The block of M of the ignored coordinates, over the others.
     """
@@ -90,16 +90,16 @@ class SteadySystem:
         InputError
             A momentum does not determine the rate there: the coordinates are singular.
         """
-        told = point.turning
-        if told is None or told.momenta is None or point.position is None:
+        turning = point.turning
+        if turning is None or turning.momenta is None or point.position is None:
             return self.reduced
         self._require_regular(point.position)
         symbols = [m.symbol for m in self.form.momenta]
         known = {**self.reduced.known, **self.sought.known}
-        known |= dict(zip(symbols, told.momenta, strict=True))
-        given = {symbol for symbol, _ in self.form.given}
+        known |= dict(zip(symbols, turning.momenta, strict=True))
+        given_symbols = {symbol for symbol, _ in self.form.given_values}
         momenta = zip(symbols, (momentum for momentum, _ in self.turning), strict=True)
-        over_rates = {symbol: value for symbol, value in momenta if symbol not in given}
+        over_rates = {symbol: value for symbol, value in momenta if symbol not in given_symbols}
         return replace(self.reduced, known=known, inputs={**self.reduced.inputs, **over_rates})
 
     def _require_regular(self, position: Sequence[Mpf]) -> None:
@@ -129,19 +129,21 @@ class SteadySystem:
             return mpmath.matrix([numbers[k * n : (k + 1) * n] for k in range(n)])
 
     def completed(self, points: Sequence[Equilibrium]) -> list[Equilibrium]:
-        """Add momenta and rates to steady motions, and leave out those that are turned by half."""
+        """Add momenta and rates to steady motions, and drop those that differ by half turns."""
         coordinates = self.form.equations.system.coordinates
         turned = [m.coordinate.q for m in self.form.momenta if m.coordinate.is_angle][:_TURNED]
         # (r, θ) and (−r, θ + π) are one motion: any value of θ is passed.
         angles = [
             dict(zip(turned, x, strict=True)) for x in product((0, mpmath.pi), repeat=len(turned))
         ]
-        kept: list[Equilibrium] = []
+        distinct: list[Equilibrium] = []
         for point in points:
-            if not any(is_turned(self.sought, one, point, a) for one in kept for a in angles[1:]):
-                kept.append(point)
+            if not any(
+                is_turned(self.sought, known, point, a) for known in distinct for a in angles[1:]
+            ):
+                distinct.append(point)
         symbols = [c.q for c in coordinates]
-        return [replace(p, turning=self._turning(p, symbols)) for p in kept]
+        return [replace(p, turning=self._turning(p, symbols)) for p in distinct]
 
     def _turning(self, point: Equilibrium, symbols: Sequence[sp.Symbol]) -> Turning:
         """Evaluate momenta and rates; they are unknown where coordinates are singular."""
@@ -177,7 +179,7 @@ def turning_names(equations: Equations) -> list[str]:
 def steady_system(equations: Equations, configuration: Configuration) -> SteadySystem:
     """Write the equations of steady motion at the momenta or rates that are given.
 
-    Those of ignored coordinates that are not given have the momenta of the initial state.
+    Ignored coordinates without a given momentum or rate have the momenta of the initial state.
 
     Raises
     ------
@@ -206,28 +208,28 @@ def steady_system(equations: Equations, configuration: Configuration) -> SteadyS
     momenta = [_parameter(m.symbol, None) for m in form.momenta]
     reduced = _over(equations, form, momenta, form)
     sought = _over(equations, form, parameters, partial)
-    given = tuple(
+    given_values = tuple(
         (symbol, None if (x := values[m.name]) is None else float(x))
         for symbol, m in zip(ruled, form.momenta, strict=True)
     )
     ignored = ignorable(equations)
-    asked = rest_system(sought, configuration.held)
+    asked = rest_system(sought, configuration.held_inputs)
     turned = {m.coordinate.q: mpf(0) for m in form.momenta}
     return SteadySystem(
-        SteadyForm(reduced, form.momenta, given),
+        SteadyForm(reduced, form.momenta, given_values),
         replace(
             asked,
             known={**asked.known, **turned},
             free_to_give=frozenset(symbol.name for symbol in ruled),
         ),
-        rest_system(reduced, configuration.held),
+        rest_system(reduced, configuration.held_inputs),
         _turning_of(form, partial, at_rate),
         sp.Matrix([[equations.system.mass_matrix[i][j] for j in ignored] for i in ignored]),
     )
 
 
 def _require_unseen(form: Routhian) -> None:
-    """Refuse constraints between velocities that hold an ignored coordinate: it turns in them."""
+    """Refuse constraints between velocities in which an ignored coordinate turns."""
     for m in form.momenta:
         for closure in form.closures:
             if m.coordinate.q in closure.expression.free_symbols:
@@ -253,8 +255,8 @@ def _at_start(equations: Equations, form: Routhian) -> list[Mpf | None]:
         *(c.q for c in equations.system.coordinates),
         *(c.v for c in equations.system.coordinates),
     ]
-    given = (*initial.positions, *initial.velocities)
-    numbers = initial.decimals or tuple(map(repr, given))
+    state = (*initial.positions, *initial.velocities)
+    numbers = initial.decimals or tuple(map(repr, state))
     with mpmath.workdps(_DIGITS):
         place = {equations.system.t: mpf(equations.system.simulate.start)}
         place |= {s: mpf(x) for s, x in zip(symbols, numbers, strict=False)}
@@ -276,7 +278,7 @@ def _parameter(symbol: sp.Symbol, value: Mpf | None) -> Parameter:
 
 
 def _partial(equations: Equations, form: Routhian, at_rate: Sequence[Momentum]) -> Routhian | None:
-    """Ignore those coordinates alone whose momenta are given; None if there are none."""
+    """Ignore only the coordinates whose momenta are given; None if there are none."""
     if not at_rate:
         return form
     rates = {m.coordinate.name for m in at_rate}
@@ -290,7 +292,7 @@ def _over(
     further: Sequence[Parameter],
     source: Routhian | None,
 ) -> Equations:
-    """Write equations of the coordinates that rest, with forces from a reduction of some.
+    """Write the equations of the remaining coordinates, with the forces of a reduction.
 
     Parameters
     ----------
@@ -343,20 +345,20 @@ def _initial(equations: Equations, names: Sequence[str]) -> InitialState | None:
     initial, n = equations.system.initial, len(equations.system.coordinates)
     if initial is None:
         return None
-    kept = [k for k, c in enumerate(equations.system.coordinates) if c.name in names]
+    left = [k for k, c in enumerate(equations.system.coordinates) if c.name in names]
     decimals = initial.decimals
     return replace(
         initial,
-        positions=tuple(initial.positions[k] for k in kept),
-        velocities=tuple(initial.velocities[k] for k in kept),
-        decimals=tuple(decimals[k] for k in [*kept, *(n + k for k in kept)]) if decimals else (),
+        positions=tuple(initial.positions[k] for k in left),
+        velocities=tuple(initial.velocities[k] for k in left),
+        decimals=tuple(decimals[k] for k in [*left, *(n + k for k in left)]) if decimals else (),
     )
 
 
 def _turning_of(
     form: Routhian, partial: Routhian | None, at_rate: Sequence[Momentum]
 ) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
-    """Write momentum and rate of each ignored coordinate over what is given."""
+    """Write momentum and rate of each ignored coordinate over the given values."""
     still = dict.fromkeys((c.v for c in form.coordinates), sp.S.Zero)
     solved = {}
     if partial is not None:

@@ -1,10 +1,10 @@
 """Poisson brackets {f, g} = Σ ∂f/∂q ∂g/∂p − ∂f/∂p ∂g/∂q of functions over (q, p, t).
 
-Functions are written in the scene language over coordinates, momenta, what linear symmetries
-conserve, and H. Without forces and constraints df/dt = {f, H} + ∂f/∂t (H. Goldstein, C. Poole and
-J. Safko, Classical Mechanics, 3rd ed., section 9.6). Each bracket is compared with one of
-difference quotients in many digits, of the functions as they were written, in which velocities
-are found from the momenta and H is Σ p q̇ − L.
+Functions are written in the scene language over coordinates, momenta, conserved quantities of
+linear symmetries, and H. Without forces and constraints df/dt = {f, H} + ∂f/∂t (H. Goldstein, C.
+Poole and J. Safko, Classical Mechanics, 3rd ed., section 9.6). Each bracket is compared with
+central differences, in many digits, of the functions as they were written; there velocities are
+solved from the momenta, and H is Σ p q̇ − L.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _H = "H"
 
 _EXAMPLE = "'L_x, L_y', 'x*p_y - y*p_x, H'"
 
-#: Part of the sizes of its terms that a rate is more than, if it is not zero.
+#: Part of the size of its terms above which a rate, known to 60 digits, is not zero.
 _NOTHING = mpf(10) ** -20
 
 
@@ -72,14 +72,14 @@ def with_brackets(equations: Equations, brackets: Sequence[WrittenBracket]) -> E
         return equations
     form = hamiltonian_form(equations)
     reader = _Reader(equations, form)
-    found, certificates = [], []
+    values, certificates = [], []
     for written in brackets:
         first, second = reader.sides(written)
         value = reader.bracket(first, second)
         comparison = _Comparison(equations, form, reader.known, (first, second), value)
         certificates.append(_certified(equations, written, comparison))
-        found.append(reader.told(first, second, value))
-    named = tuple(q for q in reader.known.values() if _is_told(q, found))
+        values.append(reader.named_bracket(first, second, value))
+    named = tuple(q for q in reader.known.values() if _is_named(q, values))
     certificate = Certificate(
         min(c.points for c in certificates),
         certificates[0].digits,
@@ -88,7 +88,7 @@ def with_brackets(equations: Equations, brackets: Sequence[WrittenBracket]) -> E
     return replace(
         equations,
         derivation=replace(
-            equations.derivation, brackets=PoissonBrackets(tuple(found), named, certificate)
+            equations.derivation, brackets=PoissonBrackets(tuple(values), named, certificate)
         ),
     )
 
@@ -114,10 +114,10 @@ def _certified(
         raise written.refusal(said, 0, len(written.text)) from error
 
 
-def _is_told(quantity: NamedQuantity, brackets: Sequence[PoissonBracket]) -> bool:
-    """Tell whether a quantity stands in some bracket, H apart, which Hamilton's form tells."""
-    told = (e for b in brackets for e in (b.first, b.second, b.value))
-    return quantity.name != _H and any(quantity.symbol in e.free_symbols for e in told)
+def _is_named(quantity: NamedQuantity, brackets: Sequence[PoissonBracket]) -> bool:
+    """Tell whether a quantity other than H, which Hamilton's form prints, stands in a bracket."""
+    expressions = (e for b in brackets for e in (b.first, b.second, b.value))
+    return quantity.name != _H and any(quantity.symbol in e.free_symbols for e in expressions)
 
 
 class _Reader:
@@ -137,14 +137,14 @@ class _Reader:
 
     @cached_property
     def _symmetries(self) -> Mapping[str, NamedQuantity]:
-        """Quantities of linear symmetries: Σ ξ p − F."""
+        """Conserved quantities of linear symmetries, Σ ξ p − F, by name."""
         symbols = [m.symbol for m in self.momenta]
-        found = {}
-        for s in linear_symmetries(self.equations).found:
+        quantities = {}
+        for s in linear_symmetries(self.equations).proven:
             moments = (x * p for x, p in zip(s.field, symbols, strict=True))
             over_momenta = collected(sp.Add(*moments, -s.gauge), symbols)
-            found[s.name] = _named(s.name, over_momenta, s.expression)
-        return found
+            quantities[s.name] = _named(s.name, over_momenta, s.expression)
+        return quantities
 
     # -- reading ------------------------------------------------------------------------
 
@@ -170,10 +170,10 @@ class _Reader:
         if self.form.coupled and _H in asked - self._names_of_the_scene:
             said = "H holds velocities that have no closed form over the momenta here"
             raise written.refusal(said, start, end, "write functions of coordinates and momenta")
-        own = {m.name: m.symbol for m in self.momenta}
-        if asked - own.keys() - self.known.keys() - self._names_of_the_scene:
+        momenta = {m.name: m.symbol for m in self.momenta}
+        if asked - momenta.keys() - self.known.keys() - self._names_of_the_scene:
             self.known |= {n: q for n, q in self._symmetries.items() if n in asked}
-        further = own | {name: quantity.symbol for name, quantity in self.known.items()}
+        further = momenta | {name: quantity.symbol for name, quantity in self.known.items()}
         function = interpret(self.equations, parsed, further)
         unknown = {c.a for c in self.equations.system.coordinates}
         unknown |= {closure.multiplier for closure in self.equations.system.pushing}
@@ -204,8 +204,8 @@ class _Reader:
         named = {m.name for m in self.momenta} | {_H} | self._symmetry_names(parsed)
         for node in walk(parsed.node):
             if isinstance(node, Call) and node.function in TIME_DERIVATIVES:
-                held = {n.name for n in names_in(node)} - self._names_of_the_scene
-                for name in sorted(held & named):
+                names_inside = {n.name for n in names_in(node)} - self._names_of_the_scene
+                for name in sorted(names_inside & named):
                     said = f"the rate of '{name}' is a bracket itself"
                     raise written.refusal(said, start, end, f"'{name}, H'")
 
@@ -216,12 +216,12 @@ class _Reader:
     # -- brackets -----------------------------------------------------------------------
 
     def over_momenta(self, function: sp.Expr) -> sp.Expr:
-        """The function over (q, p, t), without velocities and names of quantities."""
+        """Write a function over (q, p, t), without velocities and names of quantities."""
         values = {q.symbol: q.expression for q in self.known.values()}
         return function.xreplace(values).xreplace(self.velocities)
 
     def bracket(self, first: sp.Expr, second: sp.Expr) -> sp.Expr:
-        """{f, g} over (q, p, t), in the shortest of some forms."""
+        """Compute {f, g} over (q, p, t) and return the shortest of three forms."""
         f, g = self.over_momenta(first), self.over_momenta(second)
         terms = []
         for m in self.momenta:
@@ -237,8 +237,8 @@ class _Reader:
         forms = (value, shortened(value), collected(value, symbols))
         return min(forms, key=printed_length)
 
-    def told(self, first: sp.Expr, second: sp.Expr, value: sp.Expr) -> PoissonBracket:
-        """A bracket by the name that it has, with the rate that it says."""
+    def named_bracket(self, first: sp.Expr, second: sp.Expr, value: sp.Expr) -> PoissonBracket:
+        """Return a bracket under the name of its value, and df/dt if it is a bracket with H."""
         rate, conserved = None, None
         if second == self._symbol(_H) and self._is_free(first):
             explicit = derivative(self.over_momenta(first), self.equations.system.t)
@@ -250,7 +250,7 @@ class _Reader:
         return self.known[name].symbol if name in self.known else None
 
     def _is_free(self, function: sp.Expr) -> bool:
-        """Tell whether the bracket with H is all of the rate."""
+        """Tell whether df/dt = {f, H} + ∂f/∂t: no force, constraint or input changes f."""
         equations = self.equations
         inputs = {u.symbol for u in equations.system.inputs}
         moved = (
@@ -259,7 +259,7 @@ class _Reader:
         return not moved and self.over_momenta(function).free_symbols.isdisjoint(inputs)
 
     def _by_name(self, value: sp.Expr) -> sp.Expr:
-        """The quantity that a bracket is, up to its sign, by its name."""
+        """Return the symbol of the quantity that a value equals up to its sign, else the value."""
         if value.is_number or value in {m.symbol for m in self.momenta}:
             return value
         self.known |= {n: q for n, q in self._candidates() if n not in self.known}
@@ -270,13 +270,13 @@ class _Reader:
         return value
 
     def _candidates(self) -> Iterator[tuple[str, NamedQuantity]]:
-        """Quantities that a bracket of quantities may be."""
+        """Yield the quantities that a bracket of quantities may equal."""
         if set(self.known) - {_H}:
             taken = self._names_of_the_scene
             yield from ((n, q) for n, q in self._symmetries.items() if n not in taken)
 
     def _found_to_change(self, rate: sp.Expr) -> bool | None:
-        """False if the rate is not zero at some state; None if that is not found."""
+        """Return False if the rate differs from zero at a state, else None."""
         if self.equations.derivation.sources is None:
             return None
         with mpmath.workdps(60):
@@ -295,7 +295,7 @@ def _named(name: str, expression: sp.Expr, over_velocities: sp.Expr) -> NamedQua
 
 
 def _with_momenta(form: Hamiltonian, state: State) -> dict[sp.Symbol, mpf]:
-    """A state of coordinates and velocities, with the momenta that it has."""
+    """Add the momenta to a state of coordinates and velocities."""
     values = Evaluated([pair.momentum.expression for pair in form.pairs]).at(state)
     symbols = [pair.momentum.symbol for pair in form.pairs]
     return {**state, **dict(zip(symbols, values, strict=True))}
@@ -319,8 +319,8 @@ class _Comparison:
         value: sp.Expr,
     ) -> None:
         self.equations, self.form = equations, form
-        held = {s for side in sides for s in side.free_symbols}
-        self.known = [q for q in known.values() if q.symbol in held]
+        symbols = {s for side in sides for s in side.free_symbols}
+        self.known = [q for q in known.values() if q.symbol in symbols]
         self._functions, self._bracket = Evaluated(sides), Evaluated([value])
         self.states = 0
 
@@ -358,7 +358,7 @@ class _Comparison:
         return [q.symbol for q in known], Evaluated(each)
 
     def _slopes(self, state: State, symbol: sp.Symbol) -> list[mpf]:
-        """Central differences of both functions by a coordinate or a momentum."""
+        """Return the central differences of both functions by a coordinate or a momentum."""
         # Three times as many digits: a third is left of the difference, a third is its error.
         step = mpf(10) ** (-mpmath.mp.dps // 3)
         above, below = (
@@ -367,7 +367,7 @@ class _Comparison:
         return [(a - b) / (2 * step) for a, b in zip(above, below, strict=True)]
 
     def _at(self, state: dict[sp.Symbol, mpf]) -> list[mpf]:
-        """The functions, with velocities from the momenta."""
+        """Evaluate both functions, with velocities from the momenta."""
         for symbols, expressions in (self._solved, self._quantities):
             state |= dict(zip(symbols, expressions.at(state), strict=True))
         return self._functions.at(state)

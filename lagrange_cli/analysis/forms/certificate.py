@@ -1,4 +1,4 @@
-"""Certificate of other forms of the equations: random states, and what must agree at them.
+"""Certificate of other forms of the equations, by comparison at random states.
 
 A form is printed only if its expressions agree with the Lagrangian, differentiated automatically,
 and with the certified M and f, in as many digits as the derivation was certified to.
@@ -25,12 +25,13 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 State: TypeAlias = Mapping[sp.Symbol, mpf]
-#: Two numbers that must be the same, and the size of what they were summed from.
+#: Two numbers that must be equal, and the size of the terms that they are sums of.
 Pair: TypeAlias = tuple[mpf, mpf, mpf]
 
 _ZERO, _ONE = mpf(0), mpf(1)
 
-#: States looked at, fewer of large systems; most that are drawn for them. Set by hand.
+#: States of a comparison, fewer for large systems, and states drawn for them at most. A wrong
+#: expression passes no state but by accident: the number bounds the time, not the assurance.
 _POINTS, _LARGE_POINTS, _LARGE, _DRAWS = 8, 2, 24, 60
 
 #: Relative width of draws around a state of the derivation's own certificate.
@@ -62,17 +63,22 @@ class LagrangianSlopes:
 
 
 def lagrangian_symbols(equations: Equations) -> list[sp.Symbol]:
-    """t, q, v, parameters and inputs."""
+    """List the symbols of L: t, q, v, parameters and inputs."""
     coordinates = equations.system.coordinates
-    given = [
+    constants = [
         *(p.symbol for p in equations.system.parameters),
         *(u.symbol for u in equations.system.inputs),
     ]
-    return [equations.system.t, *(c.q for c in coordinates), *(c.v for c in coordinates), *given]
+    return [
+        equations.system.t,
+        *(c.q for c in coordinates),
+        *(c.v for c in coordinates),
+        *constants,
+    ]
 
 
 def along(equations: Equations, state: State) -> dict[sp.Symbol, TaylorSeries]:
-    """Value and rate of each symbol of L as it moves with the state's v and a."""
+    """Return value and rate of each symbol of L along the state's v and a."""
     series: dict[sp.Symbol, TaylorSeries] = {
         s: (state[s], _ZERO, _ZERO) for s in lagrangian_symbols(equations)
     }
@@ -92,7 +98,7 @@ class Evaluated:
         self.tape = Tape(expressions, self.symbols)
 
     def at(self, state: State) -> list[mpf]:
-        """Their values at a state."""
+        """Evaluate the expressions at a state."""
         return self.tape.run([(state[s], _ZERO, _ZERO) for s in self.symbols], 0).values
 
 
@@ -114,7 +120,7 @@ class Residuals:
         self.terms = Evaluated([term for row in self.rows for term in row])
 
     def at(self, state: State) -> Iterator[tuple[mpf, mpf]]:
-        """The residual of each equation at a state, with the size of its terms."""
+        """Yield the residual of each equation at a state, with the size of its terms."""
         values = iter(self.terms.at(state))
         for row in self.rows:
             parts = [next(values) for _ in row]
@@ -152,9 +158,9 @@ def certify_form(
             except (DomainError, ZeroDivisionError, OverflowError):
                 continue
             if worst > tolerance:
-                told = f"{form} disagrees with the derived equations:"
+                claim = f"{form} disagrees with the derived equations:"
                 mismatch = f" mismatch {mpmath.nstr(worst, 3)} at {digits} digits"
-                raise InternalError(Problem(told + mismatch))
+                raise InternalError(Problem(claim + mismatch))
             seen += 1
             if seen == wanted:
                 break
@@ -164,7 +170,7 @@ def certify_form(
 
 
 def _states(equations: Equations) -> Iterator[State]:
-    """A state of the derivation's certificate, then others around it; with multipliers."""
+    """Yield a state of the derivation's certificate, then random ones near it, with multipliers."""
     if equations.derivation.sources is None:
         return
     first = equations.derivation.sources.state

@@ -53,10 +53,10 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.system import Coordinate
 
-#: Terms that a rate may be multiplied out to. Set by hand.
+#: Terms that a rate may be multiplied out to: longer sums are no shorter in print.
 _TERM_BUDGET = 60
 
-#: Longest derivative whose numbers are gathered. Set by hand.
+#: Longest derivative whose numbers are gathered: longer ones cost more time than they save letters.
 _SHORT = 90
 
 #: Smallest eigenvalue of a mass matrix, scaled to a diagonal of 1, that counts as not 0.
@@ -101,7 +101,8 @@ class Hamiltonian:
     is_sum
         True if H is T + V, with V at rest; None if that is not known.
     conserved
-        The energy or Jacobi's integral that H is, None if it is not found to be conserved.
+        The conserved energy or Jacobi's integral that H equals, None if it is not known to be
+        conserved.
     certificate
         The comparison with L, M and f.
     """
@@ -125,17 +126,17 @@ def hamiltonian_form(equations: Equations) -> Hamiltonian:
     Raises
     ------
     InputError
-        Located: L is neither quadratic in the velocities nor a root of what is, or momenta do not
-        determine the velocities.
+        Located: L is neither quadratic in the velocities nor a root of a quadratic function, or
+        momenta do not determine the velocities.
     InternalError
         The result disagrees with the certified equations.
     """
     coordinates = equations.system.coordinates
-    found = momenta_of(equations)
-    named = momenta(equations, coordinates, found.expressions)
+    functions = momenta_of(equations)
+    named = momenta(equations, coordinates, functions.expressions)
     blocks = []
     for block in coupled_blocks(equations):
-        shifted = [named[j].symbol - found.shifts[j] for j in block]
+        shifted = [named[j].symbol - functions.shifts[j] for j in block]
         blocks.append(transformed(equations, block, shifted))
         _require_velocities(equations, blocks[-1])
     coupled = tuple(sorted(j for b in blocks if b.kinetic is None for j in b.numbers))
@@ -144,8 +145,8 @@ def hamiltonian_form(equations: Equations) -> Hamiltonian:
         for j, velocity in zip(b.numbers, b.velocities, strict=False):
             velocities[j] = velocity
     kinetic = [*_kinetic_parts(blocks)]
-    kinetic += [(named[j].symbol - found.shifts[j]) * coordinates[j].v / 2 for j in coupled]
-    parts = tuple(e for e in (*kinetic, *_resting_parts(equations)) if e != 0)
+    kinetic += [(named[j].symbol - functions.shifts[j]) * coordinates[j].v / 2 for j in coupled]
+    parts = tuple(e for e in (*kinetic, *_parts_at_rest(equations)) if e != 0)
     rates = _Rates(equations, named, velocities, parts, is_closed=not coupled)
     pairs = tuple(
         CanonicalPair(momentum, velocities[j], rates.terms(j)) for j, momentum in enumerate(named)
@@ -153,8 +154,8 @@ def hamiltonian_form(equations: Equations) -> Hamiltonian:
     certificate = certify_form(
         equations, "Hamilton's form", _Comparison(equations, pairs, parts, coupled)
     )
-    kept = next((c for c in equations.derivation.conserved if c.kind != "momentum"), None)
-    return Hamiltonian(pairs, parts, coupled, _is_sum(equations), kept, certificate)
+    conserved = next((c for c in equations.derivation.conserved if c.kind != "momentum"), None)
+    return Hamiltonian(pairs, parts, coupled, _is_sum(equations), conserved, certificate)
 
 
 def _kinetic_parts(blocks: Sequence[BlockTransform]) -> Iterator[sp.Expr]:
@@ -163,8 +164,8 @@ def _kinetic_parts(blocks: Sequence[BlockTransform]) -> Iterator[sp.Expr]:
             yield from sp.Add.make_args(block.kinetic)
 
 
-def _resting_parts(equations: Equations) -> tuple[sp.Expr, sp.Expr]:
-    """−T0, of frames that are moved in time, and V at rest."""
+def _parts_at_rest(equations: Equations) -> tuple[sp.Expr, sp.Expr]:
+    """Return −T0, which moving frames contribute, and V at rest."""
     velocities = [c.v for c in equations.system.coordinates]
     return -at_rest(equations.system.kinetic, velocities), at_rest(
         equations.system.potential, velocities
@@ -172,14 +173,16 @@ def _resting_parts(equations: Equations) -> tuple[sp.Expr, sp.Expr]:
 
 
 def _is_sum(equations: Equations) -> bool | None:
-    """Tell whether Σ q̇ ∂L/∂q̇ − L is T + V with V at rest; None if that is not decided."""
+    """Tell whether Σ q̇ ∂L/∂q̇ − L equals T + V with V at rest; None if that is undecided."""
     kinds = [c.kind for c in equations.derivation.conserved]
     kinds += [equations.derivation.balance.kind] if equations.derivation.balance is not None else []
     if "energy" in kinds:
         return True
-    resting = at_rest(equations.system.potential, [c.v for c in equations.system.coordinates])
+    potential_at_rest = at_rest(
+        equations.system.potential, [c.v for c in equations.system.coordinates]
+    )
     try:
-        return vanish(equations.system.energy - equations.system.kinetic - resting)
+        return vanish(equations.system.energy - equations.system.kinetic - potential_at_rest)
     except UndecidableError:
         return None
 
@@ -210,7 +213,7 @@ def _require_velocities(equations: Equations, block: BlockTransform) -> None:
 
 
 def place(equations: Equations, coordinate: Coordinate) -> Mark:
-    """Where the scene declares a coordinate, or its beginning."""
+    """Return the place at which the scene declares a coordinate, else its beginning."""
     return coordinate.mark or Mark(equations.presentation.file, 1, 1)
 
 
@@ -254,14 +257,14 @@ class _Rates:
         pairs = zip(equations.system.coordinates, velocities, strict=True)
         self.solved = {c.v: v for c, v in pairs if v is not None} if is_closed else {}
         self.rates = self.symbols if is_closed else [c.v for c in equations.system.coordinates]
-        # Where velocities stay, −∂H/∂q is ∂L/∂q.
+        # With velocities in the equations, −∂H/∂q is ∂L/∂q.
         energy = -sp.Add(*parts) if is_closed else equations.system.lagrangian
         self.holding = terms_by_symbol(energy)
         self.reactions = multiplier_terms(equations)
         self.constants = frozenset(p.symbol for p in equations.system.parameters)
 
     def terms(self, j: int) -> tuple[sp.Expr, ...]:
-        """The terms of a rate in the order of print."""
+        """Return the terms of the rate of a momentum in the order of print."""
         q = self.equations.system.coordinates[j].q
         slopes = [_factored(derivative(term, q)) for term in self.holding.get(q, ())]
         terms = [t for e in (*slopes, *self._forces(j)) for t in sp.Add.make_args(e)]
@@ -275,18 +278,18 @@ class _Rates:
         return tuple(e for e in (*best, *self.reactions[j]) if e != 0)
 
     def _apart(self, terms: Sequence[sp.Expr]) -> tuple[list[sp.Expr], list[sp.Expr]]:
-        """Terms with momenta or velocities, and those without."""
+        """Split terms into those with momenta or velocities and those without."""
         moving = [t for t in terms if not symbols_in(t).isdisjoint(self.rates)]
         return moving, [t for t in terms if symbols_in(t).isdisjoint(self.rates)]
 
     def _gathered(self, moving: list[sp.Expr], still: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """All terms as they are printed, those without momenta in the shortest way."""
+        """Return all terms as they are printed, those without momenta in their shortest form."""
         expanded = [e for t in still for e in expand_terms(t, _TERM_BUDGET) or [t]]
         groups = shortest_groups(collected_terms(expanded), self.constants)
         return [e for e in (*moving, *groups) if e != 0]
 
     def _forces(self, j: int) -> Iterator[sp.Expr]:
-        """Q_j of forces and friction, over momenta."""
+        """Yield the generalized forces Q_j and friction, over momenta."""
         for force in self.equations.system.forces:
             yield force.generalized[j].xreplace(self.solved)
         friction = -derivative(
@@ -307,7 +310,7 @@ def _factored(slope: sp.Expr) -> sp.Expr:
 
 
 class _Comparison:
-    """What must agree at a state: momenta, velocities, H, its gradient, and the rates."""
+    """Comparison at a state of momenta, velocities, H, its gradient, and the rates."""
 
     def __init__(
         self,
@@ -352,7 +355,7 @@ class _Comparison:
             yield value, state[v], abs(value) + abs(state[v])
 
     def _energy(self, state: State, seen: LagrangianSlopes, work: Sequence[mpf]) -> Iterator[Pair]:
-        """H and, where it has a closed form, its gradient."""
+        """Yield the comparisons of H and, if it has a closed form, of its gradient."""
         n = len(self.pairs)
         run = self.energy.run([(state[s], _ZERO, _ZERO) for s in self.canonical], 0)
         energy, size = run.values[0], sum(map(abs, work), abs(seen.value))

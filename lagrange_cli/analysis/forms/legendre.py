@@ -32,7 +32,7 @@ from lagrange_cli.mechanics.sparse import entries
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-# Budgets, set by hand.
+# Budgets: beyond them a closed form is longer than the linear equations that it solves.
 
 #: Most coordinates of a block that is solved in closed form.
 _LARGEST_BLOCK = 3
@@ -53,7 +53,7 @@ class Momenta:
     expressions
         ∂L/∂q̇ of each coordinate over (q, v, t), as they are printed.
     shifts
-        b of each coordinate over (q, t): what is left of its momentum at rest.
+        b of each coordinate over (q, t): its momentum at rest.
     """
 
     expressions: tuple[sp.Expr, ...]
@@ -69,9 +69,9 @@ class BlockTransform:
     numbers
         The coordinates of the block, ascending.
     kinetic
-        The block's part of H over momenta and q, less what L has at rest; None if it is not found.
+        The block's part of H over momenta and q, less L at rest; None without a short form.
     velocities
-        v of the block over the same; none if they are not found.
+        v of the block over the same; none without a short form.
     is_quadratic
         True if L is quadratic in the velocities of the block.
     """
@@ -101,7 +101,7 @@ def momenta_of(equations: Equations) -> Momenta:
 
 
 def terms_by_symbol(expression: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
-    """The terms of a sum that hold each of its symbols."""
+    """Map each symbol of a sum to the terms that contain it."""
     holding: dict[sp.Symbol, list[sp.Expr]] = {}
     for term in sp.Add.make_args(expression):
         for symbol in symbols_in(term):
@@ -122,12 +122,12 @@ def collected(expression: sp.Expr, rates: Sequence[sp.Symbol]) -> sp.Expr:
 
 
 def coupled_blocks(equations: Equations) -> list[list[int]]:
-    """Groups of coordinates, ascending, whose velocities the mass matrix couples."""
+    """Return groups of coordinates, ascending, whose velocities the mass matrix couples."""
     return blocks_of([entries(row) for row in equations.system.mass_matrix])
 
 
 def blocks_of(rows: Rows) -> list[list[int]]:
-    """Groups of rows, ascending, that entries of a symmetric matrix couple."""
+    """Return groups of rows, ascending, that entries of a symmetric matrix couple."""
     placed: set[int] = set()
     blocks = []
     for start in range(len(rows)):
@@ -182,9 +182,9 @@ def is_quadratic(equations: Equations, block: Sequence[int]) -> bool:
         return False
     velocities = {equations.system.coordinates[j].v for j in block}
     return all(
-        term.is_polynomial(*sorted(held, key=str))
+        term.is_polynomial(*sorted(rates, key=str))
         for term in sp.Add.make_args(equations.system.lagrangian)
-        if (held := symbols_in(term) & velocities)
+        if (rates := symbols_in(term) & velocities)
     )
 
 
@@ -194,7 +194,7 @@ def is_quadratic(equations: Equations, block: Sequence[int]) -> bool:
 def inverse_form(
     matrix: Rows, w: Sequence[sp.Expr], constants: frozenset[sp.Symbol]
 ) -> tuple[sp.Expr, tuple[sp.Expr, ...]] | None:
-    """w·A⁻¹ w and A⁻¹ w of a symmetric matrix A, each the shortest that is found.
+    """Return w·A⁻¹ w and A⁻¹ w for a symmetric matrix A, each in its shortest form.
 
     None if the block is large, A is singular, or the results are long.
     """
@@ -214,7 +214,7 @@ def inverse_form(
 
 
 def _orders(matrix: Rows) -> list[list[int]]:
-    """Orders of elimination: the shortest inertia first, and the other way."""
+    """Return the orders of elimination: by rising and by falling length of the inertia."""
     lengths = [printed_length(row.get(k, sp.S.Zero)) for k, row in enumerate(matrix)]
     first = sorted(range(len(matrix)), key=lambda k: (lengths[k], len(matrix[k]), k))
     return [first, first[::-1]] if len(first) > 1 else [first]
@@ -223,22 +223,22 @@ def _orders(matrix: Rows) -> list[list[int]]:
 def _by_elimination(
     matrix: Rows, w: Sequence[sp.Expr], order: Sequence[int], constants: frozenset[sp.Symbol]
 ) -> tuple[sp.Expr, list[sp.Expr]] | None:
-    """Σ y²/d by A = L D Lᵀ with y = L⁻¹ w, rows in some order; None at a pivot that is 0."""
-    rest = {(i, j): entry for i, row in enumerate(matrix) for j, entry in row.items()}
+    """Compute Σ y²/d by A = L D Lᵀ and y = L⁻¹ w in an order of rows; None if a pivot is 0."""
+    remainder = {(i, j): entry for i, row in enumerate(matrix) for j, entry in row.items()}
     y = [*w]
     pivots: dict[int, sp.Expr] = {}
     slopes: dict[int, dict[int, sp.Expr]] = {}
     for place, k in enumerate(order):
-        d = compact(rest.get((k, k), sp.S.Zero), constants)
+        d = compact(remainder.get((k, k), sp.S.Zero), constants)
         if d == 0:
             return None
-        later = [i for i in order[place + 1 :] if rest.get((i, k), 0) != 0]
-        pivots[k], slopes[k] = d, {i: shortened(rest[i, k] / d) for i in later}
+        later = [i for i in order[place + 1 :] if remainder.get((i, k), 0) != 0]
+        pivots[k], slopes[k] = d, {i: shortened(remainder[i, k] / d) for i in later}
         for i in later:
             y[i] = shortened(y[i] - slopes[k][i] * y[k])
             for j in later:
-                entry = rest.get((i, j), sp.S.Zero) - slopes[k][i] * rest[k, j]
-                rest[i, j] = shortened(sp.expand_mul(entry))
+                entry = remainder.get((i, j), sp.S.Zero) - slopes[k][i] * remainder[k, j]
+                remainder[i, j] = shortened(sp.expand_mul(entry))
     form = sp.Add(*(_square(y[k], pivots[k]) for k in order))
     solution = [sp.S.Zero] * len(matrix)
     for k in reversed(order):
@@ -248,7 +248,7 @@ def _by_elimination(
 
 
 def _square(y: sp.Expr, d: sp.Expr) -> sp.Expr:
-    """y²/d, the sum in y as one factor."""
+    """Return y²/d with the sum in y as one factor."""
     scale, product = _one_factor(y)
     return product**2 * (scale**2 / d)
 
@@ -259,7 +259,7 @@ def _quotient(y: sp.Expr, d: sp.Expr) -> sp.Expr:
 
 
 def _one_factor(y: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """A scale and a sum without denominators, but for numbers and roots: they read better there."""
+    """Split off a scale, so that the sum has no denominators but numbers and roots."""
     above, below = sp.fraction(sp.together(y))
     if all(f.is_Rational or not f.as_base_exp()[1].is_Integer for f in sp.Mul.make_args(below)):
         return sp.S.One, y
@@ -268,7 +268,7 @@ def _one_factor(y: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 
 
 def _by_cramers_rule(matrix: Rows, w: Sequence[sp.Expr]) -> tuple[sp.Expr, list[sp.Expr]] | None:
-    """One fraction over the determinant; None if that is 0 or a numerator is long."""
+    """Compute both over the determinant; None if that is 0 or a numerator is long."""
     n = len(matrix)
     dense = sp.Matrix(n, n, lambda i, j: matrix[i].get(j, 0))
     determinant = shortened(sp.expand_mul(dense.det(method="berkowitz")))
@@ -297,7 +297,7 @@ def _by_cramers_rule(matrix: Rows, w: Sequence[sp.Expr]) -> tuple[sp.Expr, list[
 
 
 def compact(expression: sp.Expr, constants: frozenset[sp.Symbol]) -> sp.Expr:
-    """A sum with its common factor in front, in the shortest of its forms."""
+    """Return a sum with its common factor in front, in its shortest form."""
     below = sp.S.One
     if any(f.is_Add for t in expression.args for f in sp.Mul.make_args(sp.fraction(t)[1])):
         expression, below = sp.fraction(sp.together(expression))
@@ -320,7 +320,7 @@ class _Root:
 
 
 def _root_of(equations: Equations, velocities: Sequence[sp.Symbol]) -> _Root | None:
-    """The root in L that holds the velocities of a block; None if L has another form."""
+    """Find the root in L that contains the velocities of a block; None if L has another form."""
     terms: list[sp.Expr] = []
     for term in sp.Add.make_args(equations.system.lagrangian):
         if not symbols_in(term).isdisjoint(velocities):
@@ -359,7 +359,7 @@ def _rooted_transform(
     form: sp.Expr,
     solution: Sequence[sp.Expr],
 ) -> BlockTransform:
-    """H = ∓√(a (β² + w·G⁻¹w)), less its value β√a at rest, and v = ∓a G⁻¹w/√(…)."""
+    """Return ∓√(a (β² + w·G⁻¹w)), less its value β√a at rest, and v = ∓a G⁻¹w/√(…)."""
     sign = sp.Integer(1 if is_negative else -1)
     radicand = _expanded(root.constant * (root.weight**2 + form))
     whole = sign * sp.sqrt(radicand)
@@ -382,5 +382,5 @@ def _expanded(expression: sp.Expr) -> sp.Expr:
 
 
 def at_rest(expression: sp.Expr, velocities: Sequence[sp.Symbol]) -> sp.Expr:
-    """An expression with all velocities 0."""
+    """Set all velocities of an expression to 0."""
     return expression.xreplace(dict.fromkeys(velocities, sp.S.Zero))

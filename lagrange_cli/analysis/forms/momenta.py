@@ -39,7 +39,7 @@ class Momentum:
 def momenta(
     equations: Equations, coordinates: Sequence[Coordinate], expressions: Sequence[sp.Expr]
 ) -> tuple[Momentum, ...]:
-    """Name the momenta of some coordinates: p_NAME, P_NAME if the scene has a name like that."""
+    """Name the momenta of some coordinates: p_NAME, or P_NAME if the scene uses such a name."""
     letter = momentum_letter(equations)
     names = [f"{letter}_{c.name}" for c in coordinates]
     return tuple(
@@ -60,7 +60,7 @@ def with_momenta(equations: Equations) -> Equations:
 
 
 def momentum_letter(equations: Equations) -> str:
-    """The first of p, P, pp, PP, … that makes names of momenta which the scene does not have."""
+    """Return the first of p, P, pp, PP, … whose names of momenta are free in the scene."""
     taken = {p.name for p in equations.system.parameters} | {
         u.name for u in equations.system.inputs
     }

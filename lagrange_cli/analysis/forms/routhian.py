@@ -57,7 +57,7 @@ from lagrange_cli.mechanics.system import Closure, Coordinate
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-#: Terms that a part of the reduced equations may be multiplied out to. Set by hand.
+#: Terms that a part of the equations may be multiplied out to: longer sums print no shorter.
 _TERM_BUDGET = 60
 
 _ZERO = mpf(0)
@@ -70,9 +70,9 @@ class Routhian:
     Attributes
     ----------
     coordinates
-        Those that are left, in their order.
+        The remaining coordinates, in their order.
     momenta
-        The momenta of the ignored coordinates, with these.
+        The momenta of the ignored coordinates.
     velocities
         q̇ of each ignored coordinate over (q, q̇, p, t) of the others.
     kinetic, gyroscopic
@@ -80,7 +80,7 @@ class Routhian:
     potential
         The terms of V_eff in the order of print.
     mass_matrix, forcing
-        M a = f + Σ λ·gradient of the coordinates that are left, unscaled.
+        M a = f + Σ λ·gradient of the remaining coordinates, unscaled.
     closures
         Closures, then contacts, with gradients over these coordinates.
     shown
@@ -116,9 +116,9 @@ class Routhian:
 
 
 def ignorable(equations: Equations) -> list[int]:
-    """Numbers of the cyclic coordinates whose momenta are conserved."""
-    kept = {c.coordinate for c in equations.derivation.conserved if c.kind == "momentum"}
-    return [j for j, c in enumerate(equations.system.coordinates) if c.name in kept]
+    """Return the numbers of the cyclic coordinates whose momenta are conserved."""
+    conserved = {c.coordinate for c in equations.derivation.conserved if c.kind == "momentum"}
+    return [j for j, c in enumerate(equations.system.coordinates) if c.name in conserved]
 
 
 def routhian_form(equations: Equations, only: Sequence[int] | None = None) -> Routhian:
@@ -127,7 +127,7 @@ def routhian_form(equations: Equations, only: Sequence[int] | None = None) -> Ro
     Parameters
     ----------
     only
-        Numbers of those to ignore; all of :func:`ignorable` without a choice.
+        Numbers of the coordinates to ignore; None for all of :func:`ignorable`.
 
     Raises
     ------
@@ -139,13 +139,13 @@ def routhian_form(equations: Equations, only: Sequence[int] | None = None) -> Ro
     ignored = ignorable(equations) if only is None else list(only)
     left = [j for j in range(len(equations.system.coordinates)) if j not in ignored]
     _require_cyclic(equations, ignored)
-    found = momenta_of(equations)
+    functions = momenta_of(equations)
     named = momenta(
         equations,
         [equations.system.coordinates[j] for j in ignored],
-        [found.expressions[j] for j in ignored],
+        [functions.expressions[j] for j in ignored],
     )
-    reduction = _Reduction(equations, ignored, left, found, named)
+    reduction = _Reduction(equations, ignored, left, functions, named)
     result = reduction.result()
     certificate = certify_form(equations, "Routh's form", _Comparison(equations, result, ignored))
     return replace(result, certificate=certificate)
@@ -188,14 +188,14 @@ class _Reduction:
         equations: Equations,
         ignored: Sequence[int],
         left: Sequence[int],
-        found: Momenta,
+        functions: Momenta,
         named: tuple[Momentum, ...],
     ) -> None:
         self.equations, self.ignored, self.left = equations, ignored, left
         self.named = named
         self.coordinates = tuple(equations.system.coordinates[j] for j in left)
         self.rates = [c.v for c in self.coordinates]
-        self.shifts = found.shifts
+        self.shifts = functions.shifts
         self.constants = frozenset(p.symbol for p in equations.system.parameters)
         self.mass = [entries(row) for row in equations.system.mass_matrix]
         number = {j: k for k, j in enumerate(ignored)}
@@ -213,7 +213,7 @@ class _Reduction:
         }
 
     def _solved(self, w: Sequence[sp.Expr]) -> tuple[list[sp.Expr], list[sp.Expr]]:
-        """Terms of w·M_cc⁻¹ w, and M_cc⁻¹ w, block by block."""
+        """Return the terms of w·M_cc⁻¹ w, and M_cc⁻¹ w, block by block."""
         forms: list[sp.Expr] = []
         solution = [sp.S.Zero] * len(w)
         for block in blocks_of(self.inner):
@@ -232,7 +232,7 @@ class _Reduction:
         return forms, solution
 
     def result(self) -> Routhian:
-        """All of it, not yet certified."""
+        """Assemble the Routhian, not yet certified."""
         inertia = [self._inertia(j) for j in self.left]
         linear = [self._linear(j) for j in self.left]
         potential = tuple(e for e in self._potential() if e != 0)
@@ -272,7 +272,7 @@ class _Reduction:
         )
 
     def _inertia(self, j: int) -> dict[int, sp.Expr]:
-        """A row of S = M_rr − M_rc M_cc⁻¹ M_cr, by place among the coordinates that are left."""
+        """Return a row of S = M_rr − M_rc M_cc⁻¹ M_cr, by place among the remaining coordinates."""
         row = {}
         for place, k in enumerate(self.left):
             entry = self.mass[j].get(k, sp.S.Zero)
@@ -284,11 +284,11 @@ class _Reduction:
         return row
 
     def _coupling(self, j: int, i: int) -> sp.Expr:
-        """The entry of M between a coordinate that is left and the ignored one at place i."""
+        """Return the entry of M between a remaining coordinate and the ignored one at place i."""
         return self.mass[j].get(self.ignored[i], sp.S.Zero)
 
     def _linear(self, j: int) -> sp.Expr:
-        """The cofactor of q̇_j in the gyroscopic part."""
+        """Return the coefficient of q̇_j in the gyroscopic part."""
         moved = (self._coupling(j, i) * x for i, x in enumerate(self.at_rest))
         return sp.Add(self.shifts[j], *moved)
 
@@ -306,14 +306,14 @@ class _Reduction:
         return min(whole, gathered, key=printed_length)
 
     def _potential(self) -> Iterator[sp.Expr]:
-        """½ w·M_cc⁻¹ w, −T0, V at rest."""
+        """Yield the terms of V_eff: ½ w·M_cc⁻¹ w, −T0, V at rest."""
         every = [c.v for c in self.equations.system.coordinates]
         yield from (term / 2 for term in self.form)
         yield -at_rest(self.equations.system.kinetic, every)
         yield at_rest(self.equations.system.potential, every)
 
     def _velocities(self) -> list[sp.Expr]:
-        """M_cc⁻¹ (w − M_cr q̇)."""
+        """Return the ignored velocities M_cc⁻¹ (w − M_cr q̇)."""
         w = [
             free
             - sp.Add(
@@ -330,7 +330,7 @@ class _Reduction:
         potential: sp.Expr,
         velocities: Sequence[sp.Expr],
     ) -> Iterator[list[sp.Expr]]:
-        """f of each coordinate that is left: what Lagrange's equation of R has besides S a."""
+        """Yield f of each remaining coordinate: Lagrange's equation of R without S a."""
         t, numbers = self.equations.system.t, range(len(self.left))
         ignored = [m.coordinate.v for m in self.named]
         solved = dict(zip(ignored, velocities, strict=True))
@@ -351,16 +351,19 @@ class _Reduction:
             yield [*terms, *(force.xreplace(solved) for force in self._forces(self.left[j]))]
 
     def _shortest(self, terms: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """The terms multiplied out, those with momenta where that is shorter."""
+        """Multiply the terms out, those with momenta only if that is shorter."""
         symbols = {m.symbol for m in self.named}
         parts = [sp.factor_terms(e) for t in terms for e in sp.Add.make_args(t) if e != 0]
-        kept = [e for e in parts if not symbols_in(e).isdisjoint(symbols)]
+        with_momenta = [e for e in parts if not symbols_in(e).isdisjoint(symbols)]
         others = [e for e in parts if symbols_in(e).isdisjoint(symbols)]
-        written = [_multiplied_out([*others, *kept]), [*_multiplied_out(others), *kept]]
+        written = [
+            _multiplied_out([*others, *with_momenta]),
+            [*_multiplied_out(others), *with_momenta],
+        ]
         return min(written, key=lambda way: sum(map(printed_length, way)))
 
     def _forces(self, j: int) -> Iterator[sp.Expr]:
-        """Q_j of forces and friction."""
+        """Yield the generalized forces Q_j and friction."""
         yield from (force.generalized[j] for force in self.equations.system.forces)
         yield -derivative(self.equations.system.dissipation, self.equations.system.coordinates[j].v)
 
@@ -371,7 +374,7 @@ class _Reduction:
             yield replace(closure, gradient=ExpressionRow(len(self.left), row))
 
     def _start(self) -> list[float]:
-        """The momenta at the initial state."""
+        """Evaluate the momenta at the initial state; none if they have no value."""
         initial = self.equations.system.initial
         if initial is None:
             return []
@@ -396,7 +399,7 @@ def _multiplied_out(terms: Sequence[sp.Expr]) -> list[sp.Expr]:
 
 
 class _Comparison:
-    """What must agree at a state: R, the ignored velocities, the reduced equations."""
+    """Comparison at a state of R, the ignored velocities, and the reduced equations."""
 
     def __init__(self, equations: Equations, form: Routhian, ignored: Sequence[int]) -> None:
         self.equations, self.form, self.ignored = equations, form, ignored
@@ -429,12 +432,12 @@ class _Comparison:
         rates = [state[m.coordinate.v] for m in self.form.momenta]
         work = [seen.momenta[i] * v for i, v in zip(self.ignored, rates, strict=True)]
         yield value, seen.value - sum(work, _ZERO), sum(map(abs, work), abs(seen.value))
-        for found, rate in zip(velocities, rates, strict=True):
-            yield found, rate, abs(found) + abs(rate)
+        for velocity, rate in zip(velocities, rates, strict=True):
+            yield velocity, rate, abs(velocity) + abs(rate)
         yield from self._equations(state, routhian)
 
     def _equations(self, state: State, routhian: State) -> Iterator[Pair]:
-        """Reduced residuals are r − M_rc M_cc⁻¹ r_c of the certified ones r."""
+        """Compare reduced residuals with r − M_rc M_cc⁻¹ r_c of the certified residuals r."""
         residuals = [*self.residuals.at(state)]
         values = iter(self.matrix.at(state))
         rows = [[next(values) for _ in row] for row in self.inner]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 
-# The budget; all set by hand.
+# The budget, in counts: terms of higher order and of more coordinates grow beyond any patience.
 
 #: Highest order of W′ that is looked at.
 _ORDER = 9
@@ -100,7 +100,7 @@ class _Series:
         self.inverse = mpmath.inverse(mpmath.matrix(rows)) if rows else None
 
     def decide(self) -> EnergyTest:
-        """Find the first term of W′."""
+        """Decide by the first term of W′ that does not vanish."""
         for order in range(1, _ORDER + 1):
             self.slopes = {k: derivative(e, self.s) for k, e in self.slopes.items()}
             if max(sp.count_ops(e) for e in self.slopes.values()) > _OPERATIONS:
@@ -119,8 +119,8 @@ class _Series:
         if self.inverse is None:
             return
         levels = mpmath.matrix([self._at_zero(self.slopes[k])[0] for k in self.others])
-        found = self.inverse * levels / mpmath.factorial(order)
-        for k, value in zip(self.others, found, strict=True):
+        coefficients = self.inverse * levels / mpmath.factorial(order)
+        for k, value in zip(self.others, coefficients, strict=True):
             self.known[self.terms[k][order - 1]] = -value
 
     def _at_zero(self, expression: sp.Expr) -> tuple[Mpf, Mpf]:

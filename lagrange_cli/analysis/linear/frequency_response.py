@@ -4,7 +4,7 @@ A is balanced and brought to Hessenberg form once; each frequency is then one ba
 solution (A. J. Laub, Efficient multivariable frequency response computations, IEEE Trans. Autom.
 Control 26 (1981) 407), with the rounding bound |L| |iω − A| |X| of its left and right solutions.
 Poles on the imaginary axis are split off by their invariant subspace: where an input moves such a
-motion and an output sees it, the gain is infinite, and is told so.
+motion and an output sees it, the gain is infinite, and reported as such.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ from lagrange_cli.analysis.values import (
     StateSpace,
 )
 
-# All set by hand.
+# Frequencies are dense enough that a curve through them looks smooth. Thresholds lie between the
+# rounding of eigenvalues in doubles and the smallest damping that a scene means.
 
 #: Frequencies a decade, and distances from a pole in its decay rates.
 _A_DECADE, _AROUND = 60, (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -45,7 +46,7 @@ _EPSILON = float(np.finfo(float).eps)
 
 
 def frequency_response(space: StateSpace, low: float, high: float) -> FrequencyResponse:
-    """Find the responses between two angular frequencies, both positive.
+    """Compute the responses between two positive angular frequencies.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ class _AxisPart:
     frequency
         Their |Im s|.
     infinite
-        Whether the gain is infinite there, shape (outputs, inputs).
+        1 where the gain is infinite, else 0; shape (outputs, inputs).
     """
 
     frequency: float
@@ -128,7 +129,7 @@ class _System:
             w = abs(float(pole.imag))
             if abs(pole.real) > _ON_AXIS * size or w <= zero or w == 0:
                 continue
-            if not any(abs(w - other) <= 1e-9 * size for other in done):
+            if not any(abs(w - earlier) <= 1e-9 * size for earlier in done):
                 done.append(w)
                 near = _NearAxis(w, _ON_AXIS * size, 1e-9 * size)
                 yield _AxisPart(w, self._infinite(near))
@@ -140,7 +141,7 @@ class _System:
         return _ZERO * size if least <= _SINGULAR * len(values) * largest else 0.0
 
     def _infinite(self, chosen: Callable[[complex], bool]) -> Matrix:
-        """Tell for which pairs the part of the chosen poles is not zero: its residues."""
+        """Tell for which pairs of output and input the chosen poles have residues."""
         part, b, c = self._split(chosen)
         scale = np.abs(self.c).sum(axis=1)[:, None] * np.abs(self.b).sum(axis=0)
         power = np.eye(len(part), dtype=complex)
@@ -152,19 +153,19 @@ class _System:
         return seen.astype(float)
 
     def _split(self, chosen: Callable[[complex], bool]) -> tuple[Complexes, Complexes, Complexes]:
-        """Return the system that the invariant subspace of the chosen poles is."""
-        # What stubs of schur say of "sort" is of real matrices.
+        """Return the subsystem on the invariant subspace of the chosen poles."""
+        # The stubs of schur type "sort" for real matrices only.
         sorted_schur: Any = schur
         triangular, basis, count = sorted_schur(
             self.a.astype(complex), output="complex", sort=chosen
         )
         first, last = triangular[:count, :count], triangular[count:, count:]
-        beside = triangular[:count, count:]
+        coupling_block = triangular[:count, count:]
         b, c = basis.conj().T @ self.b, self.c @ basis
         if not len(last):
             return first, b[:count], c[:, :count]
-        # T₁₁ R − R T₂₂ = −T₁₂ removes what couples the parts.
-        coupling = solve_sylvester(first, -last, -beside)
+        # R with T₁₁ R − R T₂₂ = −T₁₂ decouples the parts.
+        coupling = solve_sylvester(first, -last, -coupling_block)
         return first, b[:count] - coupling @ b[count:], c[:, :count]
 
     def static(self) -> Complexes:
@@ -173,10 +174,10 @@ class _System:
         zero = self._zero_limit(size)
         if zero == 0:
             return self.at(0.0)[0]
-        rest, b, c = self._split(lambda s: abs(s) > zero)
-        if not len(rest):
+        regular, b, c = self._split(lambda s: abs(s) > zero)
+        if not len(regular):
             return self.d.astype(complex)
-        static: Complexes = np.asarray(self.d - c @ np.linalg.solve(rest, b), dtype=complex)
+        static: Complexes = np.asarray(self.d - c @ np.linalg.solve(regular, b), dtype=complex)
         return static
 
 
@@ -185,12 +186,12 @@ class _NearAxis:
     """Tells whether a pole is one of those at ±iω."""
 
     frequency: float
-    beside: float
-    along: float
+    width: float
+    height: float
 
     def __call__(self, pole: complex) -> bool:
-        near = abs(abs(pole.imag) - self.frequency) <= self.along
-        return bool(abs(pole.real) <= self.beside and near)
+        near = abs(abs(pole.imag) - self.frequency) <= self.height
+        return bool(abs(pole.real) <= self.width and near)
 
 
 def _frequencies(system: _System, low: float, high: float) -> Matrix:
@@ -207,7 +208,7 @@ def _frequencies(system: _System, low: float, high: float) -> Matrix:
 
 
 def _responses(system: _System, frequencies: Matrix) -> tuple[Complexes, float]:
-    """Return gains and the largest bound of a rounding error; what is all rounding is zero."""
+    """Return gains, set to zero below their rounding error, and its largest relative bound."""
     shape = len(frequencies), *system.d.shape
     gains, worst = np.full(shape, np.nan, dtype=complex), 0.0
     undamped = {part.frequency for part in system.axis if part.infinite.any()}
@@ -219,7 +220,7 @@ def _responses(system: _System, frequencies: Matrix) -> tuple[Complexes, float]:
         except np.linalg.LinAlgError:
             continue
         size = np.abs(gains[k])
-        # Of what vanishes nothing relative can be said.
+        # The relative error of a gain that vanishes is not defined.
         seen = size > bound
         gains[k] = np.where(seen, gains[k], 0.0)
         worst = max(worst, float((bound[seen] / size[seen]).max(initial=0.0)))
@@ -237,11 +238,11 @@ def _channels(
             scale = float(np.abs(system.c[i]).sum() * np.abs(system.b[:, j]).sum())
             if not np.nanmax(sizes, initial=0.0) > 1e-14 * scale:
                 continue
-            held = None if at_zero[i, j] else float(static[i, j].real)
+            static_gain = None if at_zero[i, j] else float(static[i, j].real)
             peaks = [*_undamped(system, frequencies, i, j)]
             peaks += _largest(system, frequencies, sizes, i, j)
             peaks.sort(key=lambda peak: peak.frequency)
-            yield Channel(source, output, held, tuple(peaks))
+            yield Channel(source, output, static_gain, tuple(peaks))
 
 
 def _undamped(system: _System, frequencies: Matrix, i: int, j: int) -> Iterator[ResponsePeak]:
@@ -261,13 +262,13 @@ def _largest(
             continue
         # Distances from the middle have more digits than frequencies beside a narrow resonance.
         low, middle, high = (float(w) for w in frequencies[k - 1 : k + 2])
-        found = minimize_scalar(
+        optimum = minimize_scalar(
             lambda step, centre=middle: -abs(system.at(centre + float(step))[0][i, j]),
             bounds=(low - middle, high - middle),
             method="bounded",
             options={"xatol": 1e-9 * (high - low)},
         )
-        place = middle + float(found.x)
+        place = middle + float(optimum.x)
         gains, bounds = system.at(place)
         gain = complex(gains[i, j])
         if abs(gain) > (1 + _ABOVE) * min(around[0], around[2]) + 3 * bounds[i, j]:

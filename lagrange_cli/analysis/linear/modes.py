@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from lagrange_cli.analysis.values import Mpf
 
-# All set by hand.
+# Thresholds lie between the rounding of doubles and parts that a reader would miss; budgets bound
+# closed forms by the length that is worth reading.
 
 #: Part of the largest entry below which one is rounding.
 _ROUNDING = 1e-13
@@ -47,11 +48,11 @@ def modes(linear: Linearization, known: Mapping[sp.Symbol, Mpf]) -> tuple[Mode, 
     """
     if not _is_conservative(linear):
         return _damped(linear)
-    found = _normal(linear)
+    numeric = _normal(linear)
     if linear.exact is None:
-        return found
+        return numeric
     squares = [s for s in exact_squares(linear.exact) if s.free_symbols <= known.keys()]
-    return tuple(_with_closed_form(mode, linear.exact, squares, known) for mode in found)
+    return tuple(_with_closed_form(mode, linear.exact, squares, known) for mode in numeric)
 
 
 def _is_conservative(linear: Linearization) -> bool:
@@ -82,16 +83,16 @@ def _normal(linear: Linearization) -> tuple[Mode, ...]:
     mass, stiff = (unit[:, None] * m * unit for m in (linear.mass, linear.stiffness))
     squares, shapes = eigh((stiff + stiff.T) / 2, (mass + mass.T) / 2)
     size = np.abs(squares).max(initial=0.0)
-    found = []
+    normal_modes = []
     for square, shape in zip(squares.tolist(), (unit[:, None] * shapes).T, strict=True):
         exact = 0.0 if abs(square) <= _ROUNDING * size else square
         pole = complex(np.sqrt(-exact), 0.0) if exact < 0 else None
-        found.append(Mode(float(np.sqrt(max(exact, 0.0))), _normalized(shape), pole))
-    return tuple(found)
+        normal_modes.append(Mode(float(np.sqrt(max(exact, 0.0))), _normalized(shape), pole))
+    return tuple(normal_modes)
 
 
 def _normalized(shape: Matrix) -> tuple[complex, ...]:
-    """Divide by the largest amplitude, the first of those as large."""
+    """Divide a shape by its largest amplitude, or the first of several as large."""
     sizes = np.abs(shape)
     largest = shape[int(np.argmax(sizes > sizes.max() * (1 - 1e-9)))]
     scaled = shape / largest
@@ -107,15 +108,15 @@ def _damped(linear: Linearization) -> tuple[Mode, ...]:
     size = np.abs(poles).max(initial=0.0)
     velocities = [k for k, name in enumerate(space.states) if name.startswith("dot(")]
     positions = [k for k in range(len(space.states)) if k not in velocities]
-    found = []
+    damped_modes = []
     for pole, vector in zip(poles.tolist(), vectors.T, strict=True):
         if pole.imag < 0:
             continue
         place = complex(*(0.0 if abs(x) <= 1e-12 * size else x for x in (pole.real, pole.imag)))
         moved = vector[positions]
         shape = _normalized(moved) if np.abs(moved).max(initial=0.0) else (0.0,) * len(positions)
-        found.append(Mode(place.imag, shape, place))
-    return tuple(sorted(found, key=lambda mode: (mode.frequency, -(mode.pole or 0).real)))
+        damped_modes.append(Mode(place.imag, shape, place))
+    return tuple(sorted(damped_modes, key=lambda mode: (mode.frequency, -(mode.pole or 0).real)))
 
 
 # Closed forms.
@@ -146,7 +147,7 @@ def exact_squares(exact: ExactMatrices) -> list[sp.Expr]:
 def _with_closed_form(
     mode: Mode, exact: ExactMatrices, squares: Sequence[sp.Expr], known: Mapping[sp.Symbol, Mpf]
 ) -> Mode:
-    """Add the closed form that has the mode's value."""
+    """Add the closed form whose value is the mode's."""
     number = mode.frequency**2 if mode.pole is None else -(mode.pole.real**2)
     for square, value in _valued(squares, known):
         if abs(value - number) <= _AGREE * max(abs(number), 1e-300) or value == number:

@@ -1,10 +1,10 @@
-"""Stability of equilibria: no more is said than a theorem proves.
+"""Stability of equilibria, as far as a theorem proves it.
 
 Lagrange and Dirichlet: where a conserved energy T₂ + W(q) has a strict minimum of W, the
 equilibrium is stable; dissipation does not change that. Lyapunov's first method: if all poles
 lie in the left half plane it is asymptotically stable; if one lies in the right it is unstable.
-Where K is degenerate the first terms of higher order of W decide, along the null direction;
-without a minimum there the equilibrium is unstable (V. V. Kozlov and V. P. Palamodov, Soviet Math.
+If K is degenerate the first terms of higher order of W decide, along the null direction; without a
+minimum there the equilibrium is unstable (V. V. Kozlov and V. P. Palamodov, Soviet Math.
 Dokl. 25 (1982) 335). Poles on the imaginary axis prove nothing of the nonlinear system.
 """
 
@@ -50,7 +50,7 @@ _NOT_POSITIVE = Phrase("no pole has a positive real part")
 
 
 def stability(system: RestSystem, at: Equilibrium, linear: LinearSystem) -> Stability:
-    """Find what is proven of an equilibrium's stability."""
+    """Decide the stability of an equilibrium, as far as a theorem proves it."""
     if kinks_at(system, at):
         return Stability("undecided", Phrase("the forces are not smooth there"))
     return _Question(system, at, linear).answer()
@@ -66,28 +66,28 @@ class _Question:
 
     def answer(self) -> Stability:
         if not self.at.isolated:
-            told = self.by_poles()
-            if told.verdict == "unstable":
-                return told
+            verdict = self.by_poles()
+            if verdict.verdict == "unstable":
+                return verdict
             return Stability("undecided", Phrase("it is one of a continuum of equilibria"))
         if self.energy_is_bound and self.linear.is_holonomic and self.has_inertia:
             return self.by_energy()
         return self.by_poles()
 
-    # What is known of the energy.
+    # The energy.
 
     @property
     def is_conservative(self) -> bool:
-        """T + V, or Jacobi's integral, is conserved."""
+        """True if T + V, or Jacobi's integral, is conserved."""
         return any(
             c.kind in ("energy", "jacobi") for c in self.system.equations.derivation.conserved
         )
 
     @property
     def energy_is_bound(self) -> bool:
-        """It is conserved or decreases."""
+        """True if the energy is conserved or decreases."""
         balance = self.system.equations.derivation.balance
-        if self.system.held:
+        if self.system.held_inputs:
             return False
         return self.is_conservative or (
             balance is not None and balance.is_dissipation and self.dissipates
@@ -95,7 +95,7 @@ class _Question:
 
     @property
     def has_inertia(self) -> bool:
-        """M is positive definite, so that the energy rises with velocities."""
+        """True if M is positive definite, so that the energy rises with velocities."""
         rows = self.linear.mass.tolist()
         with mpmath.workdps(DIGITS):
             signs = _signs(rows, _ZERO * max(abs(x) for row in rows for x in row))
@@ -103,7 +103,7 @@ class _Question:
 
     @property
     def dissipates(self) -> bool:
-        """The dissipation function is a quadratic form in velocities that is never negative."""
+        """True if the dissipation function is a quadratic form in velocities, never negative."""
         equations = self.system.equations
         v = [c.v for c in equations.system.coordinates]
         if not equations.system.dissipation.is_polynomial(*v):
@@ -120,14 +120,14 @@ class _Question:
 
     @cached_property
     def drifting(self) -> list[int]:
-        """Numbers, among the independent coordinates, of those that may have any value."""
+        """Numbers, among the independent coordinates, of the free ones."""
         names = [c.name for c in self.system.equations.system.coordinates]
         chosen = self.linear.independent
         return [k for k, j in enumerate(chosen) if names[j] in self.at.free]
 
     @cached_property
     def bound(self) -> list[int]:
-        """Numbers of the other ones."""
+        """Numbers, among the independent coordinates, of those that are not free."""
         return [k for k in range(len(self.linear.independent)) if k not in self.drifting]
 
     @cached_property
@@ -155,20 +155,20 @@ class _Question:
             Phrase("{matrix} has {count} null directions", matrix=("K",), count=str(len(flat))),
         )
 
-    def at_minimum(self, found: Phrase) -> Stability:
-        """The energy has a strict minimum in all coordinates but those that drift."""
+    def at_minimum(self, minimum: Phrase) -> Stability:
+        """Judge a strict minimum of the energy in all coordinates but those that drift."""
         if self.drifting:
             if not self.drift_is_cyclic:
-                reason = Phrase("{reason}, but free coordinates are not cyclic", reason=found)
+                reason = Phrase("{reason}, but free coordinates are not cyclic", reason=minimum)
                 return Stability("undecided", reason)
-            reason = Phrase("{reason}; {names} may drift", reason=found, names=self.at.free)
+            reason = Phrase("{reason}; {names} may drift", reason=minimum, names=self.at.free)
             return Stability("stable but for drift", reason)
         if self.has_velocity_forces:
             poles, tolerance = self.poles()
             if max(p.real for p in poles) < -tolerance:
-                reason = Phrase("{reason}, and all motions are damped", reason=found)
+                reason = Phrase("{reason}, and all motions are damped", reason=minimum)
                 return Stability("asymptotically stable", reason)
-        return Stability("stable", Phrase("{reason}: the energy has a minimum", reason=found))
+        return Stability("stable", Phrase("{reason}: the energy has a minimum", reason=minimum))
 
     def signs(self) -> tuple[int, list[int], int]:
         """Count the positive directions of K, list null ones, count the negative ones."""
@@ -211,14 +211,14 @@ class _Question:
         poles, tolerance = self.poles()
         largest = max((p.real for p in poles), default=0.0)
         if largest > tolerance:
-            told = Phrase("a pole has the real part {value}", value=f"{largest:.3g}")
-            return Stability("unstable", told)
+            reason = Phrase("a pole has the real part {value}", value=f"{largest:.3g}")
+            return Stability("unstable", reason)
         if largest < -tolerance:
             if self.drifting:
-                told = Phrase("all motions are damped; {names} may drift", names=self.at.free)
-                return Stability("stable but for drift", told)
-            told = Phrase("all poles have negative real parts")
-            return Stability("asymptotically stable", told)
+                reason = Phrase("all motions are damped; {names} may drift", names=self.at.free)
+                return Stability("stable but for drift", reason)
+            reason = Phrase("all poles have negative real parts")
+            return Stability("asymptotically stable", reason)
         if not self.linear.is_holonomic:
             return Stability("undecided", _NOT_POSITIVE)
         size = max((abs(p) for p in poles), default=0.0)
@@ -230,7 +230,7 @@ class _Question:
         return Stability("undecided", Phrase("poles on the imaginary axis coincide"))
 
     def poles(self) -> tuple[list[complex], float]:
-        """Find the poles of what does not drift, and the real part that counts."""
+        """Find the poles of the motions without drift, and the real part that counts as nonzero."""
         a = first_order(self.system, self.at, self.linear)
         if not a.rows:
             return [], 0.0
@@ -245,7 +245,7 @@ class _Question:
         return values, tolerance * max(self.usual_rate(), *map(abs, values))
 
     def usual_rate(self) -> float:
-        """Return a rate that the sizes of the terms of K stand for."""
+        """Return the frequency scale √(|K|/M) by the largest term of K."""
         linear, chosen = self.linear, range(len(self.linear.independent))
         rates = [
             linear.sizes[k, j] / abs(linear.mass[k, k])
@@ -260,19 +260,19 @@ def first_order(system: RestSystem, at: Equilibrium, linear: LinearSystem) -> mp
     """Write A of the motions near an equilibrium, without the positions that drift."""
     k, placed = len(linear.independent), list(linear.placed)
     names = [c.name for c in system.equations.system.coordinates]
-    kept = [i for i, j in enumerate(placed) if names[j] not in at.free]
+    bound = [i for i, j in enumerate(placed) if names[j] not in at.free]
     with mpmath.workdps(DIGITS):
         inverse = mpmath.inverse(linear.mass)
         stiff, damped = inverse * linear.stiffness, inverse * linear.damping
-        a = mpmath.zeros(len(kept) + k, len(kept) + k)
-        for row, i in enumerate(kept):
+        a = mpmath.zeros(len(bound) + k, len(bound) + k)
+        for row, i in enumerate(bound):
             for column in range(k):
-                a[row, len(kept) + column] = linear.velocities[placed[i], column]
+                a[row, len(bound) + column] = linear.velocities[placed[i], column]
         for row in range(k):
-            for column, i in enumerate(kept):
-                a[len(kept) + row, column] = -stiff[row, i]
+            for column, i in enumerate(bound):
+                a[len(bound) + row, column] = -stiff[row, i]
             for column in range(k):
-                a[len(kept) + row, len(kept) + column] = -damped[row, column]
+                a[len(bound) + row, len(bound) + column] = -damped[row, column]
     return a
 
 

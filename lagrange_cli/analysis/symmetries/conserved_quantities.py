@@ -1,9 +1,9 @@
-"""T + V where Jacobi's integral h is another function, and what an energy is lost to.
+"""Conserved quantities: T + V beside Jacobi's integral h, causes of its loss, columns of a motion.
 
 With T = T2 + T1 + T0 by degrees in the velocities, h = T2 − T0 + V, so that T + V = h + T1 + 2 T0:
-whoever moves the constraints or the axes does work. Whether T + V is conserved all the same is
-proven: its rate along the motion, with the accelerations that M a = f gives, vanishes at random
-points of finite fields, or it does not at a state in many digits.
+moving constraints or axes do work. That T + V is conserved all the same is proven by its rate along
+the motion, with accelerations from M a = f, at random points of finite fields; that it is not, by
+its rate at a state in many digits.
 """
 
 from __future__ import annotations
@@ -40,17 +40,23 @@ _DIGITS, _NOTHING = 50, mpf(10) ** -30
 #: Coordinates up to which accelerations are solved for, operations of a rate that is shown.
 _MOST_COORDINATES, _MOST_OPERATIONS = 12, 40
 
+#: Terms that a quantity is multiplied out to; a longer one is compared with its own size.
+_TERM_BUDGET = 200
+
+#: Column of T + V, if Jacobi's integral is another function.
+ENERGY_SUM = "T + V"
+
 
 @dataclass(frozen=True)
 class EnergySum:
-    """T + V, where it is not Jacobi's integral.
+    """T + V, which differs from Jacobi's integral.
 
     Attributes
     ----------
     difference
         T + V − h.
     conserved
-        True or False where that is proven, else None.
+        True or False if that is proven, else None.
     rate
         Its rate along a motion that does not conserve it, where that is short and h is
         conserved; else None.
@@ -92,9 +98,9 @@ class EnergyLoss:
 def energy_sum(equations: Equations) -> EnergySum | None:
     """Compare T + V with Jacobi's integral.
 
-    None where they are one, where Jacobi's integral is the energy all the same, as in the theory
-    of relativity, where T is no polynomial of second degree in the velocities, and where neither
-    is known to be conserved.
+    None if they are equal, if Jacobi's integral is the energy all the same, as in the theory of
+    relativity, if T is no polynomial of second degree in the velocities, or if neither is known to
+    be conserved.
     """
     known = [c for c in equations.derivation.conserved if c.kind != "momentum"]
     if any(c.kind == "energy" or c.is_energy for c in known):
@@ -124,7 +130,7 @@ def energy_sum(equations: Equations) -> EnergySum | None:
 
 
 def _rate_of_jacobi(equations: Equations) -> sp.Expr | None:
-    """dh/dt = −∂L/∂t + Σ (Q − ∂D/∂q̇) q̇; None if constraints or inputs take part."""
+    """Return dh/dt = −∂L/∂t + Σ (Q − ∂D/∂q̇) q̇; None if constraints or inputs contribute."""
     lagrangian = equations.system.lagrangian
     inputs = {u.symbol for u in equations.system.inputs}
     if equations.system.pushing or not lagrangian.free_symbols.isdisjoint(inputs):
@@ -137,7 +143,7 @@ def _rate_of_jacobi(equations: Equations) -> sp.Expr | None:
 
 
 def _is_constant(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr]) -> bool | None:
-    """Say whether still + slopes·a is proven to vanish, or not to, where M a = f."""
+    """Prove or refute still + slopes·a = 0 under M a = f; None if neither succeeds."""
     if not any(slopes):
         if vanish(still):
             return True
@@ -151,7 +157,7 @@ def _is_constant(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr]
 
 
 def _vanishes_in_fields(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr]) -> bool:
-    """Solve M a = f at random points of finite fields."""
+    """Test still + slopes·a = 0 with M a = f solved at random points of finite fields."""
     n = len(slopes)
 
     def vanishes(values: Sequence[int], p: int) -> bool:
@@ -167,7 +173,7 @@ def _vanishes_in_fields(equations: Equations, still: sp.Expr, slopes: Sequence[s
 
 
 def _system(equations: Equations) -> list[sp.Expr]:
-    """The entries of M, row by row, then those of f."""
+    """Return the entries of M, row by row, then those of f."""
     n = len(equations.system.coordinates)
     rows = [entries(row) for row in equations.system.mass_matrix]
     mass = [row.get(k, sp.Integer(0)) for row in rows for k in range(n)]
@@ -196,7 +202,7 @@ def _is_nonzero(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr])
     n = len(slopes)
     wanted = [*_system(equations), still, *slopes]
     samples = SampledValues(equations, 1, seed=3)
-    if not samples.of(wanted).shape[1]:
+    if not samples.values_at_states(wanted).shape[1]:
         return False
     state = {s: mpf(x) for s, x in samples.parameters.items()}
     state |= {s: mpf(float(x[0])) for s, x in samples.states.items()}
@@ -216,7 +222,7 @@ def _is_nonzero(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr])
 
 
 def energy_loss(equations: Equations) -> EnergyLoss | None:
-    """Find what takes or brings energy; None if an energy is conserved, or that is not decided."""
+    """Find the causes of an energy's change; None if one is conserved or that is undecided."""
     if (
         any(c.kind != "momentum" for c in equations.derivation.conserved)
         or not equations.system.coordinates
@@ -226,10 +232,10 @@ def energy_loss(equations: Equations) -> EnergyLoss | None:
         return None
     velocities = {c.v for c in equations.system.coordinates}
     lagrangian = equations.system.lagrangian
-    held = lagrangian.free_symbols
+    symbols = lagrangian.free_symbols
     loss = EnergyLoss(
         not does_not_depend(lagrangian, equations.system.t),
-        tuple(u.name for u in equations.system.inputs if u.symbol in held),
+        tuple(u.name for u in equations.system.inputs if u.symbol in symbols),
         not equations.system.dissipation.free_symbols.isdisjoint(velocities),
         tuple(
             f.name for f in equations.system.forces if not vanish(_power(equations, f.generalized))
@@ -247,18 +253,11 @@ def _moves(equations: Equations, rate: sp.Expr) -> bool:
     return not are_equal(rate, sp.Integer(0))
 
 
-#: Terms that a quantity is multiplied out to; a longer one is compared with its own size.
-_TERM_BUDGET = 200
-
-#: Column of T + V, where Jacobi's integral is another function.
-ENERGY_SUM = "T + V"
-
-
 def with_constants_of_motion(equations: Equations) -> Equations:
-    """Follow all that :func:`.analyze.analyze` finds conserved; the energy is followed anyway.
+    """Add all conserved quantities but the energy, which runs follow anyway, to the outputs.
 
-    Momenta of cyclic coordinates, those of linear symmetries, and T + V where that is conserved
-    and is not the energy function h.
+    They are the momenta of cyclic coordinates, the quantities of linear symmetries, and T + V where
+    it is conserved and differs from the energy function h.
     """
     outputs, followed = dict(equations.system.outputs), list[FollowedQuantity]()
     taken = {s.name for c in equations.system.coordinates for s in (c.q,)} | {
@@ -282,17 +281,17 @@ def with_constants_of_motion(equations: Equations) -> Equations:
 def _quantities(equations: Equations) -> Iterator[FollowedQuantity]:
     for known in equations.derivation.conserved:
         if known.kind == "momentum":
-            yield _of_terms(known.name, known.expression)
-    for symmetry in linear_symmetries(equations).found:
-        yield _of_terms(symmetry.name, symmetry.expression)
-    found = energy_sum(equations)
-    # At impacts it changes as h does, which is told by itself.
-    if found is not None and found.conserved and not equations.system.contacts:
-        whole = sp.Add(equations.system.energy, found.difference)
+            yield _followed(known.name, known.expression)
+    for symmetry in linear_symmetries(equations).proven:
+        yield _followed(symmetry.name, symmetry.expression)
+    energies = energy_sum(equations)
+    # At impacts it changes as h does, which is reported already.
+    if energies is not None and energies.conserved and not equations.system.contacts:
+        whole = sp.Add(equations.system.energy, energies.difference)
         yield FollowedQuantity(ENERGY_SUM, whole, (equations.system.kinetic,))
 
 
-def _of_terms(name: str, expression: sp.Expr) -> FollowedQuantity:
+def _followed(name: str, expression: sp.Expr) -> FollowedQuantity:
     """Multiply a quantity out, so that no term is a difference that may vanish by itself."""
     terms = expand_terms(expression, _TERM_BUDGET) or sp.Add.make_args(expression)
     return FollowedQuantity(name, expression, tuple(terms))

@@ -1,4 +1,4 @@
-"""Linear symmetries of a Lagrangian, and what Noether's theorem makes of them.
+"""Linear symmetries of a Lagrangian, with their conserved quantities by Noether's theorem.
 
 A displacement q → q + ε ξ(q, t) with ξ = A q + b + c t is a symmetry if it changes the Lagrangian
 by a rate alone, with the work of the other forces:
@@ -13,7 +13,7 @@ condition is proven to hold at all states.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -42,7 +42,7 @@ from lagrange_cli.mechanics.sparse import entries
 
 _ZERO = sp.Integer(0)
 
-#: Coordinates up to which every matrix A is looked at: its n² entries are unknowns.
+#: Coordinates up to which the matrix A is arbitrary: its n² entries are unknowns.
 MOST_COORDINATES = 24
 
 #: Coordinates up to which F may hold products of two of them.
@@ -70,7 +70,7 @@ class Symmetry:
     name
         ``P_x``: momentum; ``L_z``: angular momentum; ``boost_x``; otherwise ``J_1``, ``J_2``, ….
     displacement
-        What it does to the particles, if it moves all of them as one.
+        The rigid displacement of all particles; None if it moves them otherwise.
     field
         ξ, one entry a coordinate, over q and t.
     gauge
@@ -95,29 +95,28 @@ class Symmetry:
 
 @dataclass(frozen=True)
 class Symmetries:
-    """Symmetries that were found beside cyclic coordinates.
+    """Symmetries other than those of cyclic coordinates.
 
     Attributes
     ----------
-    found
-        The symmetries, each proven; together with momenta of cyclic coordinates they span what was
-        looked at.
+    proven
+        The symmetries; together with momenta of cyclic coordinates they span all that were sought.
     complete
-        True if every A was looked at; else only b and c.
+        True if A was arbitrary in the search, False if it was 0.
     unproven
         Number of solutions at random states that could not be made exact or proven.
     """
 
-    found: tuple[Symmetry, ...]
+    proven: tuple[Symmetry, ...]
     complete: bool
     unproven: int
 
 
 def linear_symmetries(equations: Equations) -> Symmetries:
-    """Find the symmetries of this kind beside those of cyclic coordinates.
+    """Find linear symmetries other than those of cyclic coordinates.
 
-    What others already imply is left out, and so is what holds t and moves other than all
-    particles: a coordinate under a constant force has such a quantity always.
+    A symmetry whose quantity is a function of earlier ones is left out, and so is one that depends
+    on t and is not rigid: every coordinate under a constant force has such a quantity.
     """
     search = _Search(equations)
     rows = search.solutions()
@@ -125,7 +124,7 @@ def linear_symmetries(equations: Equations) -> Symmetries:
     fields = [search.exact(row) for row in rows]
     moved = [None if field is None else displacement(equations, field[0]) for field in fields]
     order = sorted(range(len(rows)), key=lambda k: (_rank(moved[k]), fields[k] is None, k))
-    found: list[Symmetry] = []
+    proven: list[Symmetry] = []
     slopes = search.cyclic_slopes()
     unproven = 0
     for k in order:
@@ -137,9 +136,9 @@ def linear_symmetries(equations: Equations) -> Symmetries:
         elif field is None:
             unproven += 1
         elif rigid is not None or not search.holds_time(field):
-            found.append(search.symmetry(field, rigid, found))
+            proven.append(search.symmetry(field, rigid, proven))
     moving = {equations.system.t, *(s for c in equations.system.coordinates for s in (c.q, c.v))}
-    steady = tuple(s for s in found if is_continuous(s.expression, moving))
+    steady = tuple(s for s in proven if is_continuous(s.expression, moving))
     return Symmetries(steady, search.with_matrices, unproven)
 
 
@@ -168,6 +167,8 @@ class _Column:
 
 
 class _Search:
+    """The conditions of a symmetry at random states, and their solutions made exact."""
+
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
         self.coordinates = equations.system.coordinates
@@ -190,7 +191,7 @@ class _Search:
         self._slopes = np.zeros((len(self.columns), 2 * self.n))
 
     def _columns(self) -> Iterator[_Column]:
-        """Entries of A, first those beside the diagonal; c; b; then terms of F."""
+        """Yield entries of A, first the off-diagonal ones; c; b; then terms of F."""
         t, one = self.equations.system.t, sp.Integer(1)
         if self.with_matrices:
             for off_diagonal in (True, False):
@@ -209,21 +210,21 @@ class _Search:
 
     @cached_property
     def _directions(self) -> int:
-        """The number of unknowns of ξ."""
+        """Number of unknowns of ξ."""
         return sum(column.number >= 0 for column in self.columns)
 
     def solutions(self) -> Array:
-        """Null vectors of the conditions at random states, in reduced echelon form."""
+        """Return null vectors of the conditions at random states, in reduced echelon form."""
         samples = self._samples
-        own = [*self.momenta, *self.pushes]
-        own += [g for row in self.gradients for g in row.values()]
+        functions = [*self.momenta, *self.pushes]
+        functions += [g for row in self.gradients for g in row.values()]
         factors = list(dict.fromkeys(e for c in self.columns for e in (c.factor, c.rate)))
-        values = samples.of([*own, *factors])
+        values = samples.values_at_states([*functions, *factors])
         if values.shape[1] < len(self.columns):
             return np.zeros((0, len(self.columns)))
         state = {symbol: float(x[0]) for symbol, x in samples.states.items()}
         self._slopes = self._slopes_at(state, values[: self.n, 0])
-        number = {e: len(own) + k for k, e in enumerate(factors)}
+        number = {e: len(functions) + k for k, e in enumerate(factors)}
         momenta, pushes = values[: self.n], values[self.n : 2 * self.n]
         changes = (self._change(c, values, number, momenta, pushes) for c in self.columns)
         blocks = [np.array(list(changes))]
@@ -236,7 +237,7 @@ class _Search:
         return _null_space(np.concatenate(blocks, axis=1).T, self._directions)
 
     def rigid_translations(self, rows: Array) -> Array:
-        """Combinations of null vectors that move all particles alike, which no single one does.
+        """Return combinations of null vectors that translate all particles, as no single one does.
 
         Two bodies with a dashpot between keep m ẋ + c (x − X) each, and so their momentum.
         """
@@ -256,7 +257,7 @@ class _Search:
         momenta: Array,
         pushes: Array,
     ) -> Array:
-        """What the column contributes to Σ ξ (∂L/∂q + Q) + ξ̇ ∂L/∂q̇ − dF/dt."""
+        """Return the column's contribution to Σ ξ (∂L/∂q + Q) + ξ̇ ∂L/∂q̇ − dF/dt."""
         rate: Array = values[number[column.rate]]
         if column.number < 0:
             return -rate
@@ -265,17 +266,17 @@ class _Search:
         return change
 
     def cyclic_slopes(self) -> Array:
-        """Derivatives of the momenta of cyclic coordinates, as :meth:`slope`."""
-        held = [j for j in range(self.n) if not self.free[j]]
-        return np.eye(2 * self.n)[held]
+        """Return the derivatives of the momenta of cyclic coordinates, as :meth:`slope`."""
+        cyclic = [j for j in range(self.n) if not self.free[j]]
+        return np.eye(2 * self.n)[cyclic]
 
     def slope(self, row: Array) -> Array:
-        """The derivatives of ξ·p − F by p and q at one state, for a null vector."""
+        """Return the derivatives of ξ·p − F by p and q at one state, for a null vector."""
         slope = row @ self._slopes
         return np.asarray(slope / np.linalg.norm(slope))
 
     def _slopes_at(self, state: dict[sp.Symbol, float], momenta: Array) -> Array:
-        """The same of each unknown by itself, shape (unknowns, 2n)."""
+        """Return the derivatives of ξ·p − F for each unknown by itself, shape (unknowns, 2n)."""
         number = {c.q: k for k, c in enumerate(self.coordinates)}
         slopes = np.zeros((len(self.columns), 2 * self.n))
         for place, column in enumerate(self.columns):
@@ -289,7 +290,7 @@ class _Search:
         return slopes
 
     def exact(self, row: Array) -> tuple[tuple[sp.Expr, ...], sp.Expr] | None:
-        """ξ and F of a null vector, with exact entries; None unless proven a symmetry."""
+        """Return ξ and F of a null vector with exact entries; None unless proven a symmetry."""
         parts: list[list[sp.Expr]] = [[] for _ in range(self.n)]
         for column, entry in zip(self.columns[: self._directions], row, strict=False):
             if abs(entry) > _SMALL:
@@ -298,7 +299,8 @@ class _Search:
                     return None
                 parts[column.number].append(number * column.factor)
         field = tuple(sp.Add(*terms) for terms in parts)
-        if not vanish(*(self._along(field, row) for row in self.gradients)):
+        works = (sp.Add(*(field[j] * x for j, x in row.items())) for row in self.gradients)
+        if not vanish(*works):
             return None
         changes = [change for change in self._changes(field) if not vanish(change)]
         gauge = self._gauge(row, sp.Add(*changes))
@@ -308,7 +310,7 @@ class _Search:
 
     @cached_property
     def _ratios(self) -> list[tuple[float, sp.Expr]]:
-        """Numbers that entries may be multiples of: 1, what parameters make, and quotients."""
+        """Numbers that entries may be multiples of: 1, values of parameters, and quotients."""
         numbers = self._samples.parameters
         sources = [
             self.equations.system.lagrangian,
@@ -317,11 +319,11 @@ class _Search:
         functions = {f for e in sources for f in e.atoms(sp.Function)}
         known = sorted((f for f in functions if f.free_symbols <= numbers.keys()), key=str)
         sizes = numbers | {f: float(f.xreplace(numbers)) for f in known if not is_unknown(f)}
-        found = [(1.0, sp.Integer(1))]
+        ratios = [(1.0, sp.Integer(1))]
         for a, x in sizes.items():
-            found += [(x, a), (1 / x, 1 / a)]
-            found += [(x / y, a / b) for b, y in sizes.items() if a is not b]
-        return found
+            ratios += [(x, a), (1 / x, 1 / a)]
+            ratios += [(x / y, a / b) for b, y in sizes.items() if a is not b]
+        return ratios
 
     def _recognized(self, entry: float) -> sp.Expr | None:
         for size, ratio in self._ratios:
@@ -330,12 +332,8 @@ class _Search:
                 return sp.Rational(number.numerator, number.denominator) * ratio
         return None
 
-    @staticmethod
-    def _along(field: Sequence[sp.Expr], gradient: Mapping[int, sp.Expr]) -> sp.Expr:
-        return sp.Add(*(field[j] * slope for j, slope in gradient.items()))
-
     def _changes(self, field: Sequence[sp.Expr]) -> Iterator[sp.Expr]:
-        """Σ ξ ∂/∂q + ξ̇ ∂/∂q̇ of each term of L, then ξ·Q: many vanish by themselves."""
+        """Yield Σ ξ ∂/∂q + ξ̇ ∂/∂q̇ of each term of L, then ξ·Q: many vanish by themselves."""
         pairs = [
             (symbol, by)
             for c, x in zip(self.coordinates, field, strict=True)
@@ -343,17 +341,17 @@ class _Search:
             if by != 0
         ]
         for term in self._terms:
-            held = term.free_symbols
-            yield sp.Add(*(by * derivative(term, s) for s, by in pairs if s in held))
+            symbols = term.free_symbols
+            yield sp.Add(*(by * derivative(term, s) for s, by in pairs if s in symbols))
         yield sp.Add(*(x * f for x, f in zip(field, self._forces, strict=True)))
 
     def _rate(self, value: sp.Expr) -> sp.Expr:
-        """The rate of a function of q and t along a motion."""
+        """Return the rate of a function of q and t along a motion."""
         rates = (c.v * derivative(value, c.q) for c in self.coordinates)
         return sp.Add(derivative(value, self.equations.system.t), *rates)
 
     def _gauge(self, row: Array, change: sp.Expr) -> sp.Expr | None:
-        """F whose rate a change is, with the terms that it has in a null vector; None if none."""
+        """Integrate a change to F, over the symbols that F has in the null vector."""
         terms = zip(self.columns[self._directions :], row[self._directions :], strict=True)
         present = {s for c, x in terms if abs(x) > _SMALL for s in c.factor.free_symbols}
         gauge = _ZERO
@@ -364,12 +362,12 @@ class _Search:
         t = self.equations.system.t
         if t in present:
             moving = {s for c in self.coordinates for s in (c.q, c.v)}
-            rest = sp.Add.make_args(sp.expand(change))
-            gauge += _integral(sp.Add(*(e for e in rest if e.free_symbols.isdisjoint(moving))), t)
+            parts = sp.Add.make_args(sp.expand(change))
+            gauge += _integral(sp.Add(*(e for e in parts if e.free_symbols.isdisjoint(moving))), t)
         return gauge
 
     def holds_time(self, exact: tuple[tuple[sp.Expr, ...], sp.Expr]) -> bool:
-        """Tell whether ξ or F holds t: of such quantities only those of all particles are told."""
+        """Tell whether ξ or F depends on t: of such symmetries only rigid ones are reported."""
         field, gauge = exact
         return any(self.equations.system.t in x.free_symbols for x in (*field, gauge))
 
@@ -379,7 +377,7 @@ class _Search:
         rigid: Displacement | None,
         before: Sequence[Symmetry],
     ) -> Symmetry:
-        """Name a symmetry, and write what it conserves."""
+        """Name a symmetry, and write its conserved quantity."""
         field, gauge = exact
         # A boost is turned round, so that its quantity begins with the centre of mass.
         if rigid is not None and (rigid.sense < 0) != (rigid.kind == "boost"):
@@ -389,7 +387,7 @@ class _Search:
         return Symmetry(name, rigid, field, gauge, self._quantity(field, gauge))
 
     def _quantity(self, field: Sequence[sp.Expr], gauge: sp.Expr) -> sp.Expr:
-        """Σ ξ ∂L/∂q̇ − F, collected by velocities."""
+        """Return Σ ξ ∂L/∂q̇ − F, collected by velocities."""
         moments = (x * p for x, p in zip(field, self.momenta, strict=True))
         whole = sp.Add(*moments, -gauge)
         terms = expand_terms(whole, _TERM_BUDGET)
@@ -419,7 +417,7 @@ def _integral(slope: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
 
 
 def _null_space(conditions: Array, directions: int) -> Array:
-    """Null vectors in reduced echelon form over the first ``directions`` unknowns.
+    """Return null vectors in reduced echelon form over the first ``directions`` unknowns.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a displacement of the coordinates does to the particles, where it moves all as one body.
+"""Displacements of the coordinates that move all particles as one rigid body.
 
 A field ξ moves a particle at r by Σ ∂r/∂q ξ. If that is a + ω × r, with one a and one ω for all
 particles at all states, ξ is a translation, a rotation, or a boost where it grows with time.
@@ -21,7 +21,7 @@ from lagrange_cli.mechanics.equations import Equations
 #: States at which displacements are compared.
 _STATES = 12
 
-#: Relative difference up to which they are the same.
+#: Relative difference below which displacements are the same.
 _SAME = 1e-8
 
 Kind: TypeAlias = Literal["translation", "rotation", "boost"]
@@ -50,7 +50,7 @@ class Displacement:
 
     @property
     def name(self) -> str:
-        """The usual name of the conserved quantity."""
+        """Usual name of the conserved quantity."""
         return f"{_STEMS[self.kind]}_{_AXES[self.axis]}"
 
     @property
@@ -65,7 +65,7 @@ class Displacement:
 
 
 def displacement(equations: Equations, field: Sequence[sp.Expr]) -> Displacement | None:
-    """Return the unit displacement that a field is; None if it is none, or moves by more."""
+    """Recognize a field as a unit translation, rotation or boost along an axis, else None."""
     moving = [p for p in equations.system.particles if p.mass != 0]
     if not moving:
         return None
@@ -79,13 +79,14 @@ def displacement(equations: Equations, field: Sequence[sp.Expr]) -> Displacement
         )
         for r in places
     ]
-    held = {s for r in places for s in r.free_symbols}
+    symbols = {s for r in places for s in r.free_symbols}
     if any(
-        x != 0 and c.q not in held for c, x in zip(equations.system.coordinates, field, strict=True)
+        x != 0 and c.q not in symbols
+        for c, x in zip(equations.system.coordinates, field, strict=True)
     ):
         return None  # it turns what is no particle as well
     samples = SampledValues(equations, _STATES, seed=2)
-    values = samples.of([*places, *shifts, equations.system.t])
+    values = samples.values_at_states([*places, *shifts, equations.system.t])
     number = values.shape[1]
     if not number:
         return None
@@ -121,10 +122,10 @@ def translations_among(equations: Equations, fields: Array) -> Array:
     slopes = [
         derivative(r, c.q) for p in moving for r in p.position for c in equations.system.coordinates
     ]
-    values = SampledValues(equations, _STATES, seed=4).of(slopes)
+    values = SampledValues(equations, _STATES, seed=4).values_at_states(slopes)
     table = values.reshape(len(moving), 3, len(equations.system.coordinates), -1)
     shifts = np.einsum("kj,pajs->kpsa", fields, table)
-    found = []
+    combinations = []
     for axis in range(3):
         wanted = np.broadcast_to(np.eye(3)[axis], shifts.shape[1:]).ravel()
         columns = shifts.reshape(len(fields), -1)
@@ -133,12 +134,12 @@ def translations_among(equations: Equations, fields: Array) -> Array:
         weights, *_ = np.linalg.lstsq(columns.T, wanted, rcond=_SAME)
         misses = np.abs(weights @ columns - wanted).max() > _SAME
         if not misses and (np.abs(weights) > _SAME).sum() > 1:
-            found.append(weights)
-    return np.array(found) if found else none
+            combinations.append(weights)
+    return np.array(combinations) if combinations else none
 
 
 def _rigid(r: Array, moved: Array) -> tuple[Array | None, Array | None]:
-    """a and ω with displacements a + ω × r; None if there are none."""
+    """Fit a and ω to displacements a + ω × r; None if they do not fit."""
     x, y, z = (r[:, k].ravel() for k in range(3))
     one, zero = np.ones_like(x), np.zeros_like(x)
     rows = np.concatenate(
@@ -149,16 +150,16 @@ def _rigid(r: Array, moved: Array) -> tuple[Array | None, Array | None]:
         ]
     )
     wanted = np.concatenate([moved[:, k].ravel() for k in range(3)])
-    # Of several, the one that turns and moves least: in a plane two axes move nothing.
-    found, *_ = np.linalg.lstsq(rows, wanted, rcond=_SAME)
-    if np.abs(rows @ found - wanted).max() > _SAME * max(1.0, np.abs(wanted).max()):
+    # Least squares give the solution of least norm: in a plane two axes move nothing.
+    solution, *_ = np.linalg.lstsq(rows, wanted, rcond=_SAME)
+    if np.abs(rows @ solution - wanted).max() > _SAME * max(1.0, np.abs(wanted).max()):
         return None, None
-    found[np.abs(found) < _SAME] = 0.0
-    return found[:3], found[3:]
+    solution[np.abs(solution) < _SAME] = 0.0
+    return solution[:3], solution[3:]
 
 
 def _unit(kind: Kind, vector: Array) -> Displacement | None:
-    """The displacement by a unit vector along an axis; None if it is along none."""
+    """Return the displacement by a unit vector along an axis; None for any other vector."""
     (present,) = np.nonzero(vector)
     if len(present) != 1 or abs(abs(vector[present[0]]) - 1) > _SAME:
         return None

@@ -211,9 +211,9 @@ class BranchRows:
         return self.say("and {count} more, in --json", count=count)
 
     def _held(self) -> str:
-        if not self.found.held:
+        if not self.found.held_inputs:
             return ""
-        held = ", ".join(f"{self.symbol(n)} = {x:g}" for n, x in self.found.held)
+        held = ", ".join(f"{self.symbol(n)} = {x:g}" for n, x in self.found.held_inputs)
         return self.say("with inputs held at {values}", values=held)
 
     def _place(self, value: float) -> str:
@@ -380,9 +380,9 @@ class BranchSections:
         if len(self.found.branches) > len(listed):
             yield say("And {count} more, in JSON.", count=len(self.found.branches) - len(listed))
         yield from skipped_lines(self.found, say)
-        if self.found.held:
+        if self.found.held_inputs:
             held = ", ".join(
                 letters.inline(f"{letters.symbol(n)} = {self.places.number(x)}")
-                for n, x in self.found.held
+                for n, x in self.found.held_inputs
             )
             yield say("with inputs held at {values}", values=held)

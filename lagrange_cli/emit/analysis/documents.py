@@ -126,7 +126,7 @@ class _Contents:
     def places(self) -> Places:
         analysis = self.analysis
         return Places(
-            self.writer, self.columns, analysis.resting.system.coordinates, analysis.steady
+            self.writer, self.columns, analysis.rest_equations.system.coordinates, analysis.steady
         )
 
     # -- equilibria -----------------------------------------------------------------
@@ -143,10 +143,10 @@ class _Contents:
         if hidden:
             blocks.append(Words(say("And {count} more, in JSON.", count=hidden)))
         blocks += self._absent(found)
-        if found.held:
+        if found.held_inputs:
             held = ", ".join(
                 letters.inline(f"{letters.symbol(n)} = {self.places.number(x)}")
-                for n, x in found.held
+                for n, x in found.held_inputs
             )
             blocks.append(Words(say("Inputs are held at {values}.", values=held)))
         steady = self.analysis.steady
@@ -156,7 +156,7 @@ class _Contents:
             letters.inline(
                 self.places.letter(symbol) + ("" if x is None else f" = {self.places.number(x)}")
             )
-            for symbol, x in steady.given
+            for symbol, x in steady.given_values
         )
         return section(say("Steady motions"), Words(say("With {values}:", values=given)), *blocks)
 
@@ -208,7 +208,7 @@ class _Contents:
 
     def conserved(self) -> Section | None:
         found = self.analysis.symmetries
-        symmetries = () if found is None else found.found
+        symmetries = () if found is None else found.proven
         further = [self._symmetry(s) for s in symmetries]
         lines = conserved(self.writer, further, searched(found, self.writer.say))
         if lines is None or found is None or not found.unproven:

@@ -54,7 +54,7 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
         return ScenePrinter().inline(display(expression, letters))
 
     every = [c.name for c in equations.system.coordinates]
-    names = [c.name for c in analysis.resting.system.coordinates]
+    names = [c.name for c in analysis.rest_equations.system.coordinates]
     found = analysis.symmetries or Symmetries((), complete=False, unproven=0)
     equilibria, linear, modes = analysis.equilibria, analysis.linearization, analysis.modes
     return {
@@ -65,7 +65,7 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
             {"name": c.name, "expression": say(c.expression), "symmetry": c.reason}
             for c in equations.derivation.conserved
         ]
-        + [_symmetry(s, every, say) for s in found.found],
+        + [_symmetry(s, every, say) for s in found.proven],
         "symmetries": None
         if analysis.symmetries is None
         else {"matrices": found.complete, "unproven": found.unproven},
@@ -158,7 +158,7 @@ def _steady(steady: SteadyForm) -> dict[str, Any]:
     return {
         "ignored": [m.coordinate.name for m in steady.momenta],
         "momenta": [m.name for m in steady.momenta],
-        "given": {symbol.name: value for symbol, value in steady.given},
+        "given": {symbol.name: value for symbol, value in steady.given_values},
     }
 
 
@@ -194,7 +194,7 @@ def _equilibria(
         ],
         "complete": equilibria.complete,
         "starts": equilibria.starts,
-        "held": dict(equilibria.held),
+        "held": dict(equilibria.held_inputs),
     }
 
 
@@ -313,7 +313,7 @@ def branches_report(found: Branches | None, names: Sequence[str]) -> dict[str, A
             "starts": found.starts,
             "skipped": found.skipped,
             "left": found.left,
-            "held": dict(found.held),
+            "held": dict(found.held_inputs),
             "free": list(found.free),
             "marks": [_mark(mark, names) for mark in found.marks],
             "curves": [_branch(branch, found.parameter, names) for branch in found.branches],

@@ -163,18 +163,19 @@ class _Writer:
             lines.append(self.hidden(hidden))
         for absent in equilibria.absent:
             if absent.conditions:
-                coordinates = self.analysis.resting.system.coordinates
+                coordinates = self.analysis.rest_equations.system.coordinates
                 pairs = zip(coordinates, absent.exact, strict=True)
                 place = self.values(absent.exact, None, [c.name for c, e in pairs if e == c.q])
                 told = (*place, *self.where(absent.conditions))
                 lines.append(Row(f"  {self.say('absent')}", "   ", told))
         if steady is not None:
             given = ", ".join(
-                f"{self.symbol(s)}" + ("" if x is None else f" = {x:.6g}") for s, x in steady.given
+                f"{self.symbol(s)}" + ("" if x is None else f" = {x:.6g}")
+                for s, x in steady.given_values
             )
             lines.append(Row("", "  ", words(self.say("with {values}", values=given))))
-        if equilibria.held:
-            held = ", ".join(f"{self.printer.symbol(n)} = {x:g}" for n, x in equilibria.held)
+        if equilibria.held_inputs:
+            held = ", ".join(f"{self.printer.symbol(n)} = {x:g}" for n, x in equilibria.held_inputs)
             lines.append(
                 Row("", "  ", words(self.say("with inputs held at {values}", values=held)))
             )
@@ -212,7 +213,7 @@ class _Writer:
     ) -> tuple[Piece, ...]:
         """Write ``x = g / k = 1.5, y any``: closed forms where they are known, and numbers."""
         pieces: list[Piece] = []
-        coordinates = self.analysis.resting.system.coordinates
+        coordinates = self.analysis.rest_equations.system.coordinates
         for k, c in enumerate(coordinates):
             name = self.printer.symbol(c.name)
             if c.name in free:
@@ -376,7 +377,7 @@ class _Writer:
         heading, told = self.say("Conserved"), searched(found, self.say)
         rows = [conserved_row(self.lines, c) for c in self.analysis.equations.derivation.conserved]
         if found is not None:
-            rows += [self.symmetry_row(symmetry) for symmetry in found.found]
+            rows += [self.symmetry_row(symmetry) for symmetry in found.proven]
         if not rows:
             return [Row(heading, "   ", words(f"{self.say('none')} {told}"), "heading")]
         lines: list[Row | Block] = [

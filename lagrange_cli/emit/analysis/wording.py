@@ -74,7 +74,9 @@ def turning_values(
 
     Each is a symbol, and its value in closed form and in numbers as far as they are known.
     """
-    for k, (momentum, (given, _)) in enumerate(zip(steady.momenta, steady.given, strict=True)):
+    for k, (momentum, (given, _)) in enumerate(
+        zip(steady.momenta, steady.given_values, strict=True)
+    ):
         is_rate = given == momentum.symbol
         exact = turning.exact_rates if is_rate else turning.exact_momenta
         numbers = turning.rates if is_rate else turning.momenta

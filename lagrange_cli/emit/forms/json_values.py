@@ -170,7 +170,7 @@ def small_oscillations_report(equations: Equations, say: ExpressionPrinter) -> d
     told = form.at.stability
     return {
         "small_oscillations": {
-            "at": {c.name: say(x) for c, x in zip(form.coordinates, form.rest, strict=True)},
+            "at": {c.name: say(x) for c, x in zip(form.coordinates, form.rest_values, strict=True)},
             "stability": None if told is None else told.verdict,
             "displacements": [d.name for d in form.displacements],
             "kinetic": _total(say, form.kinetic),

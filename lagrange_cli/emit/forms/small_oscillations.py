@@ -33,7 +33,7 @@ def small_oscillation_sections(writer: FormWriter) -> list[Section]:
     form = small_oscillations(equations, _DIGITS)
     letters = ModeLetters.of(equations, form)
     writer = replace(writer, vocabulary=with_displacements(writer.words, form, letters))
-    pairs = zip(form.coordinates, form.rest, form.displacements, strict=True)
+    pairs = zip(form.coordinates, form.rest_values, form.displacements, strict=True)
     places = [
         writer.total(writer.coordinate(c), [value] if d is c else [value, d.q])
         for c, value, d in pairs

@@ -1,4 +1,4 @@
-"""Checks of a whole scene: names, what depends on what, what is used.
+"""Checks of a whole scene: names, their dependencies, and the expressions that use them.
 
 A model goes in; problems with their places come out, none where the scene is in order. Read
 :mod:`.names` first.

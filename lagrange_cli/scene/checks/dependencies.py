@@ -1,9 +1,9 @@
 """Dependencies between names: their order, circles, and traits that expressions inherit.
 
 Definitions, position entries and parameter values refer to each other. Going
-through them once in dependency order answers what an expression holds when
-all its names are written out: rates, functions without a derivative, anything
-that is not constant, large powers.
+through them once in dependency order tells which traits an expression has when
+all its names are written out: rates, functions without a derivative, parts
+that are not constant, large powers.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class ExpressionTraits:
     rough
         First of :data:`NONSMOOTH` in it, None if it is smooth.
     constant
-        True if it rests on parameters and numbers alone.
+        True if it depends on parameters and numbers only.
     extent
         Its value, or its largest power.
     first_input
@@ -92,7 +92,7 @@ def _uses(name: str, meanings: Mapping[str, Expression]) -> Iterator[str]:
 
 
 def traits_of(node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTraits:
-    """The traits of a tree, given those of its names (unknown ones are positions).
+    """Return the traits of a tree, given those of its names (unknown ones are positions).
 
     Raises
     ------
@@ -121,16 +121,16 @@ _POSITION = ExpressionTraits()
 
 
 class TraitsByShape:
-    """Traits of trees, worked out once for those that differ in names of the same traits alone."""
+    """Traits of trees, computed once for trees that differ only in names with the same traits."""
 
     def __init__(self) -> None:
-        #: A shape and the ``id`` of its names' traits → these, which keeps them, and its own.
+        #: A shape and the ``id`` of its names' traits → these, to keep them alive, and the tree's.
         self._known: dict[Hashable, tuple[list[ExpressionTraits], ExpressionTraits]] = {}
         #: One object for all traits that are equal, but those of constants with a value.
         self._distinct: dict[ExpressionTraits, ExpressionTraits] = {}
 
-    def of(self, node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTraits:
-        """The traits of a tree, as :func:`traits_of`."""
+    def of_tree(self, node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTraits:
+        """Return the traits of a tree, as :func:`traits_of`."""
         shape, present = shape_of(node)
         traits = [names.get(name, _POSITION) for name in present]
         key = shape, *map(id, traits)
@@ -159,7 +159,7 @@ class _Extents(Mapping[str, Extent]):
 
 
 def _rates(node: Node, names: Mapping[str, ExpressionTraits]) -> dict[int, int]:
-    """The number of time derivatives in every part, by ``id``."""
+    """Return the number of time derivatives in every part, by ``id``."""
     rates: dict[int, int] = {}
     for part in reversed(list(walk(node))):
         if isinstance(part, Name):
@@ -172,7 +172,7 @@ def _rates(node: Node, names: Mapping[str, ExpressionTraits]) -> dict[int, int]:
 
 
 def rate_node(node: Node, names: Mapping[str, ExpressionTraits], allowed: int) -> Node | None:
-    """The first smallest part with more than ``allowed`` time derivatives; None if none has."""
+    """Return the first smallest part with more than ``allowed`` time derivatives, else None."""
     rates = _rates(node, names)
     offending = [part for part in walk(node) if rates[id(part)] > allowed]
     return min(offending, key=lambda part: part.span[1] - part.span[0], default=None)

@@ -52,12 +52,12 @@ def check_names(
     """Record every problem with the names of a scene.
 
     ``parts`` are the expressions that were given to helpers; unknown names are
-    reported there rather than in what the helper was written out to. ``indices``
+    reported there rather than in the expression that the helper stands for. ``indices``
     are those of families, with their places.
 
     A scene without problems has only known names, none declared twice, no
-    circles among definitions or parameters, and in every expression only what
-    may stand in its place.
+    circles among definitions or parameters, and in every expression only names
+    and functions that its place allows.
     """
     table = name_table(scene)
     check_clashes(scene, table, problems, indices)
@@ -118,7 +118,7 @@ def _check_known(
 
 
 def _check_functions(scene: Scene, table: NameTable, problems: Problems) -> None:
-    """Check arguments of unknown functions, and what given ones are made of."""
+    """Check arguments of unknown functions, and the expressions of given ones."""
     for function in scene.functions:
         if function.expression is None:
             if function.argument not in table:
@@ -140,7 +140,7 @@ def _check_functions(scene: Scene, table: NameTable, problems: Problems) -> None
 
 
 def _first_uses(expression: Expression) -> Iterable[Name]:
-    """The first occurrence of every name of an expression."""
+    """Return the first occurrence of every name of an expression."""
     first: dict[str, Name] = {}
     for node in names_in(expression.node):
         first.setdefault(node.name, node)
@@ -191,7 +191,7 @@ def _check_value(value: InitialValue, what: str, table: NameTable, problems: Pro
 
 
 def _check_target(force: Force, scene: Scene, table: NameTable, problems: Problems) -> None:
-    """Check what a force acts on, and that it has as many components as that needs."""
+    """Check that a force acts on a known name and has as many components as that needs."""
     coordinates = table.cartesian if scene.coordinates is None else table.coordinates
     what = f"force '{force.name}'"
     is_body, is_coordinate = force.on in table.bodies, force.on in coordinates
@@ -285,7 +285,7 @@ def _check_places(
     order: list[str],
     problems: Problems,
 ) -> None:
-    """Check that every expression holds only what may stand in its place."""
+    """Check that every expression contains only names and functions allowed in its place."""
     parameters = {p.name: _CONSTANT for p in scene.parameters}
     # In dynamics parameters are symbols; in numbers their values count.
     inputs = {term.name: ExpressionTraits(first_input=term.name) for term in scene.inputs}
@@ -295,11 +295,11 @@ def _check_places(
     for name in order:
         names = numeric if name in parameters else symbolic
         with problems.collect_at(meanings[name]):
-            names[name] = traits.of(meanings[name].node, names)
+            names[name] = traits.of_tree(meanings[name].node, names)
     for use in all_uses:
         names = numeric if use.place.names == "parameters" else symbolic
         with problems.collect_at(use.expression, use.what):
-            _check_place(use, traits.of(use.expression.node, names), names, scene, problems)
+            _check_place(use, traits.of_tree(use.expression.node, names), names, scene, problems)
 
 
 def _check_place(
@@ -327,7 +327,7 @@ def _check_place(
 
 
 def _check_constant(use: Use, names: dict[str, ExpressionTraits], problems: Problems) -> None:
-    """Refuse what changes, in t or otherwise, where it cannot stand."""
+    """Refuse names that are not constant, t among them, in expressions of constants."""
     says, allowed, terms = _ALONE[use.place.names]
     for node in _first_uses(use.expression):
         if names.get(node.name, ExpressionTraits()).constant or node.name in allowed:
@@ -366,7 +366,7 @@ def _check_inputs(
 
 
 def without_rate(scene: Scene, name: str) -> str:
-    """Advise what to write instead of an input whose rate would be needed."""
+    """Return advice on replacing an input whose rate would be needed."""
     declared = next(u for u in scene.inputs if u.name == name)
     if declared.recording is None:
         return "what is known in advance can be written as a definition in t"

@@ -25,8 +25,8 @@ class NameTable:
     parameters, inputs, coordinates, definitions
         Declared names.
     cartesian
-        Names that stand bare in a position and are not parameters; and those that constraints
-        determine as they do these.
+        Names that stand bare in a position and are not parameters; and names that constraints
+        determine likewise.
     components
         ``x_NAME`` → the position entry that it stands for.
     functions
@@ -59,7 +59,7 @@ class NameTable:
         )
 
     def known(self) -> list[str]:
-        """All names that an expression may use."""
+        """Return all names that an expression may use."""
         kinds = (self.parameters, self.inputs, self.coordinates, self.definitions, self.cartesian)
         return ["t", "pi", *(name for kind in (*kinds, self.components) for name in kind)]
 
@@ -105,8 +105,8 @@ def name_table(scene: Scene) -> NameTable:
 def dependent_names(scene: Scene) -> dict[str, Mark]:
     """Collect the names that stand in ``kinetic`` and in a constraint, with their places.
 
-    Where nothing else declares such a name, as the angle of a wheel whose centre is the
-    coordinate, constraints determine it as they do a Cartesian name.
+    If nothing else declares such a name, as the angle of a wheel whose centre is the coordinate,
+    constraints determine it as they do a Cartesian name.
     """
     constrained = {
         node.name
@@ -115,16 +115,16 @@ def dependent_names(scene: Scene) -> dict[str, Mark]:
         for side in (equation.left, equation.right)
         for node in names_in(side.node)
     }
-    found: dict[str, Mark] = {}
+    dependent: dict[str, Mark] = {}
     for term in scene.kinetic:
         for node in names_in(term.expression.node):
             if node.name in constrained:
-                found.setdefault(node.name, term.expression.mark(node.span))
-    return found
+                dependent.setdefault(node.name, term.expression.mark(node.span))
+    return dependent
 
 
 def declares(scene: Scene, name: str) -> bool:
-    """Say whether a scene has the name of a value that is given beside it; it may be ``dot(x)``."""
+    """Say whether a scene declares a name, which may be ``dot(x)``."""
     return initial_name(name.replace(" ", ""))[0] in name_table(scene)
 
 
@@ -186,7 +186,7 @@ def _check_declared_twice(
 
 
 def _check_components(table: NameTable, outputs: Mapping[str, Mark], problems: Problems) -> None:
-    """Refuse declaring ``x_bob`` where bob's position calls that component otherwise."""
+    """Refuse a declared ``x_bob`` if bob's position has another name for that component."""
     fixed = {**table.parameters, **table.inputs}
     for name, entry in table.components.items():
         itself = isinstance(entry.node, Name) and entry.node.name == name
@@ -202,7 +202,7 @@ def _check_components(table: NameTable, outputs: Mapping[str, Mark], problems: P
 
 
 def _printed(scene: Scene, table: NameTable) -> Iterator[tuple[str, str, Mark]]:
-    """Names with the text that they print as, and their places."""
+    """Yield names with the text that they print as, and their places."""
     latex = {p.name: p.latex for p in scene.parameters}
     latex.update({c.name: c.latex for c in scene.coordinates or ()})
     for name, text, _ in latex_names(scene):
@@ -259,12 +259,12 @@ def latex_names(scene: Scene) -> Iterator[tuple[str, str, Mark]]:
 
 
 def constraints(scene: Scene) -> tuple[Constraint | Unilateral, ...]:
-    """All constraints, those by inequalities last."""
+    """Return all constraints, inequalities last."""
     return (*scene.constraints, *scene.unilateral)
 
 
 def stating(scene: Scene, equation: str) -> tuple[Constraint | Unilateral, str] | None:
-    """Find the constraint that an equation is called by, and its number among several of it.
+    """Find the constraint that an equation is named after, and the equation's number in it.
 
     ``equation``: name of a closure equation or gap, such as ``rod`` or ``plumb_2``.
     """

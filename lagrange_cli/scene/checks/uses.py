@@ -1,4 +1,4 @@
-"""Every expression of a scene, with what it is and what may stand in it."""
+"""Expressions of a scene, each with a description and the restrictions on its contents."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Use:
 
 
 def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
-    """Every expression of a scene; ``cartesian`` are the names of positions."""
+    """Yield every expression of a scene; ``cartesian`` are the names of positions."""
     for parameter in scene.parameters:
         if parameter.value:
             yield Use(parameter.value, f"parameter '{parameter.name}'", _NUMBER)

@@ -88,7 +88,7 @@ def check_depth(node: Node, depth: int) -> None:
 
 
 def extent_of(node: Node, names: Mapping[str, Extent]) -> Extent:
-    """The extent of a tree, given those of names that stand for expressions.
+    """Return the extent of a tree, given those of names that stand for expressions.
 
     Raises
     ------
@@ -228,7 +228,7 @@ def _check_bits(node: Pow, base: Fraction, exponent: Fraction | float) -> None:
 
 
 def _application(node: Call, extents: Mapping[int, Extent]) -> Extent:
-    """The value of a function of constants; rates have none."""
+    """Return the extent of a function of constants; rates have no value."""
     values = [extents[id(argument)].value for argument in node.arguments]
     known = [value for value in values if value is not None]
     function = _FUNCTIONS.get(node.function)

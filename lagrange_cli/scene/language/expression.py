@@ -167,7 +167,7 @@ class Expression:
     exact: bool = True
 
     def mark(self, span: Span | None = None) -> Mark:
-        """The place of a part of the expression, or of the whole."""
+        """Return the place of a part of the expression, or of the whole."""
         if not self.exact or span is None:
             return self.origin
         start, end = span
@@ -206,7 +206,7 @@ def own_function(call: str) -> str:
 
 
 def children(node: Node) -> tuple[Node, ...]:
-    """The parts directly below a node, in reading order."""
+    """Return the parts directly below a node, in reading order."""
     if isinstance(node, Number):
         return ()
     if isinstance(node, Name):
@@ -234,5 +234,5 @@ def walk(node: Node) -> Iterator[Node]:
 
 
 def names_in(node: Node) -> list[Name]:
-    """All names of a tree, in reading order."""
+    """Return all names of a tree, in reading order."""
     return [n for n in walk(node) if isinstance(n, Name)]

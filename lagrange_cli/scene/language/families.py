@@ -113,7 +113,7 @@ def read_equation(
 
 
 def written_expression(expression: Expression, values: IndexValues, budget: Budget) -> Expression:
-    """An expression with plain names only.
+    """Write an expression out to plain names only.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def written_expression(expression: Expression, values: IndexValues, budget: Budg
 
 
 def written_equation(equation: Equation, values: IndexValues, budget: Budget) -> Equation:
-    """An equation with plain names only; see :func:`written_expression`."""
+    """Write an equation out to plain names only; see :func:`written_expression`."""
     sides = (equation.left.node, equation.right.node)
     if all(_is_plain(side, values) for side in sides):
         return equation
@@ -165,12 +165,12 @@ def _is_plain(node: Node, values: IndexValues) -> bool:
 
 
 def element_name(name: str, indices: Sequence[int]) -> str:
-    """The plain name of a family's element: ``x[3]``, ``p[1,2]``."""
+    """Return the plain name of a family's element: ``x[3]``, ``p[1,2]``."""
     return f"{name}[{','.join(map(str, indices))}]"
 
 
 def whole_number(node: Node, values: IndexValues, what: str = "an index") -> int:
-    """The value of an index or of the end of a range.
+    """Return the value of an index or of the end of a range.
 
     Raises
     ------
@@ -228,7 +228,7 @@ def _not_an_index(node: Node, values: IndexValues) -> ExpressionError:
 def assignments(
     ranges: Sequence[Node], values: IndexValues, budget: Budget
 ) -> Iterator[dict[str, int]]:
-    """``values`` together with those of the indices of ranges, the last index running fastest.
+    """Yield ``values`` with those of the indices of ranges, the last index running fastest.
 
     Raises
     ------
@@ -248,7 +248,7 @@ def assignments(
 
 
 def _ends(node: Node, values: IndexValues) -> tuple[str, range]:
-    """The index of a range and the values that it takes."""
+    """Return the index of a range and the values that it takes."""
     assert isinstance(node, Call)
     index, first, last = node.arguments
     assert isinstance(index, Name)
@@ -269,7 +269,7 @@ def _ends(node: Node, values: IndexValues) -> tuple[str, range]:
 
 
 def check_family(name: Name, ranges: Sequence[Node], values: IndexValues) -> None:
-    """Check what declares a family before its elements are made.
+    """Check the declaration of a family before its elements are made.
 
     Raises
     ------
@@ -289,7 +289,7 @@ def check_family(name: Name, ranges: Sequence[Node], values: IndexValues) -> Non
 
 
 def _family_size(ranges: Sequence[Node], values: IndexValues) -> int:
-    """Number of elements that ranges make; counting ends beyond :data:`MAX_FAMILY`."""
+    """Count the elements of ranges, not beyond :data:`MAX_FAMILY`."""
     if not ranges:
         return 1
     index, span = _ends(ranges[0], values)
@@ -363,12 +363,12 @@ class _Writer:
 
 
 def leaves(node: Node) -> int:
-    """The number of names and numbers of a tree, those in indices included."""
+    """Count the names and numbers of a tree, those in indices included."""
     return sum(isinstance(part, Name | Number) for part in walk(node))
 
 
 def _substituted(text: str, nodes: Sequence[Node], values: IndexValues) -> str:
-    """A text in which indices and sizes have their values; sums stay sums."""
+    """Substitute values for indices and sizes in a text; sums stay sums."""
     pieces = []
     position = 0
     for (start, end), written in sorted(r for n in nodes for r in _replacements(n, values)):

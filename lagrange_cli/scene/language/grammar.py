@@ -79,7 +79,7 @@ def parse_equation(
     relations: tuple[Relation, ...] = ("=",),
     functions: Collection[str] = (),
 ) -> Equation:
-    """Parse ``left = right``, or what else ``relations`` allow; see :func:`parse_expression`.
+    """Parse ``left = right``, or another of ``relations``; see :func:`parse_expression`.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def parse_equation(
 
 
 def parse_key(text: str, origin: Mark, *, exact: bool = True) -> Expression:
-    """Parse what declares a family or one element of it: ``p[i=1..n]``, ``x[0]``.
+    """Parse the declaration of a family or of one element: ``p[i=1..n]``, ``x[0]``.
 
     The node is a :class:`~lagrange_cli.scene.language.expression.Name` whose indices are
     ranges or expressions.
@@ -157,7 +157,7 @@ def _is_relation(token: Token) -> bool:
 
 
 def _relation_sign(tokens: list[Token], allowed: tuple[Relation, ...]) -> int:
-    """The index of the one relation of an equation or inequality."""
+    """Return the index of the one relation of an equation or inequality."""
     signs = [i for i, token in enumerate(tokens) if _is_relation(token)]
     for i in signs:
         _require_known(tokens, i)
@@ -184,7 +184,7 @@ def _wanted(allowed: tuple[Relation, ...]) -> str:
 
 
 def _require_known(tokens: list[Token], number: int) -> None:
-    """Refuse relations that the language does not have, and say what it has."""
+    """Refuse relations that the language does not have, and name the one to write."""
     token, following = tokens[number], tokens[number + 1]
     if token.text == "==":
         raise ExpressionError("an equation has one '='", token.span)

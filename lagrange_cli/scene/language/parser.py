@@ -34,7 +34,7 @@ MAX_NESTING = 200
 
 
 def parse_tokens(tokens: Sequence[Token], functions: Collection[str] = ()) -> Node:
-    """The tree of tokens, the last of which is the end.
+    """Parse tokens, the last of which is the end, into a tree.
 
     ``functions``: names of the scene's own functions of one argument; primes behind them are
     derivatives.
@@ -89,7 +89,7 @@ class _Bracket:
 
     @property
     def at_start(self) -> bool:
-        """Nothing of the sum has been read."""
+        """True if nothing of the sum has been read."""
         return not (self.terms or self.sign or self.factors or self.pending)
 
 
@@ -347,7 +347,7 @@ class _Parser:
 
 
 def _visible(token: Token) -> tuple[int, int]:
-    """A span of at least one character; the end is marked just after the text."""
+    """Return a span of at least one character; the end is marked just after the text."""
     return (token.start, max(token.end, token.start + 1))
 
 

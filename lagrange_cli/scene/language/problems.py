@@ -24,12 +24,12 @@ _MAX_CANDIDATES = 1000
 
 
 def shown(text: str) -> str:
-    """A text in quotes, cut where it is long."""
+    """Quote a text, and cut it if it is long."""
     return f"'{text}'" if len(text) <= _MAX_SHOWN else f"'{text[: _MAX_SHOWN - 3]}...'"
 
 
 def suggestion(name: str, known: Collection[str], otherwise: str = "") -> str:
-    """A hint at the known name closest to ``name``, or ``otherwise``.
+    """Return a hint at the known name closest to ``name``, or ``otherwise``.
 
     Among more than a thousand names none is searched for.
     """
@@ -47,7 +47,7 @@ class Problems:
     def __init__(self) -> None:
         # The same problem found twice, or at several elements of a family, is one problem.
         self._found: dict[Problem, Problem] = {}
-        #: Those of a :class:`LimitError`.
+        #: Problems of a :class:`LimitError`.
         self.limits: set[Problem] = set()
 
     def add(self, message: str, mark: Mark, *, hint: str = "", rule: str = "invalid") -> None:
@@ -98,16 +98,16 @@ class Problems:
 
     @property
     def errors(self) -> list[Problem]:
-        """The errors found so far, in the order they were found."""
+        """The errors so far, in the order in which they were recorded."""
         return [p for p in self._found.values() if p.severity == "error"]
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
-        """The warnings found so far."""
+        """The warnings so far."""
         return tuple(p for p in self._found.values() if p.severity == "warning")
 
     def raise_if_any(self) -> None:
-        """Raise :class:`InputError` with the errors found, in file order.
+        """Raise :class:`InputError` with the errors so far, in file order.
 
         At most :data:`_MAX_REPORTED` are given; the last one shown then says how many more
         there are.

@@ -1,7 +1,7 @@
-"""Texts and trees that differ in the names of elements only, dealt with once.
+"""Templates of texts and trees that differ in the names of elements only.
 
-What helpers of a family are written out to are such texts: ``1/2*k*(x[3] - x[4])^2``. If the
-digits of the indices become zeros, every part stays at its place: the tree of one text is that of
+Helpers of a family are written out to such texts: ``1/2*k*(x[3] - x[4])^2``. If the digits of the
+indices become zeros, every part stays at its place: the tree of one text is that of
 all others but for the names, which are found in each text at their spans.
 """
 
@@ -40,7 +40,7 @@ def _with_zeros(element: re.Match[str]) -> str:
 
 
 def is_template(node: Node, text: str, values: IndexValues) -> bool:
-    """Say whether nothing in a tree is to be written out but the names of elements."""
+    """Say whether a tree needs nothing written out but the names of elements."""
     return all(_stays(part, text, values) for part in walk(node))
 
 
@@ -53,7 +53,7 @@ def _stays(node: Node, text: str, values: IndexValues) -> bool:
 
 
 def with_names_of(template: Node, text: str) -> Node:
-    """The tree of a text that has the template's parts at the same places."""
+    """Return the tree of a text that has the template's parts at the same places."""
     match template:
         case Number():
             return template
@@ -79,7 +79,7 @@ def with_names_of(template: Node, text: str) -> Node:
 
 
 def shape_of(node: Node) -> tuple[tuple[Hashable, ...], list[str]]:
-    """A key that trees share which differ in names alone, and the names in reading order.
+    """Return a key shared by trees that differ in names only, and the names in reading order.
 
     ``pi``, which is a number, belongs to the key.
     """

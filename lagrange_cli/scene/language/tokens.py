@@ -67,7 +67,7 @@ class ExpressionError(Exception):
         self.rule = rule
 
     def located(self, mark: Mark) -> InputError:
-        """The refusal at a place in a file."""
+        """Return the refusal at a place in a file."""
         return self._refusal(Problem(self.message, mark, self.hint, self.rule))
 
 
@@ -135,7 +135,7 @@ def tokenize(text: str) -> list[Token]:
 
 
 def number_value(token: Token) -> Fraction:
-    """The exact value of a number token.
+    """Return the exact value of a number token.
 
     Raises
     ------

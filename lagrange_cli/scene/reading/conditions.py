@@ -260,17 +260,17 @@ def _equilibrium(node: SourceNode, reading: Reading) -> EquilibriumExpectation |
     if mapping is None:
         return None
     entries = {key.text: (key, value) for key, value in mapping.entries}
-    stability = mark = None
+    verdict = mark = None
     if "stability" in entries:
-        _, told = entries.pop("stability")
-        stability, mark = reading.text(told, f"'stability' in {what}"), told.mark
+        _, stability = entries.pop("stability")
+        verdict, mark = reading.text(stability, f"'stability' in {what}"), stability.mark
     values = [
         v for key, value in entries.values() for v in initial_values(key, value, what, reading)
     ]
     for value in values:
         if value.order:
             reading.problems.add(f"velocities are 0 in {what}", value.mark, rule="shape")
-    return EquilibriumExpectation(mapping.mark, tuple(values), stability, mark)
+    return EquilibriumExpectation(mapping.mark, tuple(values), verdict, mark)
 
 
 def _frequencies(node: SourceNode, reading: Reading) -> tuple[Expression, ...] | None:

@@ -35,7 +35,7 @@ _POSITION = "a list of three entries [x, y, z]"
 
 
 def component(axis: str, name: str) -> str:
-    """The name of a component of a particle's or point's position: ``x_bob``."""
+    """Return the name of a component of a particle's or point's position: ``x_bob``."""
     return f"{axis}_{name}"
 
 
@@ -114,7 +114,7 @@ def read_functions(node: SourceNode, reading: Reading) -> tuple[DeclaredFunction
         function = _function(key, value, reading)
         if function is not None:
             functions.append(function)
-        # From here on: what a function is made of is declared before it.
+        # From here on: a function contains only functions that are declared before it.
         reading.functions.add(key.text)
     return tuple(functions)
 
@@ -199,7 +199,7 @@ def _position(
 
 
 def _own_components(name: str, mark: Mark) -> tuple[Expression, Expression, Expression]:
-    """The position of a particle that states none: its components are its coordinates."""
+    """Return the position of a particle that states none: its components are coordinates."""
     x, y, z = (
         Expression(Name(text, (0, len(text))), text, mark, exact=False)
         for text in (component(axis, name) for axis in AXES)
@@ -260,7 +260,7 @@ _DEFAULT: Interpolation = "linear"
 
 
 def read_recorded(node: Mapping, what: str, reading: Reading) -> Recording | None:
-    """The recording that an input names; the file itself is read when its values are needed."""
+    """Read the recording that an input names; its file is read when values are needed."""
     fields = reading.fields(node, what, RECORDED, required=("file", "column"))
     file = _file(fields["file"], what, reading) if "file" in fields else None
     column = reading.text(fields["column"], f"'column' of {what}") if "column" in fields else None
@@ -322,11 +322,11 @@ def read_text_field(
 def read_prose(node: SourceNode, what: str, reading: Reading) -> str | None:
     """Read a text that may hold formulas between dollars; warn of those that are not allowed."""
     text = reading.text(node, what)
-    for found in between_dollars(text or ""):
-        refused = check_latex(found[1])
-        if refused and "\\" in found[1]:
+    for formula in between_dollars(text or ""):
+        refused = check_latex(formula[1])
+        if refused and "\\" in formula[1]:
             reading.problems.warn(
-                f"'{found[0]}' in {what} prints as it stands here: as a formula it {refused}",
+                f"'{formula[0]}' in {what} prints as it stands here: as a formula it {refused}",
                 node.mark,
                 hint="formulas in texts take what 'latex' keys take",
                 rule="latex",
@@ -352,7 +352,7 @@ def read_latex(
 
 
 def with_indices(latex: str | None, name: str, *, below: bool = False) -> str | None:
-    """Give LaTeX that all elements of a family share the indices of one of them, if it is one.
+    """Add the indices of a family's element to the LaTeX that all its elements share.
 
     ``below``: it stands below a letter itself.
     """

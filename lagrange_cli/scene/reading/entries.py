@@ -65,7 +65,7 @@ class Reading:
     values
         Sections read so far, by name.
     doubtful
-        Sections with problems, and those that an unknown section may be meant to be.
+        Sections with problems, and sections whose names resemble an unknown one.
     doubtful_bodies
         Names in such sections of particles and points, without indices.
     helper_parts
@@ -112,7 +112,7 @@ class Reading:
 
     @property
     def bodies(self) -> frozenset[str]:
-        """The names of particles and points, once these sections have been read."""
+        """Names of particles and points, once these sections have been read."""
         if self._bodies is None:
             sections = (self.values.get("particles", ()), self.values.get("points", ()))
             self._bodies = frozenset(body.name for section in sections for body in section)
@@ -125,7 +125,7 @@ class Reading:
 
     @property
     def knows_bodies(self) -> bool:
-        """Say whether particles and points were all understood: what is missing is missing."""
+        """True if particles and points were all understood, so that a missing one is missing."""
         return self.doubtful.isdisjoint(("particles", "points"))
 
     def doubt(self, section: str, node: SourceNode) -> None:
@@ -140,7 +140,7 @@ class Reading:
         return _without_index(name) in self.doubtful_bodies - known
 
     def expected(self, wanted: str, what: str, node: SourceNode, hint: str = "") -> None:
-        """Record that a node is not what was wanted."""
+        """Record that a node differs from the expected shape."""
         self.problems.add(
             f"expected {wanted} for {what}, found {_described(node)}",
             node.mark,
@@ -161,7 +161,7 @@ class Reading:
         return None
 
     def text(self, node: SourceNode, what: str) -> str | None:
-        """Any scalar, as its text."""
+        """Return the text of any scalar."""
         if isinstance(node, Scalar):
             return node.text
         self.expected("a text", what, node)
@@ -174,7 +174,7 @@ class Reading:
         return None
 
     def integer(self, node: SourceNode, what: str) -> int | None:
-        """A whole number, perhaps in terms of sizes."""
+        """Read a whole number, perhaps in terms of sizes."""
         if isinstance(node, Scalar) and node.plain and _INTEGER.fullmatch(node.text):
             return int(node.text)
         if not (self.indices and isinstance(node, Scalar)):
@@ -203,7 +203,7 @@ class Reading:
         return None
 
     def _parsed(self, scalar: Scalar) -> tuple[Expression, int] | None:
-        """An expression as it stands, with its number of names and numbers; read once."""
+        """Parse an expression, once; return it with its number of names and numbers."""
         if scalar not in self._expressions:
             with self.problems.collect():
                 parsed = parse_expression(
@@ -224,13 +224,13 @@ class Reading:
 
     @property
     def in_family(self) -> bool:
-        """An element of a family is being read."""
+        """True while an element of a family is read."""
         return len(self.indices) > len(self.sizes)
 
     def equation(
         self, node: SourceNode, what: str, relations: tuple[Relation, ...] = ("=",)
     ) -> Equation | None:
-        """An equation; also an inequality, or only that, where ``relations`` say so."""
+        """Read an equation, or an inequality if ``relations`` allow it."""
         wanted = "an equation" if len(relations) == 1 else "an equation or inequality"
         scalar = self._expression_text(node, wanted if "=" in relations else "an inequality", what)
         if scalar is None:
@@ -270,7 +270,7 @@ class Reading:
         *,
         required: Collection[str] = (),
     ) -> dict[str, SourceNode]:
-        """The entries of a mapping whose keys are fixed."""
+        """Return the entries of a mapping whose keys are fixed."""
         fields: dict[str, SourceNode] = {}
         for key, value in node.entries:
             if key.text in allowed:
@@ -291,7 +291,7 @@ class Reading:
     def named(
         self, node: SourceNode, section: str, *, symbols: bool
     ) -> Iterator[tuple[Scalar, SourceNode]]:
-        """The entries of a section whose keys are names that the user chooses.
+        """Yield the entries of a section whose keys are names that the user chooses.
 
         ``symbols``: the names stand in expressions, so that reserved names are
         refused. A family gives an entry for each of its elements.
@@ -304,7 +304,7 @@ class Reading:
                     yield name, value
 
     def listed(self, items: tuple[SourceNode, ...], section: str, what: str) -> Iterator[Scalar]:
-        """The names of a section that is a list, families written out."""
+        """Yield the names of a section that is a list, families written out."""
         first: dict[str, Mark] = {}
         for item in items:
             if not isinstance(item, Scalar):
@@ -324,7 +324,7 @@ class Reading:
         return earlier is name.mark
 
     def names(self, key: Scalar, section: str, *, symbols: bool) -> Iterator[Scalar]:
-        """The name that is declared, or those of all elements of a family."""
+        """Yield the name that is declared, or those of all elements of a family."""
         if not is_indexed(key.text):
             if self.is_name(key, section, symbols=symbols):
                 yield key
@@ -334,10 +334,10 @@ class Reading:
             yield from self.elements(key)
 
     def elements(self, key: Scalar) -> Iterator[Scalar]:
-        """The elements of ``x[i=1..n]``, or the one of ``x[0]``; a plain name is its own.
+        """Yield the elements of ``x[i=1..n]``, or the one of ``x[0]``, or a plain name.
 
-        While an element is in hand, ``indices`` holds its values. After the first
-        element with a problem the others, which would have it too, are left out.
+        While an element is read, ``indices`` holds its values. After the first element
+        with a problem the others, which would have it too, are left out.
         """
         if not is_indexed(key.text):
             yield key
@@ -365,7 +365,7 @@ class Reading:
             self.problems.raise_if_any()
 
     def _family_index(self, node: Node) -> FamilyIndex:
-        """The index of a range, and the one size that the range ends with."""
+        """Return the index of a range, and the one size that the range ends with."""
         index, _, last = children(node)
         assert isinstance(index, Name)
         names = {part.name for part in walk(last) if isinstance(part, Name)}
@@ -385,7 +385,7 @@ class Reading:
         return self._keys.get(key)
 
     def reference(self, node: Scalar) -> str | None:
-        """The name that a text refers to: ``p[i-1]`` is ``p[2]`` where ``i`` is 3."""
+        """Return the name that a text refers to: ``p[i-1]`` is ``p[2]`` where ``i`` is 3."""
         if not is_indexed(node.text):
             return node.text
         parsed = self._declared(node)
@@ -435,7 +435,7 @@ def _without_index(name: str) -> str:
 
 
 def _index(node: Node, values: AbstractMapping[str, int]) -> int:
-    """The value of one index of an element: where it is a range, that of the range's index."""
+    """Return the value of one index of an element; of a range, that of its index."""
     if not _is_range(node):
         return whole_number(node, values)
     index = children(node)[0]

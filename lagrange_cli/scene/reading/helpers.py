@@ -95,7 +95,7 @@ def read_unilateral(
 
 
 def _is_negative(node: Node) -> bool:
-    """A negative number as it stands; what parameters make of it is not known here."""
+    """Say whether an expression is a negative number as it stands, without parameters."""
     return isinstance(node, Neg) and isinstance(node.operand, Number) and node.operand.value != 0
 
 
@@ -130,7 +130,7 @@ def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
 
 
 def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
-    """V = −m g·r for every particle; g points along −z, or along ``direction``."""
+    """Write out V = −m g·r for every particle; g points along −z, or along ``direction``."""
     fields = reading.fields(node, what, ("gravity", "direction"))
     strength = helper_part(fields["gravity"], "gravity", what, reading)
     down: tuple[str, ...] | None = ("", "", "-1")
@@ -153,7 +153,7 @@ def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:
 
 
 def _projection(direction: tuple[str, ...], name: str) -> str:
-    """The component of a particle's position along a direction, as a factor."""
+    """Write the component of a particle's position along a direction, as a factor."""
     parts = []
     for axis, factor in zip(AXES, direction, strict=True):
         if factor:
@@ -165,7 +165,7 @@ def _projection(direction: tuple[str, ...], name: str) -> str:
 
 
 def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...] | None:
-    """The unit vector of a direction, as texts; an empty text is a component 0."""
+    """Return the unit vector of a direction, as texts; an empty text is a component 0."""
     wanted = "a list of three components"
     sequence = reading.items(node, f"'direction' of {what}", wanted)
     if sequence is None:
@@ -216,14 +216,14 @@ def _is_unit(components: list[Node]) -> bool:
 
 
 def _norm(components: list[Fraction]) -> Fraction | None:
-    """The length of a vector if it is rational."""
+    """Return the length of a vector if it is rational, else None."""
     square = sum((c * c for c in components), Fraction(0))
     root = Fraction(math.isqrt(square.numerator), math.isqrt(square.denominator))
     return root if root * root == square else None
 
 
 def _spring(node: Mapping, what: str, reading: Reading) -> str | None:
-    """V = ½ k (|r_A − r_B| − l0)²; l0 is 0 if not given."""
+    """Write out V = ½ k (|r_A − r_B| − l0)²; l0 is 0 if not given."""
     fields = reading.fields(
         node, what, ("spring", "stiffness", "length"), required=("spring", "stiffness")
     )

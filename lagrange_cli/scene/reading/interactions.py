@@ -1,7 +1,7 @@
-"""Helpers of what acts between bodies: attraction of masses and charges, drag, dampers.
+"""Helpers of interactions: attraction of masses and charges, drag, dampers.
 
-Like the others they are written out as the expressions that a user could have
-written.
+Like other helpers they are written out as expressions that a user could have written. The parts
+that all helpers share stand here too.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _TERMS_OF_PAIR = 16
 
 
 def body_pair(node: SourceNode, helper: str, what: str, reading: Reading) -> tuple[str, str] | None:
-    """Two different particles or points."""
+    """Read two different particles or points."""
     wanted = "two particles or points [A, B]"
     sequence = reading.items(node, f"'{helper}'", wanted)
     if sequence is None:
@@ -47,7 +47,7 @@ def body_pair(node: SourceNode, helper: str, what: str, reading: Reading) -> tup
 
 
 def known_body(end: Scalar, what: str, helper: str, reading: Reading) -> str | None:
-    """A particle or point that a helper names."""
+    """Return the particle or point that a helper names; None if it is unknown."""
     name = reading.reference(end)
     if name == ORIGIN and name not in reading.bodies and reading.knows_bodies:
         zero = parse_expression("0", end.mark, exact=False)
@@ -67,7 +67,7 @@ def known_body(end: Scalar, what: str, helper: str, reading: Reading) -> str | N
 
 
 def differences(first: str, second: str) -> tuple[str, ...]:
-    """The components of one position minus another, as texts."""
+    """Write the components of one position minus another."""
     return tuple(f"{component(a, first)} - {component(a, second)}" for a in AXES)
 
 
@@ -125,23 +125,23 @@ def unknown_helper(node: Mapping, what: str, known: tuple[str, ...], reading: Re
 
 
 def flat(expression: Expression) -> str:
-    """An expression's text on one line."""
+    """Return an expression's text on one line."""
     return " ".join(expression.text.split())
 
 
 def as_factor(expression: Expression) -> str:
-    """An expression's text, in parentheses unless it is a single term."""
+    """Return an expression's text, in parentheses unless it is a single term."""
     single = isinstance(expression.node, Number | Name | Call)
     return flat(expression) if single else f"({flat(expression)})"
 
 
 def place_of(node: Mapping) -> Mark:
-    """The place at which a helper is reported: its first key."""
+    """Return the place at which a helper is reported: its first key."""
     return node.entries[0][0].mark if node.entries else node.mark
 
 
 def newton(node: Mapping, what: str, reading: Reading) -> str | None:
-    """V = −G m₁ m₂/r over all pairs of particles, or one pair; ``masses`` are those of points."""
+    """Write out V = −G m₁ m₂/r over all pairs, or one; ``masses`` are those of points."""
     fields = reading.fields(node, what, ("newton", "between", "masses"))
     strength = helper_part(fields["newton"], "newton", what, reading)
     masses = {p.name: p.mass for p in _particles(reading)}
@@ -164,7 +164,7 @@ def newton(node: Mapping, what: str, reading: Reading) -> str | None:
 
 
 def coulomb(node: Mapping, what: str, reading: Reading) -> str | None:
-    """V = k q₁ q₂/r over all pairs of charged particles and points."""
+    """Write out V = k q₁ q₂/r over all pairs of charged particles and points."""
     fields = reading.fields(node, what, ("coulomb", "charges"), required=("coulomb", "charges"))
     strength = helper_part(fields["coulomb"], "coulomb", what, reading)
     charges = dict(_amounts(fields.get("charges"), "charges", what, reading))
@@ -179,7 +179,7 @@ def _particles(reading: Reading) -> tuple[Particle, ...]:
 def _amounts(
     node: SourceNode | None, key: str, what: str, reading: Reading
 ) -> list[tuple[str, Expression]]:
-    """Masses or charges of bodies by name, families written out."""
+    """Read masses or charges of bodies by name, families written out."""
     if node is None:
         return []
     mapping = reading.mapping(node, f"'{key}' of {what}", "a mapping of particles and points")
@@ -201,7 +201,7 @@ def _over_pairs(
     what: str,
     reading: Reading,
 ) -> str | None:
-    """The potential of all pairs that hold a particle; two points do not move each other."""
+    """Write the potential of all pairs with a particle; two points do not move each other."""
     if strength is None:
         return None
     moving = {p.name for p in _particles(reading)}
@@ -223,7 +223,7 @@ def _over_pairs(
 
 
 def drag(key: Scalar, node: Mapping, what: str, reading: Reading) -> tuple[Force, ...]:
-    """A force −c v on a body, or −c q̇ on a coordinate."""
+    """Write out a force −c v on a body, or −c q̇ on a coordinate."""
     fields = reading.fields(node, what, ("drag", "on"), required=("drag", "on"))
     coefficient = helper_part(fields["drag"], "drag", what, reading)
     on = fields.get("on")
@@ -239,7 +239,7 @@ def drag(key: Scalar, node: Mapping, what: str, reading: Reading) -> tuple[Force
 
 
 def damper(key: Scalar, node: Mapping, what: str, reading: Reading) -> tuple[Force, ...]:
-    """Forces ∓c ṡ along the line between two bodies, s their distance.
+    """Write out forces ∓c ṡ along the line between two bodies, s their distance.
 
     They are written as −c (d·ḋ) d/d², which has no root and on a line is −c ḋ.
     """

@@ -18,13 +18,13 @@ _VELOCITY = re.compile(r"\s*dot\s*\(\s*(.*\S)\s*\)\s*")
 
 
 def initial_name(text: str) -> tuple[str, int]:
-    """The name and order of ``x`` (0) or ``dot(x)`` (1)."""
+    """Return the name and the order of ``x`` (0) or ``dot(x)`` (1)."""
     velocity = _VELOCITY.fullmatch(text)
     return (velocity[1], 1) if velocity else (text, 0)
 
 
 def given_size(name: str, text: str, problems: Problems) -> int | None:
-    """The value of a size that is given as ``-p NAME=VALUE``."""
+    """Read the value of a size that is given as ``-p NAME=VALUE``."""
     expression, _ = _given("-p", name, text, {}, problems)
     if expression is None:
         return None
@@ -37,7 +37,7 @@ def given_size(name: str, text: str, problems: Problems) -> int | None:
 
 
 def override_parameters(scene: Scene, values: Mapping[str, str], problems: Problems) -> Scene:
-    """Replace the values of parameters; those of sizes were when they were read."""
+    """Replace the values of parameters; sizes were replaced when they were read."""
     known = {parameter.name: parameter for parameter in scene.parameters}
     sizes = {size.name: size.value for size in scene.sizes}
     for key, text in values.items():
@@ -83,14 +83,14 @@ def override_times(scene: Scene, times: Mapping[str, str]) -> Scene:
 
 
 def _without_blanks(name: str) -> str:
-    """The name of a family's element has none: ``x[1,2]``."""
+    """Remove blanks from the name of a family's element: ``x[1,2]``."""
     return name.replace(" ", "") if "[" in name else name
 
 
 def _given(
     option: str, name: str, text: str, sizes: Mapping[str, int], problems: Problems
 ) -> tuple[Expression | None, Mark]:
-    """The expression of ``NAME=VALUE`` and the place of ``NAME``."""
+    """Parse ``NAME=VALUE``: its expression and the place of ``NAME``."""
     shown = f"{name}={text}"
     mark = Mark(f"{option} {name}", 1, 1, shown, max(1, len(name)))
     with problems.collect():

@@ -28,7 +28,7 @@ _FORCES = {"drag": drag, "damper": damper}
 def read_constraints(
     node: SourceNode, reading: Reading
 ) -> tuple[tuple[Constraint, ...], tuple[Unilateral, ...]]:
-    """Constraints by equations, and those by inequalities."""
+    """Read constraints by equations, and those by inequalities."""
     constraints = []
     one_sided: list[tuple[Scalar, list[_OneSided], ConstraintNotation]] = []
     for key, value in reading.named(node, "constraints", symbols=False):
@@ -47,7 +47,7 @@ def read_constraints(
 
 
 def _notation(key: Scalar, node: SourceNode, what: str, reading: Reading) -> ConstraintNotation:
-    """LaTeX of a constraint that is a mapping."""
+    """Read the LaTeX of a constraint that is a mapping."""
     if not isinstance(node, Mapping):
         return ConstraintNotation()
     fields = {entry.text: value for entry, value in node.entries if entry.text in NOTATION}
@@ -74,7 +74,7 @@ def _is_mixed(
 
 
 def _relations(node: SourceNode, what: str, reading: Reading) -> list[_OneSided]:
-    """Equations and inequalities of a constraint, each with its restitution."""
+    """Read equations and inequalities of a constraint, each with its restitution."""
     if isinstance(node, Mapping):
         keys = [key.text for key, _ in node.entries]
         if "unilateral" in keys:
@@ -93,7 +93,7 @@ def _relations(node: SourceNode, what: str, reading: Reading) -> list[_OneSided]
 def _unilateral(
     key: Scalar, inequalities: list[_OneSided], notation: ConstraintNotation, taken: set[str]
 ) -> Iterator[Unilateral]:
-    """One-sided constraints of one entry, numbered where there are several."""
+    """Yield the one-sided constraints of one entry, numbered if there are several."""
     for number, (inequality, restitution) in enumerate(inequalities, 1):
         name, shown = key.text, notation
         if len(inequalities) > 1:
@@ -153,7 +153,7 @@ def read_forces(node: SourceNode, reading: Reading) -> tuple[Force, ...]:
 
 
 def _forces(key: Scalar, node: SourceNode, reading: Reading) -> tuple[Force, ...]:
-    """The force of an entry; a damper is two."""
+    """Read the forces of an entry: two for a damper, else one."""
     what = f"force '{key.text}'"
     mapping = reading.mapping(node, what, "a mapping {on, force}")
     if mapping is None:
@@ -176,7 +176,7 @@ def _forces(key: Scalar, node: SourceNode, reading: Reading) -> tuple[Force, ...
 
 
 def _components(node: SourceNode, what: str, reading: Reading) -> tuple[Expression, ...] | None:
-    """Three components of a Cartesian force, or one of a generalized force."""
+    """Read three components of a Cartesian force, or one of a generalized force."""
     if not isinstance(node, Sequence):
         single = reading.expression(node, what)
         return (single,) if single else None

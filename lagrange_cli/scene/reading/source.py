@@ -89,7 +89,7 @@ class _Open:
 
 
 def decode(data: bytes, file: str) -> str:
-    """Decode UTF-8 (a byte order mark is dropped); refuse what is not text.
+    """Decode UTF-8, without a byte order mark; refuse bytes that are no text.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def _refusal(message: str, mark: Mark, hint: str = "", rule: str = "yaml") -> In
 
 
 def _mark_at(text: str, offset: int, file: str) -> Mark:
-    """The place of an offset of ``text``."""
+    """Return the place of an offset of ``text``."""
     start, line = 0, 1
     for line_break in _BREAK.finditer(text, 0, offset):
         start, line = line_break.end(), line + 1

@@ -128,7 +128,7 @@ class Ground:
         return names[:_MOST_OF_A_KIND]
 
     def of(self, name: str) -> tuple[Exponent, ...]:
-        return self.dimensions.of(name)
+        return self.dimensions.exponents_of(name)
 
     @cached_property
     def angles(self) -> list[str]:
