@@ -40,7 +40,7 @@ for path in sys.argv[1:]:
             print(derivation.emit(name))
         except InputError as refusal:
             print(refusal)
-    print(derivation.equations.warnings, derivation.equations.remarks)
+    print(derivation.equations.derivation.warnings, derivation.equations.derivation.remarks)
 """
 
 
