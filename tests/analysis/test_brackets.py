@@ -50,6 +50,7 @@ def brackets(text, *pairs):
     return derivation.report(form="hamiltonian")["brackets"]
 
 
+@pytest.mark.slow
 def test_angular_momenta_and_the_vector_of_runge_and_lenz():
     """{L_x, L_y} = L_z, {A, H} = 0 and {A_x, A_y} = −2 m H L_z of Kepler's problem."""
     r = "sqrt(x^2 + y^2 + z^2)"
@@ -85,6 +86,7 @@ def test_velocities_in_a_magnetic_field_do_not_commute():
     assert read_back(found["value"]).subs(values) == sp.Rational(3, 8)
 
 
+@pytest.mark.slow
 def test_boosts_are_conserved_though_they_hold_the_time():
     report = load(TWO_BODIES).derive().with_brackets("boost_x, H", "boost_x, P_x", "x1, H")
     boost, mass, place = report.report(form="hamiltonian")["brackets"]
@@ -93,6 +95,7 @@ def test_boosts_are_conserved_though_they_hold_the_time():
     assert place["conserved"] is False
 
 
+@pytest.mark.slow
 def test_jacobis_identity_of_polynomials_drawn_at_random():
     draw = random.Random(4)
     derivation = loads(KEPLER).derive()
@@ -127,6 +130,7 @@ def test_friction_changes_more_than_a_bracket_says():
     assert "{p_x, H} is not all of the rate" in told
 
 
+@pytest.mark.slow
 def test_the_formats_print_them():
     options = ("--form", "hamiltonian", "--bracket", "boost_x, P_x", "--bracket", "L_z, H")
     text = succeed("derive", TWO_BODIES, *options)
@@ -142,6 +146,7 @@ def test_the_formats_print_them():
     assert report["quantities"].keys() == {"boost_x", "P_x", "L_z"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -164,6 +169,7 @@ def test_other_texts_are_refused_at_their_place(text, says):
     assert says in str(refused.value)
 
 
+@pytest.mark.slow
 def test_velocities_without_a_closed_form_are_not_differentiated():
     chain = load(SYSTEMS / "chains" / "pendulum_chain.yaml").derive()
     found = chain.with_brackets("theta[1], p_theta[1]^2").report(form="hamiltonian")["brackets"]

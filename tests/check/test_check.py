@@ -415,6 +415,7 @@ expect:
 """
 
 
+@pytest.mark.slow
 def test_an_outcome_is_recalled_until_anything_it_rests_on_changes(tmp_path, cache_folder):
     """Neither the wrong derivation below nor another recording is noticed through the cache."""
     scene, recording = tmp_path / "driven.yaml", tmp_path / "f.csv"

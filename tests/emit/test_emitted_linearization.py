@@ -16,7 +16,7 @@ from tests.emit.derivative_reference import AccelerationReference, relative
 from tests.emit.emitted_c import WARNINGS, compiler, run
 from tests.emit.test_jacobians import FEW, SCENES, SYSTEMS, TOLERANCE, Library, modes_of, state_near
 from tests.emit.test_jacobians import module_of as module_of_text
-from tests.systems.shipped import sliced
+from tests.systems.shipped import NARROW, sliced
 
 
 def module_of(derivation):
@@ -135,7 +135,7 @@ def test_c(scene, parameters, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@sliced(SCENES, argument="scene")
+@sliced(SCENES, NARROW, "scene")
 def test_shipped_scenes(scene, tmp_path):
     compiler()
     check(scene, tmp_path)

@@ -14,7 +14,7 @@ from lagrange_cli import load
 from lagrange_cli.errors import InputError
 from tests.emit.derivative_reference import AccelerationReference, relative
 from tests.emit.emitted_c import WARNINGS, Compiled, compiler, run, shared_library
-from tests.systems.shipped import sliced
+from tests.systems.shipped import NARROW, sliced
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 SCENES = sorted(str(path.relative_to(SYSTEMS).with_suffix("")) for path in SYSTEMS.glob("*/*.yaml"))
@@ -184,7 +184,7 @@ def test_without_it_nothing_is_added():
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@sliced(SCENES, argument="scene")
+@sliced(SCENES, NARROW, "scene")
 def test_shipped_scenes(scene, tmp_path):
     compiler()
     check(scene, tmp_path)

@@ -14,7 +14,7 @@ from tests.emit import emit_systems as systems
 from tests.emit.test_arrays import example
 from tests.emit.test_python import load
 from tests.program import test_bandwidth as bands
-from tests.systems.shipped import SCENES, derived, sliced
+from tests.systems.shipped import NARROW, SCENES, derived, sliced
 
 STYLES = ["jax", "casadi"]
 
@@ -119,7 +119,7 @@ def test_values_and_derivatives(name, style):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES)
-@sliced(name for name in SCENES if name not in FEW)
+@sliced((name for name in SCENES if name not in FEW), NARROW)
 def test_every_scene(name, style):
     """A scene that a style cannot hold is refused."""
     equations = derived(name)

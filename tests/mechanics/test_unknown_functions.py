@@ -128,6 +128,7 @@ def test_code_needs_the_function():
     assert derivation.emit("latex")
 
 
+@pytest.mark.slow
 def test_a_given_function_is_simulated():
     values = "m: 1, k: 4, a: 0.5"
     text = CENTRAL.replace("m: {positive: true}, k: {positive: true}, a: {positive: true}", values)

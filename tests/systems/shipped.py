@@ -69,6 +69,23 @@ SLICE = (
     "wheel_down_incline",
 )
 
+#: Scenes of the slice that differ in the functions that are emitted: free and with closures of
+#: positions and of velocities, by loops, with contacts, inputs, a recording, friction and time.
+NARROW = (
+    "kepler",
+    "net_of_springs",
+    "chain_of_rods",
+    "four_bar_linkage",
+    "dropped_rod",
+    "relativistic_particle",
+    "driven_spring",
+    "seismometer",
+    "damped_driven_pendulum",
+    "heavy_top",
+    "chaplygin_sleigh",
+    "rolling_disk",
+)
+
 every_scene = pytest.mark.parametrize("name", list(SCENES))
 
 

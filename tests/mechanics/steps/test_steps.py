@@ -96,6 +96,7 @@ def test_rates_are_those_that_sympy_finds(scene: str) -> None:
         assert same(steps.residual, steps.momentum_rate - steps.slope)
 
 
+@pytest.mark.slow
 def test_virtual_work_of_a_scene_that_has_everything() -> None:
     """Generalized forces by hand; d'Alembert's sums make up Lagrange's equations."""
     derivation, _, equations = certified(FULL)
@@ -231,6 +232,7 @@ def test_steps_of_large_scenes_are_refused(scene: str, reason: str, hint: str) -
     assert hint in problem.hint
 
 
+@pytest.mark.slow
 def test_nothing_of_steps_is_loaded_unless_they_are_asked_for() -> None:
     code = (
         "import sys\n"

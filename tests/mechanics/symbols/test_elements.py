@@ -51,6 +51,7 @@ def test_elements_are_what_their_own_trees_say(reduced):
         assert raw(resolved.expr) == raw(reduced.drawn(alone.xreplace(dict(reduced.resolved))))
 
 
+@pytest.mark.slow
 def test_forces_are_slopes_of_the_potential(reduced):
     derivation = derive_uncertified(reduced)
     for c, force in zip(reduced.coordinates, derivation.forcing_sums, strict=True):

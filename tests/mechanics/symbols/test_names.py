@@ -15,6 +15,7 @@ def doubled(first: str, times: int) -> str:
     return "\n".join(["definitions:", f"  d0: {first}", *lines, ""])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [12, 60, 300])
 @pytest.mark.parametrize(
     "use",
@@ -38,6 +39,7 @@ def test_definitions_that_few_name_are_written_out() -> None:
     assert equations.derivation.certificate.mismatch < 1e-25
 
 
+@pytest.mark.slow
 def test_length_counts_beside_an_element_of_the_same_shape() -> None:
     """Names of positions are symbols: the shape does not tell how long their meaning is."""
     long = "+".join(["x"] * 9990)
