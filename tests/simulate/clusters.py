@@ -17,7 +17,7 @@ import lagrange_cli
 ROOT = Path(lagrange_cli.__file__).parents[1]
 
 #: Seconds in which processes of a cluster must be there, on a machine that does much else.
-PATIENCE = 30.0
+PATIENCE = 300.0
 
 
 def environment(path: str = "", **changes: str) -> dict[str, str]:

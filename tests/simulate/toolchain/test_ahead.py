@@ -93,7 +93,7 @@ def hanging(monkeypatch, place) -> Iterator[Callable[[], bool]]:
     monkeypatch.setenv("CC", str(_command(place / "hanging", body)))
 
     def ended() -> bool:
-        for _ in range(100):
+        for _ in range(3000):
             try:
                 return not os.read(reader, 100)
             except BlockingIOError:
@@ -105,7 +105,7 @@ def hanging(monkeypatch, place) -> Iterator[Callable[[], bool]]:
 
 
 def _wait_for(path: Path) -> None:
-    for _ in range(300):
+    for _ in range(3000):
         if path.exists():
             return
         time.sleep(0.1)

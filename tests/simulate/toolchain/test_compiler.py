@@ -161,19 +161,17 @@ def test_a_compiler_behind_a_wrapper_is_told_from_another_one(alone):
     assert find_compiler(environment).command == (str(alone / "wrapper"), "gcc", "-O1")
 
 
-#: Starts a process that holds what it inherits, signals that it is there, and waits for it. Of
-#: those that run side by side the first one signals, when the others have been started.
+#: Starts a process that holds what it inherits, signals that it is there, and waits for it. Of two
+#: that run side by side the second one signals, when both have been started.
 HANGS = """
 import os, signal, subprocess, sys, time
 pipe = os.open({pipe!r}, os.O_WRONLY)
 os.set_inheritable(pipe, True)
-late = f"import os, time; time.sleep(30); os.write({{pipe}}, b'late')"
+late = f"import os, time; time.sleep(600); os.write({{pipe}}, b'late')"
 sleeping = subprocess.Popen([sys.executable, "-c", late], close_fds=False)
 try:
     os.mkdir({pipe!r} + ".first")
 except FileExistsError:
-    pass
-else:
     time.sleep(0.3)
     os.kill(os.getppid(), signal.SIGUSR1)
 sleeping.wait()
@@ -189,7 +187,7 @@ def hanging(alone):
     command(alone, "cc", HANGS.format(pipe=str(pipe)))
 
     def ended():
-        for _ in range(300):
+        for _ in range(3000):
             try:
                 return not os.read(reader, 100)
             except BlockingIOError:
