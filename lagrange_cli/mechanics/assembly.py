@@ -24,7 +24,6 @@ from lagrange_cli.mechanics.depiction import (
     PlacedPoint,
     StatedRelation,
 )
-from lagrange_cli.mechanics.derivation_sources import DerivationSources
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
@@ -37,7 +36,7 @@ from lagrange_cli.mechanics.equations import (
     ShownEquation,
     TextbookForm,
 )
-from lagrange_cli.mechanics.findings import Conserved
+from lagrange_cli.mechanics.findings import Conserved, DerivationSources
 from lagrange_cli.mechanics.formulation import replaced_chart, starting_state
 from lagrange_cli.mechanics.initial.rank_deficient_start import rank_deficiency_warning
 from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults

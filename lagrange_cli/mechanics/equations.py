@@ -32,8 +32,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.errors import Problem
     from lagrange_cli.mechanics.depiction import Depiction
-    from lagrange_cli.mechanics.derivation_sources import DerivationSources
-    from lagrange_cli.mechanics.reaction_values import ConstraintForces
+    from lagrange_cli.mechanics.findings import ConstraintForces, DerivationSources
     from lagrange_cli.mechanics.step_values import DerivationSteps
     from lagrange_cli.scene.model import FamilyIndex
 

@@ -1,11 +1,17 @@
-"""Findings about a system as frozen values: degrees of freedom, facts, certificate."""
+"""Findings about a system as frozen values: degrees of freedom, facts, forces, certificate.
+
+Besides the findings that pages report, they hold the sources from which code may derive the
+equations anew.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
+    from mpmath import mpf
     from sympy import Expr, Symbol
 
 
@@ -305,3 +311,103 @@ class SingularConfiguration:
     coordinates: tuple[str, ...]
     where: Expr
     infinite: bool = False
+
+
+@dataclass(frozen=True)
+class BodyReaction:
+    """The constraint force f = m r̈ − F on a particle, or on a point that a force pulls at.
+
+    Attributes
+    ----------
+    name
+        Name of the particle or point.
+    components
+        f along x, y, z, over q, v, t or as :attr:`ConstraintForces.form` says.
+    size
+        f along its direction, of either sign; None if there is no short form.
+    """
+
+    name: str
+    components: tuple[Expr, Expr, Expr]
+    size: Expr | None = None
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """The multiplier λ of one equation φ = 0 of the scene, which exerts λ ∇φ.
+
+    Attributes
+    ----------
+    name
+        Name of the constraint.
+    text
+        φ = 0 as the scene writes it.
+    multiplier
+        λ.
+    sizes
+        λ |∇φ| for each body whose Cartesian names φ holds.
+    """
+
+    name: str
+    text: str
+    multiplier: Expr
+    sizes: tuple[tuple[str, Expr], ...]
+
+
+@dataclass(frozen=True)
+class ConstraintForces:
+    """Constraint forces on bodies, and the multipliers of the scene's equations.
+
+    Attributes
+    ----------
+    bodies
+        Forces on particles and points.
+    reactions
+        Multipliers of equations.
+    form
+        Symbols of the expressions: ``motion`` q, v and t alone; ``accelerations`` ``ddot(q)``
+        too; ``multipliers`` those of the closures (and accelerations if no multiplier alone
+        gives a force).
+    open
+        Constraints whose multipliers are not determined or have no short form.
+    included
+        Terms of the scene that are written in coordinates, so that they act on no particle: the
+        constraints pass them on.
+    """
+
+    bodies: tuple[BodyReaction, ...]
+    reactions: tuple[Reaction, ...]
+    form: Literal["motion", "accelerations", "multipliers"]
+    open: tuple[str, ...] = ()
+    included: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class DerivationSources:
+    """The sources of the equations of motion beside positions and forces, for another derivation.
+
+    Attributes
+    ----------
+    other_lagrangian
+        The Lagrangian without ½ m ṙ² of the particles.
+    forcing
+        The forcing that was derived from this; equations with another one are not of these sources.
+    collected_terms
+        Number of terms of mass matrix and forcing; None if sums were left factored.
+    state
+        A state of the certificate: symbol → value with its digits, multipliers included.
+    residuals
+        M q̈ − f − Σ λ·gradient there, each with the size of its terms.
+    energy
+        The energy function that is shown, which the certificate compared with Σ q̇ ∂L/∂q̇ − L.
+    energy_value
+        The value of Σ q̇ ∂L/∂q̇ − L there.
+    """
+
+    other_lagrangian: Expr
+    forcing: tuple[Expr, ...]
+    collected_terms: int | None
+    state: Mapping[Symbol, mpf]
+    residuals: tuple[tuple[mpf, mpf], ...]
+    energy: Expr
+    energy_value: mpf

@@ -57,8 +57,8 @@ from lagrange_cli.program.systems.loops import ProgramPart
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
-    from lagrange_cli.mechanics.derivation_sources import DerivationSources
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.findings import DerivationSources
 
 
 class ProgramKind(Enum):
@@ -168,7 +168,7 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "potential": lambda e: (e.system.potential,),
     "positions": lambda e: (c.position for c in e.system.cartesian_names),
     "velocities": lambda e: (c.velocity for c in e.system.cartesian_names),
-    # Recorded inputs are handed over.
+    # Recorded inputs are arguments of the program.
     "inputs": lambda e: (
         u.expression if u.recording is None else u.symbol for u in e.system.inputs
     ),
@@ -399,17 +399,8 @@ def build_jacobian(equations: Equations, by: str) -> Program:
 def build_slopes(equations: Equations, outputs: Sequence[str], by: str) -> Program:
     """Build the program that differentiates outputs that solve no system.
 
-    Parameters
-    ----------
-    outputs
-        Names from :data:`OUTPUTS`; their values one after the other are the rows of the result.
-    by
-        As for :func:`build_jacobian`.
-
-    Raises
-    ------
-    InternalError
-        As :func:`build_jacobian`.
+    The values of ``outputs``, names from :data:`OUTPUTS`, are the rows of the result one after the
+    other. Variables and errors are those of :func:`build_jacobian`.
     """
     require_given(equations.system.functions)
     values = ValueGraph(_inputs(equations))

@@ -33,7 +33,7 @@ from lagrange_cli.emit.steps.writer import StepsWriter
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.reaction_values import ConstraintForces
+    from lagrange_cli.mechanics.findings import ConstraintForces
 
 
 def start(writer: DocumentWriter) -> Section | None:

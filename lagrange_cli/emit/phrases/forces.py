@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.reaction_values import ConstraintForces, Reaction
+    from lagrange_cli.mechanics.findings import ConstraintForces, Reaction
 
 _AXES = ("x", "y", "z")
 

@@ -32,10 +32,10 @@ from lagrange_cli.mechanics.certify.routes import Tapes
 from lagrange_cli.mechanics.dynamics.accelerations import explicit_form, multiplier_terms
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.findings import BodyReaction, ConstraintForces, Reaction
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import working_digits
-from lagrange_cli.mechanics.reaction_values import BodyReaction, ConstraintForces, Reaction
 from lagrange_cli.mechanics.reactions.applied_forces import (
     AppliedForces,
     applied_forces,

@@ -53,8 +53,8 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
-    from lagrange_cli.mechanics.derivation_sources import DerivationSources
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.findings import DerivationSources
     from lagrange_cli.program.graph.operands import Coefficient
     from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
 
