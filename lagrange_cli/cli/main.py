@@ -28,12 +28,12 @@ COMMANDS = {
     "simulate": "A trajectory to the accuracy that you state.",
     "path": "Paths of stationary action between two configurations.",
     "tradeoff": "Speed against accuracy of every method, measured.",
-    "stress": "Where results hold, degrade or are refused at extremes.",
+    "stress": "Results at extremes, which hold, degrade or are refused.",
     "fit": "Parameters and starts that fit measurements.",
-    "check": "Scenes and folders against what they expect.",
+    "check": "Scenes and folders, compared with what they expect.",
     "new": "A commented scene to begin with.",
     "schema": "JSON Schema of scenes, for editors.",
-    "cache": "What is kept from earlier runs, and how to clear it.",
+    "cache": "The results kept from earlier runs, shown or removed.",
 }
 
 _REPORT = (

@@ -186,7 +186,7 @@ def npz_of(report: dict[str, Any]) -> bytes:
     default="text",
     show_default=True,
     metavar="FORMAT",
-    help=f"What to write: {', '.join(FORMATS)}.",
+    help=f"The format: {', '.join(FORMATS)}.",
 )
 @options.json_flag("The same as --format json.")
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.")

@@ -40,9 +40,9 @@ def _cleared(cache: Cache) -> Removed:
 @options.traceback
 @click.pass_obj
 def cache(session: Session, clear: bool, as_json: bool) -> None:
-    """Show what is kept from earlier runs, so that the same need not be worked out again.
+    """Show, or remove, the results kept from earlier runs, which answer the same question again.
 
-    It is kept in $XDG_CACHE_HOME/lagrange, else in ~/.cache/lagrange. The
+    They are kept in $XDG_CACHE_HOME/lagrange, else in ~/.cache/lagrange. The
     environment variable LAGRANGE_CACHE=off turns the cache off.
     """
     kept = session.cache

@@ -66,7 +66,7 @@ def _checked(
     type=click.Choice(list(FORMATS)),
     default="text",
     show_default=True,
-    help="How to report: for a person, as GitHub annotations, as JSON.",
+    help="The format of the report: for a person, GitHub annotations, JSON.",
 )
 @options.json_flag("The same as --format json.")
 @options.file("--junit", "Write a JUnit XML report to this file as well.")

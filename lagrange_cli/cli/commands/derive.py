@@ -116,7 +116,7 @@ FORMATS: Mapping[str, Callable[[Derivation, str, Options, bool, str], str | Page
     default="text",
     show_default=True,
     metavar="FORMAT",
-    help=f"What to write: {', '.join(FORMATS)}.",
+    help=f"The format: {', '.join(FORMATS)}.",
 )
 @options.json_flag("The same as --format json.")
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.")

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     required=True,
     callback=options.comma_separated,
     metavar="NAMES",
-    help="What is fitted, with commas between: parameters, and coordinates or 'dot(NAME)' for "
+    help="Names to fit, with commas between them: parameters, and coordinates or 'dot(NAME)' for "
     "their starts. The scene's values are the first ones.",
 )
 @options.number("--accuracy", "EPS", "Accuracy that is promised of each motion.", 1e-8)

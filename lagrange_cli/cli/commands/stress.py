@@ -38,7 +38,7 @@ def _axes() -> Iterable[str]:
 @options.number(
     "--accuracy",
     "EPS",
-    "What each point is asked for, as by simulate.  [default: the scene's, or 1e-6]",
+    "Accuracy that each point is asked for, as by simulate.  [default: the scene's, or 1e-6]",
 )
 @options.number(
     "--budget",

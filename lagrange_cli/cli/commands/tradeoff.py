@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     default=20,
     show_default=True,
     metavar="N",
-    help="How often short runs are timed; long ones are timed once.",
+    help="Number of times that short runs are timed; long ones are timed once.",
 )
 @options.end_time
 @options.number(
