@@ -292,13 +292,14 @@ def _with_further(
         f"{name} ({', '.join(format_ for format_, _ in taken)}): {taken[0][1].help}"
         for name, taken in declared.items()
     ]
+    several = "With commas between them: " if len(declared) > 1 else ""
     return click.option(
         "--with",
         "further",
-        metavar="LIST" if len(declared) > 1 else next(iter(declared)),
+        metavar="LIST" if several else next(iter(declared)),
         expose_value=False,
         callback=chosen,
-        help=f"{'; '.join(meanings)}.",
+        help=f"{several}{'; '.join(meanings)}.",
     )
 
 
