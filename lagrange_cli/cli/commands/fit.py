@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     callback=options.comma_separated,
     metavar="NAMES",
     help="Names to fit, with commas between them: parameters, and coordinates or 'dot(NAME)' for "
-    "their starts. The scene's values are the first ones.",
+    "their starts. The fit begins at the scene's values.",
 )
 @options.number("--accuracy", "EPS", "Accuracy that is promised of each motion.", 1e-8)
 @options.formulation(None, "the scene's, or auto")

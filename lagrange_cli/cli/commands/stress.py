@@ -30,7 +30,7 @@ def _axes() -> Iterable[str]:
 @options.scene
 @click.option(
     "--axes",
-    cls=options.naming("With commas between them: {}.  [default: all]", _axes),
+    cls=options.naming("Axes, with commas between them: {}.  [default: all]", _axes),
     callback=options.comma_separated,
     metavar="LIST",
 )

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option(
     "--methods",
     cls=options.naming(
-        "With commas between them: auto, {}.  [default: all that can run here, but for slow ones]",
+        "Methods, with commas between them: auto, {}.  [default: all that run here but slow ones]",
         options.integrators,
     ),
     callback=options.comma_separated,
