@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
+from lagrange_cli.simulate.integrators.right_hand_side import structured
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import right_hand_side
 
@@ -43,7 +43,7 @@ def _drawn(model: Model, chance: np.random.Generator) -> Model:
     state = state * (1 + PART * chance.uniform(-1, 1, 2 * n))
     state += BESIDES * largest * chance.uniform(-1, 1, 2 * n)
     other = replace(model, parameters=parameters)
-    project = projection(right_hand_side(other).rhs)
+    project = structured(right_hand_side(other).rhs).project
     if project is not None:
         state = project(model.defaults.start, state)
     return replace(other, initial=tuple(state.tolist()))

@@ -14,10 +14,9 @@ from functools import partial
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs, structured
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples import RowSequence, decimated
@@ -49,7 +48,7 @@ def _watching(rhs: Rhs, landmarks: NativeLandmarks) -> Rhs:
         return rhs
     copied = copy.copy(rhs)
     copied.landmarks = landmarks
-    surfaces = surfaces_of(rhs)
+    surfaces = structured(rhs).surfaces
     if surfaces is not None:
         copied.surfaces = surfaces.through(partial(_watching, landmarks=landmarks))
     return copied

@@ -24,8 +24,8 @@ from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.progress import Deadline, RunProgress, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
-from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ModeChange
+from lagrange_cli.simulate.integrators.right_hand_side import structured
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, ulps
 from lagrange_cli.simulate.runs.run import Failure, Run
 
@@ -244,7 +244,7 @@ class _Makers:
     def _methods(self) -> Sequence[str]:
         if not self._coarse.stiff:
             return ("Gauss16", "DOP853")
-        projects = projection(self._problem.rhs) is not None
+        projects = structured(self._problem.rhs).project is not None
         return ("DOP853", "Radau", "BDF" if projects else "LSODA")
 
     def _run(

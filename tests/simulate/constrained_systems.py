@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.integrators.base import ConstrainedRhs
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, function_type, projection_type
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.integrators.right_hand_side import FunctionRhs
 from lagrange_cli.simulate.toolchain.shared_library import CSource
 from tests.simulate.native_systems import compiled, stepping_source
 
@@ -164,7 +164,7 @@ def constrained(name, *parameters, fixed_dimension=True, real=DOUBLE):
 
 def interpreted(rhs):
     """The same functions as any Python functions, which only methods in Python take."""
-    return ConstrainedRhs(lambda t, y: rhs(t, y), lambda t, y: rhs.project(t, y))
+    return FunctionRhs(lambda t, y: rhs(t, y), lambda t, y: rhs.project(t, y))
 
 
 def rods(states):

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.events import TerminalEvents
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, Gaps, HybridRhs
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs
 
 G = 9.81
 

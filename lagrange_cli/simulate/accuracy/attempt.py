@@ -26,9 +26,9 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
 from lagrange_cli.simulate.integrators.base import Loosening, SavedState
 from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
-from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
+from lagrange_cli.simulate.integrators.right_hand_side import structured
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
 from lagrange_cli.simulate.runs.run import Failure, Run
 from lagrange_cli.simulate.samples import window_rows
@@ -191,7 +191,7 @@ class Attempt:
         Between two surfaces close to each other, or in a sharp peak, stages of one method fall on
         the same states, and so do the roundings of these.
         """
-        cut = surfaces_of(self._problem.rhs) is not None or self._coarse.sharp
+        cut = structured(self._problem.rhs).surfaces is not None or self._coarse.sharp
         by_gauss = method is INTEGRATORS["Gauss16"]
         return INTEGRATORS["DOP853"] if by_gauss and cut else method
 

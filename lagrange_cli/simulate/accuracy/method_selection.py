@@ -23,14 +23,13 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, Integrator
-from lagrange_cli.simulate.integrators.base import Rhs, SavedState, projection
+from lagrange_cli.simulate.integrators.base import SavedState
 from lagrange_cli.simulate.integrators.external.heyoka_method import Taylor
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, in_mode
-from lagrange_cli.simulate.integrators.hybrid.surfaces import surfaces_of
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.native.methods import CompiledTaylor
-from lagrange_cli.simulate.integrators.piecewise import input_pieces
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs, structured
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, scales_from
 from lagrange_cli.simulate.runs.run import Run
 from lagrange_cli.simulate.samples import Grid, decimated
@@ -101,7 +100,7 @@ def _smooth_parts(
     """Divide states into those of one mode, with the right-hand side and the perturbed ones in it,
     without the jumps that a last place may cross."""
     sides = [problem.rhs, *(problem.perturbed or ())]
-    surfaces = [surfaces_of(rhs) for rhs in sides]
+    surfaces = [structured(rhs).surfaces for rhs in sides]
     if surfaces[0] is None and not any(closed):
         return [(slice(None), sides)]
     parts: dict[Any, tuple[list[int], list[Rhs]]] = {}
@@ -333,14 +332,14 @@ def suits_gauss(rhs: Rhs) -> bool:
     """Tell if Gauss16 is fast: compiled, for doubles, and without rows of inputs, which make steps
     so short that DOP853 is cheaper. Where constraints are kept it is no faster, and its iteration
     ends at singular configurations that explicit stages pass."""
-    fast = isinstance(rhs, NativeRhs) and rhs.real is DOUBLE and input_pieces(rhs) is None
-    return fast and projection(rhs) is None
+    fast = isinstance(rhs, NativeRhs) and rhs.real is DOUBLE and structured(rhs).pieces is None
+    return fast and structured(rhs).project is None
 
 
 def _suits_taylor(rhs: Rhs, size: int) -> bool:
     """Tell if series that heyoka compiles stand in for a C compiler: it is installed, and the
     right-hand side can be written in expressions without kinks."""
-    smooth = surfaces_of(rhs) is None
+    smooth = structured(rhs).surfaces is None
     return smooth and not isinstance(rhs, NativeRhs) and Taylor.suits(rhs, size)
 
 

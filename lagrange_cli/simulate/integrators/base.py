@@ -33,13 +33,13 @@ choices and tests derive from there. An implementer promises:
 10. **Declared properties.** ``order``, ``variable_order``, ``adaptive``,
    ``implicit``, ``symplectic``, ``projects`` and ``needs`` say what the method is;
    tests measure each of them for every registered method.
-11. **Constraints.** If ``rhs`` has a :func:`projection`, the end of every accepted
-   step is projected and the next step starts from there, slope included; so are the
-   samples between. States of :meth:`~Integrator.interpolate` are not. A projection that
+11. **Constraints.** If ``rhs`` has a projection (:class:`.right_hand_side.StructuredRhs`), the
+   end of every accepted step is projected and the next step starts from there, slope included; so
+   are the samples between. States of :meth:`~Integrator.interpolate` are not. A projection that
    fails is a step that cannot be made. A method whose own equations hold its states on the
    constraints, to its tolerance, may go on from the state before its projection. One that can
    do neither has ``projects`` false and is not started.
-12. **Pieces.** If ``rhs`` has :func:`.piecewise.input_pieces`, steps end with each of them. A
+12. **Pieces.** If the inputs of ``rhs`` have pieces, steps end with each of them. A
    method that sees ``rhs(t, y)`` alone is begun anew in each by :func:`.piecewise.in_pieces`.
 13. **Events.** After :meth:`~Integrator.stop_at` the run ends at the first + → − zero crossing
    of some functions: ``t`` and ``y`` are there, projected, ``end_event`` is the function's
@@ -54,7 +54,7 @@ choices and tests derive from there. An implementer promises:
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias
 
@@ -63,53 +63,13 @@ import numpy as np
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.events import EventSearch, TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.observed_motion import SETTLING, ObservedMotion
-
-Rhs: TypeAlias = Callable[[float, Array], Array]
+from lagrange_cli.simulate.integrators.right_hand_side import Projection, Rhs, structured
 
 #: The state of a run: numbers, texts, arrays, None, and sequences and mappings of these by names.
 SavedState: TypeAlias = Mapping[str, Any]
 
-#: (t, y) → the state moved onto the constraints, a fresh array; NaN where that fails.
-Projection: TypeAlias = Callable[[float, Array], Array]
-
-#: (t, q, q′) → the change that leads q′ back to the constraints along their gradients at q.
-Shift: TypeAlias = Callable[[float, Array, Array], Array]
-
 #: Why a run ends where its state cannot be projected.
 UNMET = "the constraints cannot be met"
-
-
-@dataclass(frozen=True)
-class ConstrainedRhs:
-    """A right-hand side whose states obey constraints: called like any, with a projection.
-
-    Attributes
-    ----------
-    rhs
-        The right-hand side without a projection.
-    project
-        Moves a state onto the constraints.
-    shift
-        Leads positions back along gradients elsewhere; None if that is not to be had.
-    """
-
-    rhs: Rhs
-    project: Projection
-    shift: Shift | None = None
-
-    @property
-    def expressions(self) -> object:
-        """The expressions of the right-hand side (:mod:`.expressions`)."""
-        return getattr(self.rhs, "expressions", None)
-
-    def __call__(self, t: float, y: Array) -> Array:
-        return self.rhs(t, y)
-
-
-def projection(rhs: Rhs) -> Projection | None:
-    """Return the projection onto the constraints of a right-hand side, None without constraints."""
-    project: Projection | None = getattr(rhs, "project", None)
-    return project
 
 
 class StepError(Exception):
@@ -220,7 +180,7 @@ class Integrator(ABC):
     package
         Optional package by its name in Python, and the extra that installs it.
     traces
-        It needs :mod:`.expressions` of the right-hand side, and raises :class:`UnfitError`
+        It needs the expressions of the right-hand side, and raises :class:`UnfitError`
         where they are not to be had.
     shortens
         True if steps are made shorter where the right-hand side does not exist, so that a run ends
@@ -418,10 +378,49 @@ class Integrator(ABC):
 
     def _counted(self, rhs: Rhs) -> Rhs:
         """Count the calls of a right-hand side; its projection is kept."""
-        self._projection = projection(rhs)
+        self._projection = structured(rhs).project
 
         def counted(t: float, y: Array) -> Array:
             self.evaluations += 1
             return rhs(t, y)
 
         return counted
+
+
+def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
+    """Return a + b as a rounded sum and its exact rounding error (Knuth)."""
+    s = a + b
+    part = s - a
+    return s, (a - (s - part)) + (b - part)
+
+
+class FixedStep(Integrator):
+    """Steps of ``control.step``, a shorter one at the end; the sum over steps is compensated."""
+
+    adaptive = False
+    interpolates = False
+    kept: ClassVar[tuple[str, ...]] = ("_low",)
+
+    def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
+        if control.step is None:
+            raise ValueError(f"{self.name} needs control.step")
+        self._rhs, self._h = self._counted(rhs), control.step
+        self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
+        self._low = np.zeros_like(self.y)
+
+    def step(self, limit: float) -> None:
+        t = self.t
+        # A remainder of rounding size joins the step rather than becoming one.
+        t_new = t + self._h if limit - t > self._h * (1 + 1e-9) else limit
+        y, low = two_sum(self.y, self._low + self._change(t, t_new - t))
+        projected = self._arrived(t_new, y)
+        if projected is not y:
+            self._moved()
+        self.t, self.y, self._low = t_new, projected, low
+
+    @abstractmethod
+    def _change(self, t: float, h: float) -> Array:
+        """Return the change of the state over a step, without the rounding of the sum."""
+
+    def _moved(self) -> None:
+        """Forget what belongs to a state that was then projected."""

@@ -18,8 +18,8 @@ from functools import cache
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
-from lagrange_cli.simulate.integrators.fixed_step import two_sum
+from lagrange_cli.simulate.integrators.base import Control, Integrator, StepError, two_sum
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs
 
 _STAGES = 8
 _MOST_ITERATIONS = 16

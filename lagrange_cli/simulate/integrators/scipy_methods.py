@@ -20,9 +20,16 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, SavedState, StepError
+from lagrange_cli.simulate.integrators.base import (
+    Control,
+    FixedStep,
+    Integrator,
+    SavedState,
+    StepError,
+    two_sum,
+)
 from lagrange_cli.simulate.integrators.differences import distances, quotients
-from lagrange_cli.simulate.integrators.fixed_step import FixedStep, two_sum
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs
 
 if TYPE_CHECKING:
     from scipy.integrate import DenseOutput

@@ -16,16 +16,8 @@ from typing import ClassVar
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import (
-    UNMET,
-    Control,
-    Rhs,
-    Shift,
-    StepError,
-    UnfitError,
-    projection,
-)
-from lagrange_cli.simulate.integrators.fixed_step import FixedStep
+from lagrange_cli.simulate.integrators.base import UNMET, Control, FixedStep, StepError, UnfitError
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs, Shift, structured
 
 #: Iterations of the equations of a step after which it is given up (rattle.c and collocation.c do
 #: the same).
@@ -200,10 +192,10 @@ def require_shift(rhs: Rhs) -> Shift | None:
     UnfitError
         It has constraints, and no such function.
     """
-    shift: Shift | None = getattr(rhs, "shift", None)
-    if shift is None and projection(rhs) is not None:
+    structure = structured(rhs)
+    if structure.shift is None and structure.project is not None:
         raise UnfitError("its constraints are not to be had by themselves")
-    return shift
+    return structure.shift
 
 
 class Rattle(Verlet):

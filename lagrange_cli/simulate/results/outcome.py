@@ -8,7 +8,6 @@ from typing import Literal
 
 from lagrange_cli.simulate.accuracy.event_agreement import UnclearContacts
 from lagrange_cli.simulate.accuracy.measured import Disproof, LimitingComponent, Measured
-from lagrange_cli.simulate.integrators.base import projection
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
     ENDLESS,
     IMPOSSIBLE,
@@ -21,6 +20,7 @@ from lagrange_cli.simulate.integrators.hybrid.surface_motion import (
     IMPULSIVE,
     UNSETTLED,
 )
+from lagrange_cli.simulate.integrators.right_hand_side import structured
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
@@ -160,7 +160,9 @@ def _failed(model: Model, problem: InitialValueProblem, failure: Failure, reques
         return f"{past}: {says.format(_listed(model, failure.contacts))}; {ends}{way_out}"
     if failure.reason in _KINKS:
         return f"{past}: {failure.reason}; {_KINKS[failure.reason]}"
-    kept = " a position where the constraints are singular," if projection(problem.rhs) else ""
+    kept = (
+        " a position where the constraints are singular," if structured(problem.rhs).project else ""
+    )
     cause = f" (a singularity,{kept} or the edge of where the equations exist)"
     return f"{past}: {failure.reason}{cause}"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from lagrange_cli.simulate.model.labels import Label, Labels
 from lagrange_cli.simulate.results.curves import Curve, Panels
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.results.trajectory import Trajectory
+    from lagrange_cli.simulate.results.decimation import Decimated
 
 #: Colours of lines.
 COLOURS = 4
@@ -121,13 +121,54 @@ class Picture:
         return self.stacked or self.over_time
 
 
-def picture_of(trajectory: Trajectory, panels: Panels) -> Picture:
+class DrawnEvent(Protocol):
+    """An event as a picture shows it: both sides of a jump."""
+
+    @property
+    def t(self) -> float: ...
+
+    @property
+    def state(self) -> Mapping[str, float]: ...
+
+    @property
+    def before(self) -> Mapping[str, float] | None: ...
+
+
+class DrawnMotion(Protocol):
+    """A motion as a picture shows it; the fields are those of a :class:`.trajectory.Trajectory`."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def labels(self) -> Labels: ...
+
+    @property
+    def t(self) -> Array: ...
+
+    @property
+    def columns(self) -> Mapping[str, Array]: ...
+
+    @property
+    def energy(self) -> Array: ...
+
+    @property
+    def energy_scale(self) -> float | None: ...
+
+    @property
+    def events(self) -> Sequence[DrawnEvent]: ...
+
+    @property
+    def decimated(self) -> Decimated | None: ...
+
+
+def picture_of(trajectory: DrawnMotion, panels: Panels) -> Picture:
     """Gather the lines of a picture and their labels."""
     title = trajectory.labels.title or trajectory.name
     return Picture(title, tuple(_panel(trajectory, curves) for curves in panels))
 
 
-def _panel(trajectory: Trajectory, curves: Sequence[Curve]) -> Panel:
+def _panel(trajectory: DrawnMotion, curves: Sequence[Curve]) -> Panel:
     labels = trajectory.labels
     over_time = all(curve.abscissa == "t" for curve in curves)
     drift = _is_drift(trajectory, curves)
@@ -147,7 +188,7 @@ def has_one_scale(labels: Labels, curves: Sequence[Curve]) -> bool:
     return all(labels.dimensions.get(name) == "m" for curve in curves for name in curve)
 
 
-def _is_drift(trajectory: Trajectory, curves: Sequence[Curve]) -> bool:
+def _is_drift(trajectory: DrawnMotion, curves: Sequence[Curve]) -> bool:
     """Say whether a panel shows nothing but a conserved energy over the time."""
     return trajectory.energy_scale is not None and set(curves) == {Curve("energy")}
 
@@ -157,7 +198,7 @@ def _drift_label(labels: Labels) -> Label:
     return Label(_DRIFT.latex % (symbol, symbol), _DRIFT.plain % (symbol, symbol))
 
 
-def _line(trajectory: Trajectory, curve: Curve, over_time: bool) -> Line:
+def _line(trajectory: DrawnMotion, curve: Curve, over_time: bool) -> Line:
     symbol, over = (trajectory.labels.symbol(name) for name in curve)
     label = Label(f"${symbol.latex}$", symbol.plain)
     if not over_time:
@@ -169,7 +210,7 @@ def _line(trajectory: Trajectory, curve: Curve, over_time: bool) -> Line:
     return Line(label, x[finite], y[finite])
 
 
-def _points(trajectory: Trajectory, curve: Curve) -> tuple[Array, Array]:
+def _points(trajectory: DrawnMotion, curve: Curve) -> tuple[Array, Array]:
     """Return abscissas and ordinates of a curve, both sides of every jump among them."""
     known = trajectory.decimated
     if known is None:
@@ -181,7 +222,7 @@ def _points(trajectory: Trajectory, curve: Curve) -> tuple[Array, Array]:
 
 
 def _with_events(
-    trajectory: Trajectory, curve: Curve, columns: Mapping[str, Array]
+    trajectory: DrawnMotion, curve: Curve, columns: Mapping[str, Array]
 ) -> tuple[Array, Array]:
     """Put the states at events among samples: an impact is as steep, and as high, as it is."""
     x, y = columns[curve.abscissa], columns[curve.ordinate]

@@ -11,9 +11,9 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, SingularError
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs, projection
 from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, NativeReal
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs, structured
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.samples import Grid, MemoryBuffer, RowSequence, SampleBuffer, windows
 from lagrange_cli.simulate.system.rounding import in_arithmetic, off_by_one_ulp
@@ -270,7 +270,7 @@ def require_a_start(model: Model, problem: InitialValueProblem) -> None:
             f" {singular} singular there, or a force is not finite",
             "start elsewhere, or choose coordinates and parameters that are regular there",
         )
-    project = projection(problem.rhs)
+    project = structured(problem.rhs).project
     if project is not None and not _near(project(problem.start, problem.y0), problem.y0):
         raise _refused(
             f"the start is not on the constraints, {_state(model, problem)}",

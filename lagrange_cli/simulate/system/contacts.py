@@ -7,12 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs, projection
 from lagrange_cli.simulate.integrators.events import TerminalEvents
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, Gaps, HybridRhs
-from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
-from lagrange_cli.simulate.system.contact_functions import ContactFunctions
-from lagrange_cli.simulate.system.surface_functions import with_surfaces
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs, Surfaces, structured
+from lagrange_cli.simulate.system.code import ModelCode
 from lagrange_cli.simulate.system.tables import StateFunction, Table
 
 
@@ -24,17 +22,17 @@ class ContactRhs(HybridRhs):
     flight
         The one with no contact closed.
     name
-        Of the function that is it with contacts closed, as ``parts`` know it.
+        Name, in ``code``, of the function that is it with contacts closed.
     parameters
         All that it reads; the flags of ``contacts`` contacts begin at ``first``.
     surfaces
-        What makes the switching surfaces for these parameters, None if there are none.
+        Makes the switching surfaces for parameters; None if there are none.
     """
 
     def __init__(
         self,
         flight: Rhs,
-        parts: ContactFunctions,
+        code: ModelCode,
         name: str,
         parameters: Array,
         first: int,
@@ -42,10 +40,10 @@ class ContactRhs(HybridRhs):
         surfaces: Callable[[Array], Surfaces] | None = None,
     ) -> None:
         self.free = (False,) * contacts
-        self._flight, self._parts, self._name = flight, parts, name
+        self._flight, self._code, self._name = flight, code, name
         self._parameters, self._flags = parameters, slice(first, first + contacts)
         self._sides: dict[ContactMode, Rhs] = {self.free: flight}
-        self._gaps = parts.row("gaps", 2 * contacts, parameters)
+        self._gaps = code.row("gaps", 2 * contacts, parameters)
         self._terms: StateFunction | None = None
         self._known: tuple[float, bytes, Gaps] | None = None
         self._surfaces = surfaces
@@ -54,14 +52,14 @@ class ContactRhs(HybridRhs):
         return self._flight(t, y)
 
     def project(self, t: float, y: Array) -> Array:
-        project = projection(self._flight)
+        project = structured(self._flight).project
         return np.array(y) if project is None else project(t, y)
 
     def side(self, closed: ContactMode) -> Rhs:
         if closed not in self._sides:
-            side = self._parts.side(self._name, self._with(closed))
+            side = self._code.contact_side(self._name, self._with(closed))
             if self._surfaces is not None:
-                side = with_surfaces(side, self._surfaces(self._with(closed)))
+                side = side.with_surfaces(self._surfaces(self._with(closed)))
             self._sides[closed] = side
         return self._sides[closed]
 
@@ -78,8 +76,8 @@ class ContactRhs(HybridRhs):
         reach: tuple[float, ...] = (),
     ) -> TerminalEvents:
         parameters = self._with(closed)
-        values = self._parts.row("events", len(closed), parameters)
-        native = self._parts.events(parameters)
+        values = self._code.row("events", len(closed), parameters)
+        native = self._code.events("events", parameters)
         return TerminalEvents(values, signs, noise, native, reach)
 
     def gaps(self, t: float, y: Array) -> Gaps:
@@ -88,7 +86,7 @@ class ContactRhs(HybridRhs):
         if self._known is not None and self._known[:2] == (t, place):
             return self._known[2]
         if self._terms is None:
-            self._terms = self._parts.row("gap_terms", count * (n + 3), self._parameters)
+            self._terms = self._code.row("gap_terms", count * (n + 3), self._parameters)
         values, sizes = self._gaps(t, y).reshape(2, count)
         terms = self._terms(t, y)
         gradients, (rates, biases, _) = terms[: count * n], terms[count * n :].reshape(3, count)
@@ -98,12 +96,12 @@ class ContactRhs(HybridRhs):
 
     def table(self, name: str, columns: int, closed: ContactMode) -> Table:
         """Another function of the system with contacts, at many states."""
-        return self._parts.table(name, columns, self._with(closed))
+        return self._code.table(name, columns, self._with(closed))
 
     def reset(
         self, t: float, y: Array, closed: ContactMode, event: int, bounce: float
     ) -> tuple[Array | None, ContactMode]:
-        state, flags = self._parts.reset(t, y, self._with(closed), event, bounce)
+        state, flags = self._code.reset(t, y, self._with(closed), event, bounce)
         if state is not None and not np.isfinite(state).all():
             return None, self.free
         return state, tuple((flags != 0).tolist())

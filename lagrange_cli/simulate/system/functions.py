@@ -17,37 +17,25 @@ import numpy as np
 from lagrange_cli.cache import Cache, open_cache
 from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs, Shift
 from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, WIDER_TYPES, NativeReal
-from lagrange_cli.simulate.integrators.piecewise import with_projection
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs, structured
 from lagrange_cli.simulate.model.model import Code, Model
-from lagrange_cli.simulate.system.contact_functions import (
-    ContactFunctions,
-    InterpretedContacts,
-    NativeContacts,
-)
+from lagrange_cli.simulate.system.code import InterpretedCode, ModelCode, NativeCode
 from lagrange_cli.simulate.system.contacts import ContactRhs
 from lagrange_cli.simulate.system.inputs import RecordedInputs, read_recorded_inputs, with_functions
 from lagrange_cli.simulate.system.libraries import Libraries, pieces_of
 from lagrange_cli.simulate.system.rounding import SURFACE_NUMBERS, parameter_values
 from lagrange_cli.simulate.system.singular_guard import guarded_rhs, singular_factors
-from lagrange_cli.simulate.system.surface_functions import (
-    InterpretedCode,
-    MakeSurfaces,
-    NativeCode,
-    surfaces_maker,
-    with_surfaces,
-)
+from lagrange_cli.simulate.system.surfaces import MakeSurfaces, surfaces_maker
 from lagrange_cli.simulate.system.tables import (
     ParameterTable,
     Table,
-    bound,
     interpreted_table,
     native_parameter_table,
     no_columns,
 )
-from lagrange_cli.simulate.system.tracing import functions_of, tracer
+from lagrange_cli.simulate.system.tracing import functions_of
 from lagrange_cli.simulate.toolchain.compiler import CompileError
 
 #: No driven inputs.
@@ -89,9 +77,9 @@ class RightHandSide:
     Attributes
     ----------
     rhs
-        (t, y) → [q̇, q̈], shape (2n,). With closure equations it has a projection
-        (:func:`.base.projection`), with inputs from files pieces (:func:`.pieces.pieces`); with
-        contacts it is a :class:`.contacts.ContactRhs`.
+        (t, y) → [q̇, q̈], shape (2n,). With closure equations it has a projection, with inputs from
+        files pieces (:class:`.right_hand_side.StructuredRhs`); with contacts it is a
+        :class:`.contacts.ContactRhs`.
     perturbed
         Two more of the same, with parameters and operations off by their rounding error.
     energy
@@ -162,15 +150,105 @@ def right_hand_side(
     return KeptFunctions(cache)(model, budget)
 
 
-def _sided(model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None) -> RightHandSide:
-    """Give right-hand sides their switching surfaces, if there are any."""
-    if surfaces is None:
-        return functions
+@dataclass(frozen=True)
+class _Evaluators:
+    """The functions of a model over its code, compiled or interpreted.
 
-    def side(rhs: Rhs, pattern: int) -> Rhs:
-        parameters = parameter_values(model, pattern)
-        return with_surfaces(rhs, surfaces(pattern, "", parameters))
+    Attributes
+    ----------
+    code
+        Makes the code with inputs off by their rounding in a pattern not 0, and with right-hand
+        sides that end at the numbers of :func:`.singular_guard.guard_signs`, if there are any.
+    wider
+        Makes right-hand sides in the next wider arithmetic, with such numbers or without; None
+        if there is none.
+    """
 
+    model: Model
+    code: Callable[[int, Array | None], ModelCode]
+    wider: Callable[[Array | None], WiderArithmetic | None] = lambda guards: None
+
+    def functions(self, implementation: str, singular: Table, **more: Any) -> RightHandSide:
+        """Bind the parameters of the model to all functions."""
+        model, exact = self.model, self.code(0, None)
+
+        def table(name: str, columns: int) -> Table:
+            return exact.table(name, columns, parameter_values(model)) if columns else no_columns
+
+        rhs, perturbed = self._sides(None)
+        plain = RightHandSide(
+            rhs=rhs,
+            perturbed=perturbed,
+            energy=table("energy", 1),
+            positions=table("positions", len(model.cartesian)),
+            velocities=table("velocities", len(model.cartesian)),
+            multipliers=table("multipliers", len(model.multipliers)),
+            constraints=table("constraints", model.residuals),
+            outputs=table("outputs", model.output_count),
+            exponents=table("landmarks", model.landmarks),
+            singular=singular,
+            implementation=implementation,
+            wider=partial(self.wider, None),
+            **more,
+        )
+
+        @functools.cache
+        def guarded(signs: tuple[float, ...]) -> RightHandSide:
+            guards = np.array(signs)
+            rhs, perturbed = self._sides(guards)
+            wider = partial(self.wider, guards)
+            within = replace(plain, rhs=rhs, perturbed=perturbed, wider=wider, guarded=None)
+            return self._on_surfaces(within, guards)
+
+        plain = replace(plain, guarded=lambda guards: guarded(tuple(guards.tolist())))
+        return self._with_contacts(self._on_surfaces(plain, None))
+
+    def _sides(self, guards: Array | None) -> tuple[Rhs, tuple[Rhs, Rhs]]:
+        """Return the right-hand side and the two perturbed ones."""
+        names = "rhs", "disturbed", "disturbed"
+        rhs, one, two = (
+            self.code(pattern, guards).side(name, parameter_values(self.model, pattern))
+            for pattern, name in enumerate(names)
+        )
+        return rhs, (one, two)
+
+    def _surfaces(self, guards: Array | None) -> MakeSurfaces | None:
+        return surfaces_maker(self.model, lambda pattern: self.code(pattern, guards))
+
+    def _on_surfaces(self, functions: RightHandSide, guards: Array | None) -> RightHandSide:
+        """Give right-hand sides their switching surfaces, if there are any."""
+        surfaces = self._surfaces(guards)
+        if surfaces is None:
+            return functions
+
+        def side(rhs: Rhs, pattern: int) -> Rhs:
+            parameters = parameter_values(self.model, pattern)
+            return structured(rhs).with_surfaces(surfaces(pattern, "", parameters))
+
+        return _changed(functions, side)
+
+    def _with_contacts(self, functions: RightHandSide) -> RightHandSide:
+        """Make right-hand sides for every set of closed contacts, if there are contacts."""
+        model, surfaces, guarded = self.model, self._surfaces(None), functions.guarded
+        if not model.contacts:
+            return functions
+
+        def side(flight: Rhs, pattern: int) -> ContactRhs:
+            name = "contact_disturbed" if pattern else "contact_rhs"
+            parameters = parameter_values(model, pattern)
+            first = len(model.parameters) + SURFACE_NUMBERS * len(model.surfaces)
+            of_contacts = None if surfaces is None else partial(surfaces, pattern, "contact_")
+            count, code = len(model.contacts), self.code(pattern, None)
+            return ContactRhs(flight, code, name, parameters, first, count, of_contacts)
+
+        return replace(
+            _changed(functions, side),
+            guarded=guarded and (lambda guards: self._with_contacts(guarded(guards))),
+        )
+
+
+def _changed(functions: RightHandSide, side: Callable[[Rhs, int], Rhs]) -> RightHandSide:
+    """Change the right-hand sides, by their patterns; no wider arithmetic has their change."""
     one, two = functions.perturbed
     return replace(
         functions,
@@ -178,38 +256,6 @@ def _sided(model: Model, functions: RightHandSide, surfaces: MakeSurfaces | None
         perturbed=(side(one, 1), side(two, 2)),
         wider=lambda: None,
         widens=False,
-    )
-
-
-def _with_contacts(
-    model: Model,
-    functions: RightHandSide,
-    parts: Callable[[int], ContactFunctions],
-    surfaces: MakeSurfaces | None,
-) -> RightHandSide:
-    """Make right-hand sides for every set of closed contacts, if there are contacts.
-
-    ``parts``: what the code offers, with inputs off by their rounding in a pattern not 0.
-    """
-    if not model.contacts:
-        return functions
-
-    def side(flight: Rhs, pattern: int) -> ContactRhs:
-        name = "contact_disturbed" if pattern else "contact_rhs"
-        parameters = parameter_values(model, pattern)
-        first = len(model.parameters) + SURFACE_NUMBERS * len(model.surfaces)
-        of_contacts = None if surfaces is None else partial(surfaces, pattern, "contact_")
-        count = len(model.contacts)
-        return ContactRhs(flight, parts(pattern), name, parameters, first, count, of_contacts)
-
-    (one, two), guarded = functions.perturbed, functions.guarded
-    return replace(
-        functions,
-        rhs=side(functions.rhs, 0),
-        perturbed=(side(one, 1), side(two, 2)),
-        wider=lambda: None,
-        widens=False,
-        guarded=guarded and (lambda on: _with_contacts(model, guarded(on), parts, surfaces)),
     )
 
 
@@ -288,58 +334,23 @@ class KeptFunctions:
 def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSide:
     """Bind the parameters of a model to the functions of loaded libraries."""
     model, recorded = libraries.model, libraries.recorded_inputs
-
-    def table(name: str, columns: int) -> Table:
-        if columns == 0:
-            return no_columns
-        return partial(libraries.function(name).table, columns=columns)
-
-    def forces() -> ParameterTable | None:
-        if not model.forces:
-            return None
+    singular: Table = no_columns
+    forces: ParameterTable | None = None
+    if model.singular:
+        singular = partial(libraries.function("singular").table, columns=len(model.singular))
+    if model.forces:
         known = np.empty(len(model.parameters) + len(model.coordinates) + len(model.symbols))
         function = libraries.function("forces", parameters=known)
-        return native_parameter_table(function, len(model.forces))
-
-    @functools.cache
-    def guarded_by(signs: tuple[float, ...]) -> RightHandSide:
-        guards = np.array(signs)
-        rhs, perturbed = libraries.sides(guards)
-        wider = partial(_wider, WIDER_TYPES, model, recorded, cache, deadline, guards)
-        within = replace(plain, rhs=rhs, perturbed=perturbed, wider=wider, guarded=None)
-        code = partial(NativeCode, libraries, guards=guards)
-        return _sided(model, within, surfaces_maker(model, code))
-
-    rhs, perturbed = libraries.sides()
-    plain = RightHandSide(
-        rhs=rhs,
-        perturbed=perturbed,
-        energy=table("energy", 1),
-        positions=table("positions", len(model.cartesian)),
-        velocities=table("velocities", len(model.cartesian)),
-        multipliers=table("multipliers", len(model.multipliers)),
-        constraints=table("constraints", model.residuals),
-        outputs=table("outputs", model.output_count),
-        exponents=table("landmarks", model.landmarks),
-        singular=table("singular", len(model.singular)),
-        implementation="compiled C",
+        forces = native_parameter_table(function, len(model.forces))
+    wider = partial(_wider, WIDER_TYPES, model, recorded, cache, deadline)
+    return _Evaluators(model, partial(NativeCode, libraries), wider).functions(
+        "compiled C",
+        singular,
         native=True,
-        wider=partial(_wider, WIDER_TYPES, model, recorded, cache, deadline),
         widens=bool(WIDER_TYPES),
         recorded_inputs=recorded,
-        forces=forces(),
-        guarded=lambda guards: guarded_by(tuple(guards.tolist())),
+        forces=forces,
         landmarks=libraries.landmarks,
-    )
-    surfaces = surfaces_maker(model, partial(NativeCode, libraries))
-    sided = _sided(model, plain, surfaces)
-    return _with_contacts(
-        model,
-        sided,
-        lambda pattern: NativeContacts(
-            model, libraries.system, libraries.holding, pieces_of(recorded, pattern)
-        ),
-        surfaces,
     )
 
 
@@ -381,14 +392,6 @@ def _wider(
 # Interpreted.
 
 
-def _shift(functions: dict[str, Any], parameters: list[float]) -> Shift | None:
-    """Bind the change that leads positions back to the constraints; None without constraints."""
-    change = functions.get("shifted_change")
-    if change is None:
-        return None
-    return lambda t, q, there: np.asarray(change(t, np.concatenate([q, there]), parameters))
-
-
 def interpreted(
     model: Model, reason: str, driven: Mapping[str, Callable[[float], float]] = _NONE
 ) -> RightHandSide:
@@ -404,57 +407,15 @@ def interpreted(
     functions = functions_of(model.code.python)
     inputs = with_functions(read_recorded_inputs(model.recordings), driven)
 
-    def given_to(name: str, pattern: int = 0) -> Rhs:
-        parameters = parameter_values(model, pattern)
-        trace = tracer(model.code.python, name)
-        return bound(functions[name], parameters.tolist(), pieces_of(inputs, pattern), trace)
+    def code(pattern: int, guards: Array | None) -> InterpretedCode:
+        pieces = pieces_of(inputs, pattern)
+        if guards is None:
+            return InterpretedCode(model, functions, pieces)
+        return InterpretedCode(model, functions, pieces, partial(guarded_rhs, model, guards))
 
-    def table(name: str, columns: int) -> Table:
-        return interpreted_table(given_to(name), columns) if columns else no_columns
-
-    def side(name: str, pattern: int = 0) -> Rhs:
-        rhs = given_to(name, pattern)
-        if not model.multipliers:
-            return rhs
-        parameters = parameter_values(model, pattern)
-        numbers = parameters[: len(parameter_values(model))].tolist()
-        project = bound(functions["project"], numbers, None)
-        return with_projection(rhs, project, _shift(functions, numbers))
-
-    def guarded(guards: Array) -> RightHandSide:
-        beside = partial(guarded_rhs, model, guards)
-        one, two = map(beside, plain.perturbed)
-        within = replace(plain, rhs=beside(plain.rhs), perturbed=(one, two), guarded=None)
-        return _sided(model, within, surfaces_beside(beside))
-
-    def surfaces_beside(beside: Callable[[Rhs], Rhs]) -> MakeSurfaces | None:
-        return surfaces_maker(
-            model, lambda pattern: InterpretedCode(functions, pieces_of(inputs, pattern), beside)
-        )
-
-    plain = RightHandSide(
-        rhs=side("rhs"),
-        perturbed=(side("disturbed", 1), side("disturbed", 2)),
-        energy=table("energy", 1),
-        positions=table("positions", len(model.cartesian)),
-        velocities=table("velocities", len(model.cartesian)),
-        multipliers=table("multipliers", len(model.multipliers)),
-        constraints=table("constraints", model.residuals),
-        outputs=table("outputs", model.output_count),
-        exponents=table("landmarks", model.landmarks),
-        singular=(
-            interpreted_table(singular_factors(model), len(model.singular))
-            if model.singular
-            else no_columns
-        ),
-        implementation=f"interpreted Python: {reason}",
-        recorded_inputs=inputs,
-        guarded=guarded,
-    )
-    surfaces = surfaces_beside(lambda rhs: rhs)
-    return _with_contacts(
-        model,
-        _sided(model, plain, surfaces),
-        lambda pattern: InterpretedContacts(model, functions, pieces_of(inputs, pattern)),
-        surfaces,
+    singular: Table = no_columns
+    if model.singular:
+        singular = interpreted_table(singular_factors(model), len(model.singular))
+    return _Evaluators(model, code).functions(
+        f"interpreted Python: {reason}", singular, recorded_inputs=inputs
     )

@@ -16,7 +16,7 @@ import numpy as np
 
 from lagrange_cli.cache import digest
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.simulate.integrators.piecewise import InputPieces
+from lagrange_cli.simulate.integrators.right_hand_side import InputPieces
 from lagrange_cli.simulate.system.rounding import off_by_one_ulp
 
 if TYPE_CHECKING:

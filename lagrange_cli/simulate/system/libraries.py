@@ -13,7 +13,6 @@ import numpy as np
 from lagrange_cli.cache import Cache
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.expressions import Tracer
 from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
@@ -24,7 +23,7 @@ from lagrange_cli.simulate.integrators.native.c_types import (
     projection_type,
 )
 from lagrange_cli.simulate.integrators.native.function import NativeInputs, NativeRhs
-from lagrange_cli.simulate.integrators.piecewise import InputPieces
+from lagrange_cli.simulate.integrators.right_hand_side import InputPieces, Tracer
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.inputs import RecordedInputs
 from lagrange_cli.simulate.system.library_sources import OPTIONS, stepping_source, system_source
@@ -92,11 +91,12 @@ class Libraries:
         self._further: dict[str, ctypes.CDLL | None] = {}
         self.model, self._real, self.recorded_inputs = model, real, recorded
         self._functions = sources[0].functions
+        self._inputs: dict[int, NativeInputs | None] = {}
 
     def of(self, model: Model, recorded: RecordedInputs | None) -> Libraries:
         """Return the same libraries for a model of other numbers and inputs."""
         libraries = copy.copy(self)
-        libraries.model, libraries.recorded_inputs = model, recorded
+        libraries.model, libraries.recorded_inputs, libraries._inputs = model, recorded, {}
         return libraries
 
     def function(
@@ -105,11 +105,20 @@ class Libraries:
         pattern: int = 0,
         parameters: Array | None = None,
         guards: Array | None = None,
+        *,
+        contacts: bool = False,
     ) -> NativeRhs:
         """Return a function of the system; numbers are off by their rounding in a pattern not 0.
 
-        ``parameters``: those that it reads, if not the model's; ``guards``: numbers of
-        :func:`.singular_guard.guard_signs`, for the guarded form of a right-hand side.
+        Parameters
+        ----------
+        parameters
+            The numbers that it reads, if not the model's.
+        guards
+            Numbers of :func:`.singular_guard.guard_signs`, for the guarded form of a right-hand
+            side.
+        contacts
+            States are projected onto closed contacts too, and evaluated one by one.
         """
         if parameters is None:
             parameters = parameter_values(self.model, pattern, self._real)
@@ -117,12 +126,12 @@ class Libraries:
         if guards is not None:
             guarded, trace = "guarded_", _reading(trace, len(parameters))
             parameters = np.concatenate([self._real.array(part) for part in (parameters, guards)])
-        pieces = pieces_of(self.recorded_inputs, pattern)
         entry = self._entry(f"{guarded}{name}")
         lanes = f"system_{guarded}{name}_lanes"
-        at_once = self.system[lanes] if lanes in self._functions else None
+        at_once = self.system[lanes] if lanes in self._functions and not contacts else None
         work = np.empty(self.model.code.work)
-        projection = self._projection if self.model.multipliers else None
+        constrained = self.model.multipliers and not contacts
+        projection = self._projection("project") if constrained else None
         rhs = NativeRhs(
             entry,
             parameters,
@@ -130,14 +139,21 @@ class Libraries:
             self.holding,
             at_once,
             self._real,
-            projection,
-            None if pieces is None else NativeInputs(pieces, self._real),
+            self._projection("contact_project") if contacts else projection,
+            self.inputs(pattern),
             trace,
-            self._shift,
+            None if contacts else self._shift,
         )
         if f"system_{guarded}{name}_taylor" in self._functions:
             rhs.series = self._series(name)
         return rhs
+
+    def inputs(self, pattern: int) -> NativeInputs | None:
+        """Return the inputs, off by their rounding in a pattern not 0; None without inputs."""
+        if pattern not in self._inputs:
+            pieces = pieces_of(self.recorded_inputs, pattern)
+            self._inputs[pattern] = None if pieces is None else NativeInputs(pieces, self._real)
+        return self._inputs[pattern]
 
     def _series(self, name: str) -> tuple[int, int]:
         """Return the address of the Taylor recurrences of a function, and their rows."""
@@ -164,9 +180,8 @@ class Libraries:
             return _PROTOTYPES[kind](self._real)(place)
         return ByReference(place, (f"lagrange_call{kind}", self.stepper), self._real)
 
-    @property
-    def _projection(self) -> Any:
-        return self._entry("project", "_projection")
+    def _projection(self, name: str) -> Any:
+        return self._entry(name, "_projection")
 
     @property
     def _shift(self) -> Any:

@@ -13,7 +13,15 @@ from typing import Any, cast
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.integrators.right_hand_side import (
+    Expressions,
+    InputPieces,
+    Projection,
+    Rhs,
+    Shift,
+    StructuredRhs,
+    structured,
+)
 from lagrange_cli.simulate.model.model import ChartSingularity, Model
 from lagrange_cli.simulate.system.tracing import functions_of
 
@@ -84,23 +92,43 @@ def guard_signs(model: Model, t: float, y: Array, *, barred: bool = True) -> Arr
 
 
 @dataclass(frozen=True)
-class _BesidePlaces:
-    """A right-hand side that is NaN beyond some singular configurations."""
+class _GuardedRhs(StructuredRhs):
+    """A right-hand side that is NaN beyond some singular configurations.
 
-    rhs: Rhs
+    Attributes
+    ----------
+    rhs
+        The right-hand side on both sides of them.
+    barred
+        Tells whether a state is beyond.
+    project, shift, pieces
+        Those of ``rhs``.
+    """
+
+    rhs: StructuredRhs
     barred: Callable[[float, Array], bool]
+    project: Projection | None
+    shift: Shift | None
+    pieces: InputPieces | None
+
+    @classmethod
+    def over(cls, rhs: StructuredRhs, barred: Callable[[float, Array], bool]) -> _GuardedRhs:
+        """Bar states of a right-hand side, whose structure stays."""
+        return cls(rhs, barred, rhs.project, rhs.shift, rhs.pieces)
 
     @property
-    def expressions(self) -> object:
-        """The expressions of the right-hand side (:mod:`.integrators.expressions`)."""
-        return getattr(self.rhs, "expressions", None)
+    def expressions(self) -> Expressions | None:
+        return self.rhs.expressions
+
+    def in_piece(self, piece: int) -> Rhs:
+        return self.over(structured(self.rhs.in_piece(piece)), self.barred)
 
     def __call__(self, t: float, y: Array) -> Array:
         return np.full(len(y), np.nan) if self.barred(t, y) else self.rhs(t, y)
 
 
-def guarded_rhs(model: Model, kept: Array, rhs: Rhs) -> Rhs:
-    """Make an interpreted right-hand side NaN on sides that ``kept`` (:func:`guard_signs`) bars."""
+def guarded_rhs(model: Model, guards: Array, rhs: StructuredRhs) -> StructuredRhs:
+    """Make an interpreted right-hand side NaN on the sides that :func:`guard_signs` bars."""
     numbers, above = _passable(model), positive_values(model)
     factors = singular_factors(model) if numbers else None
     rates = [lost_rates(model, model.singular[k]) for k in numbers]
@@ -108,11 +136,11 @@ def guarded_rhs(model: Model, kept: Array, rhs: Rhs) -> Rhs:
 
     def barred(t: float, y: Array) -> bool:
         vanishing = np.empty(0) if factors is None else factors(t, y)[numbers]
-        beyond = kept * np.concatenate([vanishing, above(t, y)]) < 0
+        beyond = guards * np.concatenate([vanishing, above(t, y)]) < 0
         return any(
             abs(side) > WHILE_MOVING or bool(y[lost_rates].any())
-            for side, lost_rates, there in zip(kept, rates, beyond, strict=True)
+            for side, lost_rates, there in zip(guards, rates, beyond, strict=True)
             if there
         )
 
-    return _BesidePlaces(rhs, barred)
+    return _GuardedRhs.over(rhs, barred)

@@ -10,10 +10,16 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
-from lagrange_cli.simulate.integrators.piecewise import InputPieces, PiecewiseRhs
+from lagrange_cli.simulate.integrators.right_hand_side import (
+    Expressions,
+    InputPieces,
+    PiecewiseRhs,
+    Projection,
+    Shift,
+    StructuredRhs,
+    Tracer,
+)
 
 #: Values at many states: t (m,), y (m, 2n) → (m, k).
 Table: TypeAlias = Callable[[Array, Array], Array]
@@ -74,7 +80,7 @@ def interpreted_table(function: Callable[[float, Array], Any], columns: int) -> 
 
 
 @dataclass(frozen=True)
-class _Bound:
+class _BoundRhs(StructuredRhs):
     """A function run by Python, called as one of t and y.
 
     Attributes
@@ -89,13 +95,17 @@ class _Bound:
         Runs it over objects; None if that is not wanted.
     driven
         Functions of time whose values follow those of its inputs.
+    project, shift
+        As those of any :class:`.right_hand_side.StructuredRhs`.
     """
 
     function: Callable[..., Any]
     parameters: list[float]
     inputs: Array | None
     trace: Tracer | None
-    driven: tuple[Callable[[float], float], ...] = ()
+    driven: tuple[Callable[[float], float], ...]
+    project: Projection | None
+    shift: Shift | None
 
     @cached_property
     def _arguments(self) -> list[Any]:
@@ -109,7 +119,6 @@ class _Bound:
 
     @property
     def expressions(self) -> Expressions | None:
-        """Its tracer and numbers (:mod:`.integrators.expressions`)."""
         if self.trace is None:
             return None
         inputs = np.empty(0) if self.inputs is None else self.inputs
@@ -121,14 +130,25 @@ def bound(
     parameters: list[float],
     pieces: InputPieces | None,
     trace: Tracer | None = None,
-) -> Rhs:
+    project: Projection | None = None,
+    shift: Shift | None = None,
+) -> StructuredRhs:
     """Bind parameters and inputs of a function run by Python; it is then one of t and y.
 
-    ``trace``: the same function over objects.
+    Parameters
+    ----------
+    trace
+        The same function over objects.
+    project, shift
+        As those of any :class:`.right_hand_side.StructuredRhs`.
     """
     if pieces is None:
-        return _Bound(function, parameters, None, trace)
+        return _BoundRhs(function, parameters, None, trace, (), project, shift)
     driven = pieces.functions
     # No object that stands for all times goes through a user's function.
     trace = None if driven else trace
-    return PiecewiseRhs(pieces, lambda row: _Bound(function, parameters, row, trace, driven))
+
+    def within(row: Array) -> StructuredRhs:
+        return _BoundRhs(function, parameters, row, trace, driven, project, shift)
+
+    return PiecewiseRhs(pieces, within, project)

@@ -1,8 +1,8 @@
 """A model's right-hand sides run over objects in place of numbers.
 
-The Python text of the model is run (see :mod:`.integrators.expressions`). Its comparisons tell
-whether a state has accelerations; objects that stand for all states answer them as regular states
-do.
+The Python text of the model is run (see :class:`.right_hand_side.Expressions`). Its comparisons
+tell whether a state has accelerations; objects that stand for all states answer them as regular
+states do.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.integrators.base import UnfitError
-from lagrange_cli.simulate.integrators.expressions import Tracer
+from lagrange_cli.simulate.integrators.right_hand_side import Tracer
 
 #: Functions of :mod:`math` that texts call.
 _MATH = ["sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"]

@@ -23,7 +23,7 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.rounding import parameter_values

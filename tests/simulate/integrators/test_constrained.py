@@ -10,9 +10,10 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipj
 
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
-from lagrange_cli.simulate.integrators.base import UNMET, ConstrainedRhs
+from lagrange_cli.simulate.integrators.base import UNMET
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
+from lagrange_cli.simulate.integrators.right_hand_side import FunctionRhs
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run
 from tests.simulate.available import BY_VALUES
@@ -250,7 +251,7 @@ def test_a_sample_that_cannot_be_projected_ends_the_run():
     def project(t, y):
         return np.full(2, np.nan) if 0.4 < t < 0.45 else y.copy()
 
-    rhs = ConstrainedRhs(lambda t, y: np.array([y[1], 0.0]), project)
+    rhs = FunctionRhs(lambda t, y: np.array([y[1], 0.0]), project)
     how = control(2, first_step=0.25, max_step=0.25)
     run = start_integrator(INTEGRATORS["DOP853"], rhs, 0.0, np.array([0.0, 1.0]), 1.0, how)
     out = np.empty((3, 2))

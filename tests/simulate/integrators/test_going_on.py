@@ -9,10 +9,9 @@ import pytest
 
 from lagrange_cli.simulate.checkpoint.checkpoint import DamagedError, deserialize, serialize
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
-from lagrange_cli.simulate.integrators.base import ConstrainedRhs
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
-from lagrange_cli.simulate.integrators.piecewise import InputPieces, PiecewiseRhs
+from lagrange_cli.simulate.integrators.right_hand_side import FunctionRhs, InputPieces, PiecewiseRhs
 from tests.simulate.available import BY_VALUES
 from tests.simulate.constrained_systems import constrained
 from tests.simulate.native_systems import native
@@ -50,7 +49,7 @@ def pushed():
 #: Right-hand sides with starts.
 PROBLEMS = {
     "smooth": (lambda: pendulum, [2.0, 0.5]),
-    "constrained": (lambda: ConstrainedRhs(circle, onto_circle), [1.0, 0.0, 0.0, 0.3]),
+    "constrained": (lambda: FunctionRhs(circle, onto_circle), [1.0, 0.0, 0.0, 0.3]),
     "pieces": (pushed, [2.0, 0.5]),
 }
 

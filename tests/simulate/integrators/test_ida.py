@@ -12,7 +12,8 @@ from lagrange_cli import load, loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
-from lagrange_cli.simulate.integrators.base import UNMET, ConstrainedRhs
+from lagrange_cli.simulate.integrators.base import UNMET
+from lagrange_cli.simulate.integrators.right_hand_side import FunctionRhs
 from lagrange_cli.simulate.model.build import model_of
 from tests.simulate.available import or_skip
 from tests.simulate.compiling import compiled_or_skip
@@ -239,7 +240,7 @@ def test_through_a_folded_linkage_or_not_at_all(method, rtol):
 
 def test_a_projection_that_is_none_ends_the_run(method):
     """Its derivative is no projector: no equations follow from it."""
-    rhs = ConstrainedRhs(lambda t, y: np.array([y[1], 0.0]), lambda t, y: y / 2)
+    rhs = FunctionRhs(lambda t, y: np.array([y[1], 0.0]), lambda t, y: y / 2)
     run = start_integrator(method, rhs, 0.0, np.array([1.0, 1.0]), 1.0, control(2, 1e-6))
     done = run.advance(np.ones(1), np.empty((1, 2)), most_steps=99, most_evaluations=1e4)
     assert done.failure == UNMET

@@ -11,7 +11,8 @@ import pytest
 from lagrange_cli.api import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
-from lagrange_cli.simulate.integrators.base import ConstrainedRhs, UnfitError
+from lagrange_cli.simulate.integrators.base import UnfitError
+from lagrange_cli.simulate.integrators.right_hand_side import FunctionRhs
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.simulation import simulate
 from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
@@ -178,7 +179,7 @@ def test_moving_constraints_and_contacts_are_refused():
 
 
 def test_constraints_that_are_only_projected_on_are_not_for_it():
-    rhs = ConstrainedRhs(lambda t, y: y, lambda t, y: y)
+    rhs = FunctionRhs(lambda t, y: y, lambda t, y: y)
     how = Control(np.zeros(2), np.ones(2), 1.0, 1.0, 0.1)
     with pytest.raises(UnfitError, match="constraints"):
         start_integrator(INTEGRATORS["RATTLE"], rhs, 0.0, np.zeros(2), 1.0, how)

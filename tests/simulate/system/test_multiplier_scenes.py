@@ -13,7 +13,7 @@ from scipy.special import ellipj
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import simulate
-from lagrange_cli.simulate.integrators.base import projection
+from lagrange_cli.simulate.integrators.right_hand_side import structured
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import interpreted
@@ -286,7 +286,7 @@ def test_wider_arithmetic(double):
         pytest.skip("this machine has no arithmetic wider than double")
     y = np.array(double.initial)
     for side in (wider.rhs, *wider.perturbed):
-        assert np.abs(projection(side)(0.0, y) - y).max() < 1e-15
+        assert np.abs(structured(side).project(0.0, y) - y).max() < 1e-15
     assert wider.rhs(0.0, y) == pytest.approx(functions.rhs(0.0, y), rel=1e-12)
 
 
@@ -294,7 +294,7 @@ def test_disturbed_sides_are_projected_by_their_own_parameters(pendulum):
     functions = compiled_or_skip(pendulum)
     y = np.array(pendulum.initial)
     lengths = [
-        math.hypot(*projection(side)(0.0, y * (1 + 1e-9))[:2]) / 2.0 - 1
+        math.hypot(*structured(side).project(0.0, y * (1 + 1e-9))[:2]) / 2.0 - 1
         for side in (functions.rhs, *functions.perturbed)
     ]
     assert max(map(abs, lengths)) < 4e-16

@@ -2,7 +2,7 @@
 
 Biscani and Izzo, *Mon. Not. R. Astron. Soc.* 504 (2021) 2614; orders and steps after Jorba and
 Zou, *Exp. Math.* 14 (2005) 99. The right-hand side is differentiated as expressions
-(:mod:`.integrators.expressions`), which heyoka compiles into machine code.
+(:class:`.right_hand_side.Expressions`), which heyoka compiles into machine code.
 
 heyoka has a cache on the disk of its own, in the user's folder, which holds machine code that is
 loaded unverified. Here it has a private folder while it compiles: what lagrange's cache has for the
@@ -29,15 +29,8 @@ import numpy as np
 from lagrange_cli.cache import Cache, digest, open_cache
 from lagrange_cli.files import temporary_folder
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import (
-    Control,
-    Integrator,
-    Rhs,
-    StepError,
-    UnfitError,
-    projection,
-)
-from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer, expressions
+from lagrange_cli.simulate.integrators.base import Control, Integrator, StepError, UnfitError
+from lagrange_cli.simulate.integrators.right_hand_side import Expressions, Rhs, Tracer, structured
 from lagrange_cli.simulate.toolchain.compiler import processor
 
 #: Ending of the cache's entries.
@@ -136,10 +129,10 @@ class Taylor(Integrator):
     kept = ("_terms", "_start", "_longest")
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
-        rhs_expressions = expressions(rhs)
+        rhs_expressions = structured(rhs).expressions
         if rhs_expressions is None:
             raise UnfitError("its equations are not to be had as expressions")
-        self._projection, self._control = projection(rhs), control
+        self._projection, self._control = structured(rhs).project, control
         self.t, self.y, self.t_end = t0, np.array(y0, dtype=float), t_end
         rtol = float(np.max(control.rtol, initial=0.0)) or _USUAL
         tolerance = min(max(rtol, _SMALLEST), _LARGEST)
@@ -149,7 +142,7 @@ class Taylor(Integrator):
     @classmethod
     def suits(cls, rhs: Rhs, size: int) -> bool:
         """Tell whether it can take a right-hand side of ``size`` numbers here."""
-        rhs_expressions = expressions(rhs)
+        rhs_expressions = structured(rhs).expressions
         if rhs_expressions is None or importlib.util.find_spec(cls.package[0]) is None:
             return False
         try:

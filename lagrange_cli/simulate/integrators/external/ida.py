@@ -29,9 +29,10 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import UNMET, Projection, StepError
+from lagrange_cli.simulate.integrators.base import UNMET, StepError
 from lagrange_cli.simulate.integrators.differences import distances, quotients
 from lagrange_cli.simulate.integrators.external.sundials import Sundials
+from lagrange_cli.simulate.integrators.right_hand_side import Projection
 
 #: Failures to solve the equations of a step, each of which quarters it, before it is given up.
 _MOST_FAILURES = 30

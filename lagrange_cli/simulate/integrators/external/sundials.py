@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, Rhs, StepError
+from lagrange_cli.simulate.integrators.base import Control, Integrator, StepError
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs
 
 #: Its smallest relative tolerance; below it the tolerance is what ``atol`` gives.
 _SMALLEST_RTOL = 1e-14

@@ -17,7 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, SavedState, projection
+from lagrange_cli.simulate.integrators.base import Control, Integrator, SavedState
 from lagrange_cli.simulate.integrators.events import RISES
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     TOUCHING,
@@ -30,6 +30,7 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     Stuck,
 )
 from lagrange_cli.simulate.integrators.hybrid.motion import CHATTER, LOCATED, Begin, HybridMotion
+from lagrange_cli.simulate.integrators.right_hand_side import structured
 
 #: Bounces are ended where all that are left take less than this part of the span.
 _ACCUMULATED = 1e-10
@@ -163,7 +164,7 @@ class ContactMotion(HybridMotion):
         if gaps.speeds(self.y[len(self.y) // 2 :])[0][contact] <= 0:
             return self.y
         closed = tuple(flag or k == contact for k, flag in enumerate(self._closed))
-        project = projection(self._rhs.side(closed))
+        project = structured(self._rhs.side(closed)).project
         moved = self.y if project is None else project(self.t, self.y)
         return moved if np.isfinite(moved).all() else self.y
 

@@ -5,15 +5,15 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs
 from lagrange_cli.simulate.integrators.events import TerminalEvents
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs, StructuredRhs
 
 #: For each contact whether it is closed.
 ContactMode: TypeAlias = tuple[bool, ...]
@@ -131,7 +131,7 @@ class Gaps:
         return np.abs(self.gradients) @ errors + TOUCHING * self.sizes
 
 
-class HybridRhs(ABC):
+class HybridRhs(StructuredRhs):
     """Right-hand sides for every set of closed contacts; called like one, it is that of none."""
 
     #: No contact closed.

@@ -13,7 +13,8 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, Rhs, SavedState
+from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, SavedState
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs
 
 #: Events of each contact or surface one upon the other that are taken for endless; set by hand.
 CHATTER = 40

@@ -14,11 +14,12 @@ from itertools import product
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import projection
-from lagrange_cli.simulate.integrators.hybrid.surfaces import (
+from lagrange_cli.simulate.integrators.right_hand_side import (
     ON_SURFACE,
+    StructuredRhs,
     Surfaces,
     SurfaceSides,
+    structured,
     with_sides,
 )
 
@@ -122,7 +123,7 @@ def unique_continuation(ways: Sequence[Continuation]) -> Continuation | None:
     return first if len(ways) == 1 else None
 
 
-class SlidingRhs:
+class SlidingRhs(StructuredRhs):
     """The right-hand side along surfaces that hold the motion, called like any.
 
     Their functions stay zero: the parts between both sides solve a linear system, whose entries
@@ -133,7 +134,7 @@ class SlidingRhs:
         self._surfaces, self._sliding = surfaces, list(sliding)
         self._base = with_sides(sides, dict.fromkeys(sliding, 0.0))
         self._ends = [with_sides(self._base, {k: 1.0}) for k in sliding]
-        self.project = projection(surfaces.side(self._base))
+        self.project = structured(surfaces.side(self._base)).project
 
     def __call__(self, t: float, y: Array) -> Array:
         return self.parts(t, y)[1]

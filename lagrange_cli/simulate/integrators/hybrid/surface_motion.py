@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, Rhs, SavedState
+from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, SavedState
 from lagrange_cli.simulate.integrators.events import RISES, TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.hybrid.motion import CHATTER, TOGETHER, Begin, HybridMotion
 from lagrange_cli.simulate.integrators.hybrid.sliding import (
@@ -26,7 +26,12 @@ from lagrange_cli.simulate.integrators.hybrid.sliding import (
     continuations,
     unique_continuation,
 )
-from lagrange_cli.simulate.integrators.hybrid.surfaces import SurfaceSides, surfaces_of, with_sides
+from lagrange_cli.simulate.integrators.right_hand_side import (
+    Rhs,
+    SurfaceSides,
+    structured,
+    with_sides,
+)
 
 #: A step whose event lies in less than this part of it is made again (advance.c does the same).
 EARLY = 0.5
@@ -67,7 +72,7 @@ class SurfaceMotion(HybridMotion):
         self, begin: Begin, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control
     ) -> None:
         super().__init__(begin, t0, y0, t_end, control)
-        surfaces = surfaces_of(rhs)
+        surfaces = structured(rhs).surfaces
         assert surfaces is not None
         self._surfaces = surfaces
         self._beside: TerminalEvents | None = None

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Projection, Shift
-from lagrange_cli.simulate.integrators.expressions import Expressions, Tracer
 from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
 from lagrange_cli.simulate.integrators.native.c_types import (
     DOUBLE,
@@ -22,10 +20,15 @@ from lagrange_cli.simulate.integrators.native.c_types import (
     address_of,
     place_of,
 )
-from lagrange_cli.simulate.integrators.piecewise import InputPieces
+from lagrange_cli.simulate.integrators.right_hand_side import (
+    Expressions,
+    InputPieces,
+    StructuredRhs,
+    Tracer,
+)
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.integrators.hybrid.surfaces import Surfaces
+    pass
 
 #: void lagrange_compare(samples, n, run, one, two, weights, start, largest)
 _COMPARE = ctypes.CFUNCTYPE(None, LONG, LONG, *[POINTER] * 6)
@@ -48,7 +51,7 @@ class NativeInputs:
         return self._first + piece * int(self.rows.strides[0])
 
 
-class NativeRhs:
+class NativeRhs(StructuredRhs):
     """A C function of the emitted interface with its parameters bound.
 
     ``landmarks`` are the exponents of sharp functions that compiled integrators watch,
@@ -85,7 +88,7 @@ class NativeRhs:
         The same function over objects, where its text is at hand.
     shift
         Where states obey constraints, a C function of the :func:`function_type` of ``real``
-        that gives the change of a :data:`.integrators.base.Shift`, of [q, q′].
+        that gives the change of a :data:`.right_hand_side.Shift`, of [q, q′].
     """
 
     def __init__(
@@ -103,10 +106,10 @@ class NativeRhs:
     ) -> None:
         self.function = function
         self.landmarks: NativeLandmarks | None = None
-        self.surfaces: Surfaces | None = None
         self.series: tuple[int, int] | None = None
         self._trace = trace
         self.native_inputs = native_inputs
+        self.pieces = None if native_inputs is None else native_inputs.pieces
         self._fixed: int | None = None
         self.real = real
         self.parameters = real.array(parameters)
@@ -114,9 +117,9 @@ class NativeRhs:
         self.kernels = kernels
         self._lanes = lanes  # kept alive
         self._projection = projection
-        self.project: Projection | None = None if projection is None else self._projected
+        self.project = None if projection is None else self._projected
         self._shift = shift
-        self.shift: Shift | None = None if shift is None else self._shifted
+        self.shift = None if shift is None else self._shifted
         self.shift_address = None if shift is None else address_of(shift)
         self.address = address_of(function)
         self.projection_address = None if projection is None else address_of(projection)
@@ -178,28 +181,22 @@ class NativeRhs:
         if self.pieces is None:
             return [(len(t), self.inputs(0.0))]
         assert self.native_inputs is not None
-        held = self.pieces.starts.searchsorted(self.real.doubles(t), side="right") - 1
-        piece = np.maximum(held, 0)
+        piece = np.maximum(
+            self.pieces.starts.searchsorted(self.real.doubles(t), side="right") - 1, 0
+        )
         ends = [*(np.flatnonzero(np.diff(piece)) + 1).tolist(), len(t)] if len(t) else []
         rows = np.diff(ends, prepend=0).tolist()
         inputs = [self.native_inputs.address(int(piece[end - 1])) for end in ends]
         return list(zip(rows, inputs, strict=True))
 
-    @property
-    def pieces(self) -> InputPieces | None:
-        """The pieces of its inputs; None if it has none, or is that of one piece."""
-        return self.native_inputs.pieces if self.native_inputs and self._fixed is None else None
-
     def in_piece(self, piece: int) -> NativeRhs:
-        """Return the same function with the inputs of one piece, at any time."""
         rhs = copy.copy(self)
-        rhs._fixed = piece
+        rhs._fixed, rhs.pieces = piece, None
         return rhs
 
     @property
     def expressions(self) -> Expressions | None:
-        """Its tracer and numbers (:mod:`.integrators.expressions`), with the inputs of its only
-        piece or the one it is that of."""
+        """Its tracer and numbers, with the inputs of the one piece that it has."""
         if self._trace is None:
             return None
         rows = np.empty((1, 0)) if self.native_inputs is None else self.native_inputs.pieces.rows

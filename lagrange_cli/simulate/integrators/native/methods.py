@@ -21,7 +21,6 @@ from lagrange_cli.simulate.integrators.base import (
     Control,
     EventStart,
     Integrator,
-    Rhs,
     SavedState,
     StepError,
 )
@@ -43,6 +42,7 @@ from lagrange_cli.simulate.integrators.native.c_types import (
 )
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.observed_motion import ROOM, ObservedMotion
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs
 from lagrange_cli.simulate.integrators.scipy_methods import DOP853, RK4, Radau
 from lagrange_cli.simulate.integrators.symplectic import (
     DIVERGES,

@@ -7,36 +7,24 @@ The code reads the weights of the sides behind the scene's parameters (see
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import Any, Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Rhs
-from lagrange_cli.simulate.integrators.events import NativeEvents, TerminalEvents
-from lagrange_cli.simulate.integrators.hybrid.surfaces import SurfaceRates, Surfaces, SurfaceSides
-from lagrange_cli.simulate.integrators.native.c_types import RHS
-from lagrange_cli.simulate.integrators.piecewise import InputPieces, with_projection
+from lagrange_cli.simulate.integrators.events import TerminalEvents
+from lagrange_cli.simulate.integrators.right_hand_side import (
+    Rhs,
+    SurfaceRates,
+    Surfaces,
+    SurfaceSides,
+)
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.system.libraries import Libraries
+from lagrange_cli.simulate.system.code import ModelCode
 from lagrange_cli.simulate.system.rounding import parameter_values
-from lagrange_cli.simulate.system.tables import Table, bound, interpreted_table
-
-
-class SurfaceCode(Protocol):
-    """Functions of a model by name, for parameters that are given with them."""
-
-    def side(self, name: str, parameters: Array) -> Rhs:
-        """Return a right-hand side."""
-
-    def table(self, name: str, columns: int, parameters: Array) -> Table:
-        """Return another function, at many states; it reads ``parameters`` anew at each call."""
-
-    def events(self, name: str, parameters: Array) -> NativeEvents | None:
-        """Return event functions for compiled integrators, None if none are compiled."""
+from lagrange_cli.simulate.system.tables import Table
 
 
 @dataclass(frozen=True)
@@ -74,7 +62,7 @@ class ModelSurfaces(Surfaces):
 
     def __init__(
         self,
-        code: SurfaceCode,
+        code: ModelCode,
         name: str,
         parameters: Array,
         first: int,
@@ -151,69 +139,17 @@ class ModelSurfaces(Surfaces):
         )
 
 
-class NativeCode:
-    """The functions of a library, inputs off by their rounding error in a pattern not 0.
-
-    ``guards``: numbers of :func:`.singular_guard.guard_signs`, for right-hand sides that end there.
-    """
-
-    def __init__(self, libraries: Libraries, pattern: int, guards: Array | None = None) -> None:
-        self._libraries, self._pattern, self._guards = libraries, pattern, guards
-
-    def side(self, name: str, parameters: Array) -> Rhs:
-        return self._libraries.function(name, self._pattern, parameters, self._guards)
-
-    def table(self, name: str, columns: int, parameters: Array) -> Table:
-        function = self._libraries.function(name, self._pattern, parameters)
-        return partial(function.table, columns=columns)
-
-    def events(self, name: str, parameters: Array) -> NativeEvents | None:
-        function = RHS((f"system_{name}", self._libraries.system))
-        return NativeEvents(function, parameters, np.empty(self._libraries.model.code.work))
-
-
-class InterpretedCode:
-    """The functions of a module of Python; ``beside`` ends right-hand sides somewhere."""
-
-    def __init__(
-        self,
-        functions: Mapping[str, Callable[..., Any]],
-        pieces: InputPieces | None,
-        beside: Callable[[Rhs], Rhs] = lambda rhs: rhs,
-    ) -> None:
-        self._functions, self._pieces, self._beside = functions, pieces, beside
-
-    def side(self, name: str, parameters: Array) -> Rhs:
-        rhs = self._beside(bound(self._functions[name], parameters.tolist(), self._pieces))
-        projection = self._functions.get("project")
-        if projection is None:
-            return rhs
-        return with_projection(rhs, bound(projection, parameters.tolist(), None))
-
-    def table(self, name: str, columns: int, parameters: Array) -> Table:
-        function = self._functions[name]
-
-        def table(t: Array, y: Array) -> Array:
-            now = bound(function, parameters.tolist(), self._pieces)
-            return interpreted_table(now, columns)(t, y)
-
-        return table
-
-    def events(self, name: str, parameters: Array) -> None:
-        return None
-
-
 def _row(table: Table, t: float, y: Array) -> Array:
     row: Array = table(np.array([t]), np.asarray(y, dtype=float)[None, :])[0]
     return row
 
 
 #: Makes the surfaces of a right-hand side: with inputs off by their rounding in a pattern not 0,
-#: ``contact_`` where it is one with contacts, and the parameters that it reads.
+#: ``contact_`` if it is one with contacts, and the parameters that it reads.
 MakeSurfaces: TypeAlias = Callable[[int, str, Array], ModelSurfaces]
 
 
-def surfaces_maker(model: Model, code: Callable[[int], SurfaceCode]) -> MakeSurfaces | None:
+def surfaces_maker(model: Model, code: Callable[[int], ModelCode]) -> MakeSurfaces | None:
     """Make the maker of surfaces of right-hand sides; None if the model has none."""
     if not model.surfaces:
         return None
@@ -225,11 +161,3 @@ def surfaces_maker(model: Model, code: Callable[[int], SurfaceCode]) -> MakeSurf
         return ModelSurfaces(code(pattern), name, parameters, *places)
 
     return surfaces
-
-
-def with_surfaces(rhs: Rhs, surfaces: Surfaces) -> Rhs:
-    """Give a right-hand side switching surfaces, as its attribute ``surfaces``."""
-    sided = copy.copy(rhs)
-    # Some kinds of right-hand sides are frozen.
-    object.__setattr__(sided, "surfaces", surfaces)
-    return sided
