@@ -17,6 +17,7 @@ import pytest
 
 from lagrange_cli import InputError, load, loads, sampled
 from lagrange_cli.simulate.cluster.tasks import connected
+from tests.campaign import values_of
 from tests.simulate.clusters import ROOT, environment, scheduler, wait_for_workers, worker
 
 pytest.importorskip("distributed")
@@ -77,8 +78,8 @@ def alone(tmp_path):
         yield client
 
 
-@pytest.mark.parametrize("how", [{}, ALONE])
-@pytest.mark.parametrize("ending", ["", ".npz", ".zarr"])
+@pytest.mark.slow
+@pytest.mark.parametrize(("ending", "how"), values_of(["", ".npz", ".zarr"], [{}, ALONE]))
 def test_a_cluster_finds_what_this_process_finds(client, pendulum, tmp_path, ending, how):
     """Bit for bit: samples, ends, reductions and what is known of each member."""
     store = tmp_path / f"out{ending}" if ending else None
@@ -172,6 +173,7 @@ def after(part):
     return progress
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".npz", ".zarr"])
 def test_a_run_goes_on_on_the_other_engine(client, pendulum, tmp_path, ending):
     expected, (first, second) = pendulum.ensemble(drawn(), **KEPT), ("a", "b")
@@ -395,7 +397,13 @@ def test_a_lost_scheduler_ends_the_run_and_another_goes_on(pendulum, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        (signal.SIGINT, 130),
+        pytest.param(signal.SIGTERM, 143, marks=pytest.mark.campaign),
+    ],
+)
 def test_an_interrupt_cancels_and_says_how_to_go_on(client, tmp_path, number, code):
     (tmp_path / "scene.yaml").write_text(SCENE)
     words = ["--vary", "theta=linspace(0.1,3,160)", "--method", "DOP853", "--rtol", "1e-10"]
