@@ -42,6 +42,7 @@ def kinds(found):
     return [mark.kind for mark in found.marks]
 
 
+@pytest.mark.slow
 def test_pitchfork_of_the_bead_on_a_rotating_hoop():
     """Ω² = g/R, θ = ±acos(g/(R Ω²)) beyond (Goldstein, Poole and Safko, chapter 2)."""
     found = branches(load(SYSTEMS / "beads/bead_on_rotating_hoop.yaml"), omega=(0, 12))
@@ -64,6 +65,7 @@ def test_pitchfork_of_the_bead_on_a_rotating_hoop():
     assert all(branch.ends == ("range", "range") for branch in found.branches)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bound", [1e3, 1e6])
 def test_what_comes_and_goes_within_a_step_of_the_range_is_found(bound):
     """Between ±√(g/R) the lowest point is stable: a step is two thousand times as long."""
@@ -76,6 +78,7 @@ def test_what_comes_and_goes_within_a_step_of_the_range_is_found(bound):
     assert verdicts(found.branches[0]) == ["unstable", "stable", "unstable"]
 
 
+@pytest.mark.slow
 def test_flutter_far_below_the_end_of_the_range():
     """Above P = (7/2 + √2) k/l poles are real; there nothing else crosses the axis."""
     found = branches(load(SYSTEMS / "pendulums/zieglers_column.yaml"), P=(0, 400))
@@ -83,6 +86,7 @@ def test_flutter_far_below_the_end_of_the_range():
     assert found.marks[0].value == pytest.approx(3.5 - 2**0.5, rel=1e-15)
 
 
+@pytest.mark.slow
 def test_transcritical_point():
     """x (x - p) = 0: both branches pass, and change their stability."""
     found = branches(particle("x^3/3 - p*x^2/2"), p=(-1, 1.2))
@@ -94,6 +98,7 @@ def test_transcritical_point():
     assert moving.positions[:, 0] == pytest.approx(moving.values, abs=1e-14)
 
 
+@pytest.mark.slow
 def test_fold_of_an_imperfect_pitchfork():
     """x³ - p x + s = 0 turns back at p = 3 (s/2)^(2/3), x = (s/2)^(1/3)."""
     found = branches(particle("x^4/4 - p*x^2/2 + 0.2*x"), p=(-1, 1))
@@ -107,6 +112,7 @@ def test_fold_of_an_imperfect_pitchfork():
         assert np.abs(x**3 - p * x + 0.2) == pytest.approx(0, abs=2e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("damping", "expected"), [(0.0, 3.5 - 2**0.5), (0.1, 41 / 28 + 0.005)])
 def test_flutter_of_zieglers_column(damping, expected):
     """P = (7/2 - √2) k/l without damping, (41/28) k/l + c²/(2 m l³) with it (Ziegler 1952)."""
@@ -122,6 +128,7 @@ def test_flutter_of_zieglers_column(damping, expected):
         assert mark.frequency == pytest.approx(0.5**0.25, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_flutter_load_by_another_route():
     """Of the characteristic polynomial 2 w² - (7 - 2 P) w + 1 the discriminant vanishes there."""
     found = branches(load(SYSTEMS / "pendulums/zieglers_column.yaml"), P=(0, 4))
@@ -132,6 +139,7 @@ def test_flutter_load_by_another_route():
     assert squares.real == pytest.approx(math.sqrt(0.5), abs=1e-7)
 
 
+@pytest.mark.slow
 def test_isola_is_a_closed_loop_with_two_folds():
     """x² + (p - 1)² = 1/4."""
     found = branches(particle(force="{f: {on: x, force: 0.25 - x^2 - (p - 1)^2}}"), p=(0, 2))
@@ -147,6 +155,7 @@ def test_isola_is_a_closed_loop_with_two_folds():
     assert loop.positions[:, 0] ** 2 + (loop.values - 1) ** 2 == pytest.approx(0.25, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_folds_and_pitchfork_on_one_branch():
     """x (x⁴ - 2 x² + p) = 0: a pitchfork at 0, folds at p = 1, x = ±1."""
     found = branches(particle("x^6/6 - x^4/2 + p*x^2/2"), p=(-0.5, 1.5))
@@ -159,6 +168,7 @@ def test_folds_and_pitchfork_on_one_branch():
     assert verdicts(curve) == ["stable", "unstable", "unstable", "stable"]
 
 
+@pytest.mark.slow
 def test_pitchfork_between_coupled_coordinates():
     """K = [[-p, s], [s, 1]] is singular at p = -s²."""
     scene = particle("x^4/4 - p*x^2/2 + y^2/2 + x*y/5", coordinates="x, y")
@@ -167,6 +177,7 @@ def test_pitchfork_between_coupled_coordinates():
     assert found.marks[0].value == pytest.approx(-0.04, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_several_eigenvalues_that_vanish_at_once():
     """A bowl with the symmetry of rotation: the determinant does not change its sign."""
     scene = particle("(x^2 + y^2)^2/4 - p*(x^2 + y^2)/2", coordinates="x, y")
@@ -177,6 +188,7 @@ def test_several_eigenvalues_that_vanish_at_once():
     assert found.skipped
 
 
+@pytest.mark.slow
 def test_line_of_equilibria_at_one_value():
     """p x = 0: at p = 0 every x is an equilibrium; that is no pitchfork, and has no end."""
     found = branches(particle("p*x^2/2"), p=(-1, 1))
@@ -187,6 +199,7 @@ def test_line_of_equilibria_at_one_value():
     assert verdicts(line) == ["undecided", "undecided"]
 
 
+@pytest.mark.slow
 def test_branch_that_ends_where_forces_do():
     """x (1 + p/√(1 - x²)) = 0 ends at x = ±1, where p = 0."""
     found = branches(particle("x^2/2 - p*sqrt(1 - x^2)"), p=(-2, 3))
@@ -196,6 +209,7 @@ def test_branch_that_ends_where_forces_do():
     assert np.abs(curve.positions[[0, -1], 0]) == pytest.approx(1, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_fold_at_the_end_of_the_range():
     found = branches(particle("x^3/3 - p*x"), p=(0, 1))
     assert kinds(found) == ["fold"]
@@ -207,6 +221,7 @@ def test_no_branch_where_there_is_no_equilibrium():
     assert found.branches == ()
 
 
+@pytest.mark.slow
 def test_neighbouring_branches_are_not_confused():
     """(x² - p² - s²)(x - 2) = 0: branches pass each other at a distance of 2 s = 1/50."""
     force = "{f: {on: x, force: (x^2 - p^2 - 0.0001)*(2 - x)}}"
@@ -219,6 +234,7 @@ def test_neighbouring_branches_are_not_confused():
     assert len(found.branches) == 3
 
 
+@pytest.mark.slow
 def test_points_of_branches_obey_the_search(tmp_path):
     """Every equilibrium that a search finds at another value lies on a branch."""
     derivation = load(SYSTEMS / "pendulums/coupled_pendulums.yaml").derive()
@@ -251,6 +267,7 @@ def test_parameters_that_follow_another_one_vary_with_it():
     )
 
 
+@pytest.mark.slow
 def test_constraints_kept_beside_coordinates():
     """A pendulum in Cartesian coordinates hangs at z = -l and stands at z = l."""
     scene = load(SYSTEMS / "constraints/pendulum_in_cartesian_coordinates.yaml")
@@ -260,6 +277,7 @@ def test_constraints_kept_beside_coordinates():
         assert np.abs(branch.positions[:, 1]) == pytest.approx(branch.values, rel=1e-15)
 
 
+@pytest.mark.slow
 def test_text_documents_and_json_tell_the_same():
     analysis = (
         load(SYSTEMS / "beads/bead_on_rotating_hoop.yaml")

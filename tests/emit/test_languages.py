@@ -77,6 +77,7 @@ def spoken() -> frozenset[str]:
     return frozenset(phrase for path in modules for phrase in phrases(path))
 
 
+@pytest.mark.slow
 def test_phrases_are_found():
     assert len(spoken()) > 190
     assert "{count} degrees of freedom" in spoken()
@@ -161,6 +162,7 @@ def names(equations) -> set[str]:
     return words(" ".join(listed).replace("_", " "))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", OTHERS)
 @pytest.mark.parametrize(("scene", "steps"), SCENES)
 def test_no_english_word_is_left(code, scene, steps):
