@@ -3,8 +3,8 @@
 ``load("scene.yaml").derive().simulate(accuracy=1e-9)`` returns the results of the commands. Every
 value is frozen; the modules behind a step are imported when it is taken.
 
-Read :mod:`.scenes` first, then :mod:`.derivation`: its methods are functions in :mod:`.documents`,
-:mod:`.analysis`, :mod:`.motion` and :mod:`.studies`.
+Read :mod:`.scenes` first, then :mod:`.derivation`: its methods are functions in :mod:`.analysis`,
+:mod:`.motion` and :mod:`.studies`, or stand there.
 """
 
 from lagrange_cli.api.derivation import Derivation

@@ -102,9 +102,9 @@ def plot_effective_potential(derived: Derived, path: str | os.PathLike[str]) -> 
         picture_of_potential,
     )
 
-    found = effective_potential(derived.equations)
-    write_file(path, draw(picture_of_potential(found), _ending(path)))
-    return found.told
+    potential = effective_potential(derived.equations)
+    write_file(path, draw(picture_of_potential(potential), _ending(path)))
+    return potential.told
 
 
 def frequency_response(

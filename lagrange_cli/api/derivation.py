@@ -2,10 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Self
 
-from lagrange_cli.api import analysis, documents, motion, studies
+from lagrange_cli.api import analysis, motion, studies
 from lagrange_cli.api.derived import Derived
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.base import OptionValue
+
+
+@dataclass(frozen=True, repr=False)
+class Shown:
+    """A page of Markdown, which notebooks typeset."""
+
+    markdown: str
+
+    def _repr_markdown_(self) -> str:
+        return self.markdown
+
+    def __repr__(self) -> str:
+        return self.markdown
 
 
 @dataclass(frozen=True)
@@ -13,15 +30,8 @@ class Derivation(Derived):
     """Certified equations of motion.
 
     ``str`` gives the text of ``lagrange derive``; notebooks show it typeset. Its fields are those
-    of :class:`~.derived.Derived`; each method is a function of these, in the module that is named.
+    of :class:`~.derived.Derived`; a method that is a function of these stands in the module named.
     """
-
-    # Documents, code and reports.
-    with_brackets = documents.with_brackets
-    report = documents.report
-    text = documents.text
-    emit = documents.emit
-    show = documents.show
 
     # Analyses of the equations.
     analyze = analysis.analyze
@@ -42,9 +52,117 @@ class Derivation(Derived):
     path = studies.path
     path_models = studies.path_models
 
+    def with_brackets(self, *brackets: str) -> Self:
+        """Return the derivation with Poisson brackets in its Hamilton's form.
+
+        Parameters
+        ----------
+        brackets
+            Each two functions, ``"L_z, H"``, as ``lagrange derive --bracket`` takes them.
+
+        Raises
+        ------
+        InputError
+            Located: a text is not two functions over (q, p, t); or there is no Hamiltonian.
+
+        Examples
+        --------
+        >>> derivation = load("systems/celestial/two_bodies.yaml").derive()
+        >>> derivation.with_brackets("boost_x, P_x").report(form="hamiltonian")["brackets"][0]
+        {'first': 'boost_x', 'second': 'P_x', 'value': 'm1 + m2', 'rate': None, 'conserved': None}
+        """
+        if not brackets:
+            return self
+        from lagrange_cli.analysis.forms.brackets import WrittenBracket, with_brackets
+
+        written = [WrittenBracket(text, "--bracket") for text in brackets]
+        return replace(self, equations=with_brackets(self.equations, written))
+
+    def report(self, *, form: str = "lagrange", latex: bool = False) -> dict[str, Any]:
+        """Return what ``lagrange derive --format json`` writes, ``--with latex`` too.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> derivation.report()["equations"]
+        [{'coordinate': 'theta', 'residual': 'l*ddot(theta) + g*sin(theta)'}]
+        """
+        from lagrange_cli.emit.json_report import derivation_report
+
+        return derivation_report(self.equations, form, latex=latex)
+
+    def text(
+        self,
+        *,
+        form: str = "lagrange",
+        ascii: bool = False,
+        width: int = 80,
+        **options: OptionValue,
+    ) -> str:
+        """Return what ``lagrange derive`` prints in a window of ``width`` columns.
+
+        ``options``: ``sections`` and ``language``, as of the command.
+        """
+        from lagrange_cli.emit.text import derivation_text
+
+        return derivation_text(self.equations, ascii=ascii, form=form, width=width, **options)
+
+    def emit(self, to: str, **options: OptionValue) -> dict[str, str]:
+        """Return file name → text in a format of ``lagrange emit --list``.
+
+        Raises
+        ------
+        InputError
+            There is no such format or option.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> list(derivation.emit("c"))
+        ['pendulum.h', 'pendulum.c']
+        """
+        from lagrange_cli.emit.registry import emitter
+
+        return emitter(to).emit(self.equations, options)
+
+    def show(self, *sections: str, **options: OptionValue) -> Shown:
+        """Return parts of the derivation, which notebooks typeset.
+
+        Parameters
+        ----------
+        sections
+            Names of ``lagrange emit --sections``: ``account``, ``equations``, ``certificate`` and
+            so on; without any, those of a document.
+        options
+            Others of ``lagrange emit --to markdown``.
+
+        Raises
+        ------
+        InputError
+            There is no such part or option, or constraint forces were not derived.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> print(derivation.show("certificate"))  # doctest: +ELLIPSIS
+        # Simple pendulum
+        ...
+        ## Certificate
+        <BLANKLINE>
+        At 8 random states these equations were compared...
+        """
+        chosen = {"sections": ",".join(sections)} if sections else {}
+        return Shown(*self.emit("markdown", **chosen, **options).values())
+
     # Notebooks show the page, and the formulas alone in PDF.
-    _repr_markdown_ = documents.markdown
-    _repr_latex_ = documents.formulas
+
+    def _repr_markdown_(self) -> str:
+        return self.emit("markdown").popitem()[1]
+
+    def _repr_latex_(self) -> str:
+        from lagrange_cli.emit.latex.document import equations_latex
+
+        return f"$$\n{equations_latex(self.equations)}\n$$"
 
     def __str__(self) -> str:
         return self.text()

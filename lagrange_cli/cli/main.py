@@ -41,14 +41,14 @@ _REPORT = (
     "scene and the command; --traceback shows where it happened"
 )
 
-#: Thresholds of the garbage collector; set by hand. Expressions are many and hardly ever garbage:
-#: by Python's own thresholds half of the time of a large scene would go into walking them. The
-#: first is beyond the objects that an import of SymPy makes, some 100,000, none of them garbage.
-#: By the second 30 million objects are made before those of the first look are looked at again.
+#: Thresholds of the garbage collector. Expressions are many and hardly ever garbage: by Python's
+#: own thresholds half of the time of a large scene would go into walking them. The first is beyond
+#: the objects that an import of SymPy makes, some 100,000, none of them garbage. By the second
+#: 30 million objects are made before those of the first look are looked at again.
 COLLECTION = (300_000, 100, 50)
 
-#: Results that SymPy keeps of each of its functions; set by hand. Of its own 1,000 none is left of
-#: what a large scene built a moment before; further ones than these save nothing.
+#: Results that SymPy keeps of each of its functions. A large scene displaces SymPy's own 1,000
+#: before they are asked for again; beyond these, further ones save nothing.
 _SYMPY_CACHE = 65_536
 
 _IMPORTS = "it is not installed as it should be, or there is no memory for it"

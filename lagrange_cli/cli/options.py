@@ -270,7 +270,7 @@ def of_formats(
     for name, taken in formats.items():
         for option in taken:
             declared.setdefault(option.name, []).append((name, option))
-    further = {name for name, of in declared.items() if all(option.further for _, option in of)}
+    further = {name for name, uses in declared.items() if all(option.further for _, option in uses)}
     single = [_of_formats(*item) for item in declared.items() if item[0] not in further]
     asked = {name: declared[name] for name in declared if name in further}
     return in_order([*single, _with_further(asked)] if asked else single)

@@ -1,4 +1,4 @@
-"""What a call of ``lagrange analyze`` asks for, and what excludes what."""
+"""Request of a call of ``lagrange analyze``, and the options that exclude each other."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ACCURACY = 1e-6
 
 @dataclass(frozen=True)
 class AnalysisRequest:
-    """What is found out of a scene.
+    """The parts of an analysis that a call asks for, and where.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ class AnalysisPictures:
 
     @property
     def of_branches(self) -> dict[str, str]:
-        """Those that belong to an analysis, by name."""
+        """Pictures that belong to branches: name → path."""
         drawn = {"diagram": self.diagram, "loci": self.loci}
         return {name: path for name, path in drawn.items() if path is not None}
 

@@ -290,7 +290,7 @@ def analyze(
 
 @dataclass(frozen=True)
 class _Form:
-    """How an analysis is written, and where.
+    """Format and file of an analysis.
 
     Attributes
     ----------

@@ -45,10 +45,10 @@ def cache(session: Session, clear: bool, as_json: bool) -> None:
     They are kept in $XDG_CACHE_HOME/lagrange, else in ~/.cache/lagrange. The
     environment variable LAGRANGE_CACHE=off turns the cache off.
     """
-    kept = session.cache
-    removed = _cleared(kept) if clear else None
+    opened = session.cache
+    removed = _cleared(opened) if clear else None
     format_ = "json" if as_json else "text"
-    print_text(FORMATS[format_](kept, removed), format_)
+    print_text(FORMATS[format_](opened, removed), format_)
 
 
 #: Kind of entry → the endings of its files.
@@ -81,12 +81,12 @@ def _text(cache: Cache, removed: Removed | None) -> Page:
         rows.append(sentence_row(escape_controls(f"Nothing is kept: {report['reason']}")))
     if report["folder"] is not None:
         entries, size = report["entries"], report["bytes"]
-        kept = [
+        folder_rows = [
             ("Folder", escape_controls(report["folder"])),
             ("Entries", f"{entries['answers']} answers, {entries['compiled']} compiled"),
             ("Size", f"{_size(size)} of at most {_size(report['largest'])}"),
         ]
-        rows += labelled(*kept, width=7)
+        rows += labelled(*folder_rows, width=7)
     return page([rows])
 
 

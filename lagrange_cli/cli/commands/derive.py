@@ -178,8 +178,10 @@ def derive(
     asked = (*question, list(parameters.items()), sorted(written_with.items()))
     result = remembered(session, "derive", source, asked, work)
     if plot is not None:
-        told = derivation_of_scene(session, request, digits).plot_effective_potential(plot)
-        session.remark(told)
+        turning_points = derivation_of_scene(session, request, digits).plot_effective_potential(
+            plot
+        )
+        session.remark(turning_points)
     # A page is kept as it was before its lines were broken: windows differ in width.
     content = result if isinstance(result, str) else Page.from_json(result)
     deliver(content, format_, output, width=USUAL_WIDTH)

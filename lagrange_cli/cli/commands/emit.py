@@ -97,7 +97,7 @@ def emit(
         _refuse_several(format_, scene)
     way = options.way_of(steps, by)
     if way is not None and not format_.shows_steps:
-        shown = " and ".join(name for name, other in EMITTERS.items() if other.shows_steps)
+        shown = " and ".join(name for name, format_ in EMITTERS.items() if format_.shows_steps)
         raise click.UsageError(f"format '{to}' has no steps; --steps is for {shown}")
     format_options = {name: value for name, value in chosen.items() if value is not None}
     format_.complete(format_options)

@@ -203,8 +203,8 @@ def member_choice(
         They contradict each other or other options.
     """
     sources = {"--ensemble": member_file, "--vary": vary, "--sample": sample}
-    given = [option for option, value in sources.items() if value]
-    if not given:
+    named_sources = [option for option, value in sources.items() if value]
+    if not named_sources:
         of_ensembles = {
             "--jobs": jobs,
             "--members": number,
@@ -219,8 +219,8 @@ def member_choice(
             if value is not None:
                 raise _usage(f"{option} is for ensembles", _SOURCES)
         return None
-    if len(given) > 1:
-        message = f"{' and '.join(given)} each say what the members are"
+    if len(named_sources) > 1:
+        message = f"{' and '.join(named_sources)} each say what the members are"
         raise _usage(message, "give one of them")
     if sample and number is None:
         raise _usage("how many members are drawn?", "--members 1000")
@@ -283,7 +283,7 @@ def _members(choice: MemberChoice, output: str | None) -> Members:
 
 
 def _selection(choice: MemberChoice, members: Members, output: str | None) -> Selection:
-    """What is kept of each member; nothing but figures and reductions without a file."""
+    """Return the selection of columns; without a file figures and reductions alone are kept."""
     from lagrange_cli.simulate.ensemble.plan.plan import Selection
 
     columns, final = choice.columns, choice.final

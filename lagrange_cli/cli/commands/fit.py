@@ -65,10 +65,10 @@ def fit(
     request = SceneRequest(source, parameters, initial, formulation=formulation)
     derivation = derivation_of_scene(session, request)
     with session.progress("fitting") as move:
-        found = derivation.fit(data, free, accuracy=accuracy, progress=move)
-    print_report(found, FORMATS, as_json=as_json, output=output)
+        fitted = derivation.fit(data, free, accuracy=accuracy, progress=move)
+    print_report(fitted, FORMATS, as_json=as_json, output=output)
     if plot is not None:
         from lagrange_cli.studies.fit.result import draw_fit
 
-        write_file(plot, draw_fit(found, ending_of(plot).lstrip(".")))
-    return found.exit_code
+        write_file(plot, draw_fit(fitted, ending_of(plot).lstrip(".")))
+    return fitted.exit_code

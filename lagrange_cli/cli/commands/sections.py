@@ -40,7 +40,7 @@ def require_fit(
         One of them is given.
     """
     options = asked.options
-    given = {
+    excluded_options = {
         "--samples": options.samples is not None,
         "--step": options.step is not None,
         "--sensitivity": bool(asked.scene.sensitivity),
@@ -53,7 +53,7 @@ def require_fit(
         "--map": choice is not None and choice.map_names is not None,
         "--on": choice is not None and choice.scheduler is not None,
     }
-    for name, is_given in given.items():
+    for name, is_given in excluded_options.items():
         if is_given:
             raise click.UsageError(f"{name} does not go with --section")
 

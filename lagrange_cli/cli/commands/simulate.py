@@ -206,8 +206,8 @@ def simulate(
         raise click.UsageError("--sensitivity is of one motion, not of an ensemble")
     forces, extra = "forces" in columns, tuple(n for n in OUTPUT_COLUMNS if n in columns)
     if extra and (members is not None or sensitivity):
-        other = "--sensitivity" if sensitivity else "an ensemble"
-        raise click.UsageError(f"--with {extra[0]} is of one motion, without {other}")
+        other_run = "--sensitivity" if sensitivity else "an ensemble"
+        raise click.UsageError(f"--with {extra[0]} is of one motion, without {other_run}")
     scene_asked = SceneRequest(
         source, parameters, initial, times, forces, formulation, sensitivity, extra=extra
     )

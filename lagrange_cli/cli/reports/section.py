@@ -27,16 +27,18 @@ class FoundSection:
     extra: Sequence[str] = ()
 
 
-def _text(found: FoundSection) -> Page:
+def _text(report: FoundSection) -> Page:
     """The result for a person."""
-    section = found.section
+    section = report.section
     many = len(section.members) > 1
-    of = f" of {len(section.members)} motions" if many else ""
-    heading = f"{section.name} where {section.condition}: {_count(len(section), 'point')}{of}"
+    of_members = f" of {len(section.members)} motions" if many else ""
+    heading = (
+        f"{section.name} where {section.condition}: {_count(len(section), 'point')}{of_members}"
+    )
     return page(
         [
             [sentence_row(heading, "heading")],
-            _members(section) if many else _points(found),
+            _members(section) if many else _points(report),
             labelled(*(_of_all(section) if many else _known(section.members[0])), width=8),
         ]
     )
@@ -46,21 +48,21 @@ def _count(number: int, what: str) -> str:
     return f"{number:,} {what}{'s' * (number != 1)}"
 
 
-def _points(found: FoundSection) -> list[Row]:
+def _points(report: FoundSection) -> list[Row]:
     """List the first points of a motion, with the first numbers of each."""
-    columns = found.section.table(found.extra)
-    rates = [f"dot({name})" for name in found.section.coordinates]
-    state = [*found.section.coordinates, *rates]
-    names = ["t", *state[:_MOST_NUMBERS], *(["energy"] if "energy" in found.extra else [])]
+    columns = report.section.table(report.extra)
+    rates = [f"dot({name})" for name in report.section.coordinates]
+    state = [*report.section.coordinates, *rates]
+    names = ["t", *state[:_MOST_NUMBERS], *(["energy"] if "energy" in report.extra else [])]
     rows = [
         [f"{columns[name][k]:.9g}" for name in names]
-        for k in range(min(len(found.section), _MOST_POINTS))
+        for k in range(min(len(report.section), _MOST_POINTS))
     ]
     if not rows:
         return []
     lines = table([TableColumn(name, 14, ">") for name in names], rows)
-    if len(found.section) > _MOST_POINTS:
-        lines.append(Row(f"  and {len(found.section) - _MOST_POINTS:,} more; -o has them all"))
+    if len(report.section) > _MOST_POINTS:
+        lines.append(Row(f"  and {len(report.section) - _MOST_POINTS:,} more; -o has them all"))
     return lines
 
 
@@ -129,5 +131,5 @@ def _of_all(section: Section) -> Iterator[tuple[str, str]]:
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[FoundSection], str | Page]] = {
     "text": _text,
-    "json": lambda found: json_text(found.section.summary()),
+    "json": lambda report: json_text(report.section.summary()),
 }

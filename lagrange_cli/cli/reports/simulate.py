@@ -64,8 +64,8 @@ class Simulated:
     def further(self) -> dict[str, float]:
         """Return the last values of further columns, those of the state apart."""
         columns = self.trajectory.table(self.extra)
-        beside = [n for n in columns if n != "t" and n not in self.trajectory.columns]
-        return {name: float(columns[name][-1]) for name in beside}
+        further_names = [n for n in columns if n != "t" and n not in self.trajectory.columns]
+        return {name: float(columns[name][-1]) for name in further_names}
 
 
 def _number(value: float | None, form: str) -> str:

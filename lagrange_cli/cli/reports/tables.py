@@ -95,8 +95,8 @@ def labelled(*rows: tuple[str, str], width: int = 9) -> list[Row]:
 
 def sentence_row(text: str, role: Role = "") -> Row:
     """Write a sentence, whose first word has a role."""
-    first, blank, rest = text.partition(" ")
-    return Row(first, blank, words(rest), role)
+    first, blank, remainder = text.partition(" ")
+    return Row(first, blank, words(remainder), role)
 
 
 def json_text(value: Any, *, ascii: bool = False) -> str:

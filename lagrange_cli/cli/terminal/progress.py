@@ -10,10 +10,10 @@ from typing import Any, TextIO
 
 from lagrange_cli.errors import escape_controls
 
-#: Seconds of work after which a line is shown; set by hand.
+#: Seconds of work after which a line is shown: a shorter wait needs no word.
 SHOWN_AFTER = 1.0
 
-#: Seconds after which it is drawn again; set by hand.
+#: Seconds after which it is drawn again: often enough to be alive, seldom enough to cost nothing.
 REDRAWN_AFTER = 0.5
 
 #: Erases the line that the cursor is in.
@@ -76,10 +76,10 @@ def shown_stage(terminal: TextIO) -> Iterator[Callable[[str], None]]:
         line.stop()
 
 
-#: Seconds between two updates of the simulated time on a terminal; set by hand.
+#: Seconds between two updates of the simulated time on a terminal, as often as an eye follows.
 _REDRAWN_AFTER = 0.2
 
-#: Seconds between two lines elsewhere; set by hand.
+#: Seconds between two lines elsewhere: six lines a minute do not fill a log.
 _LINE_AFTER = 10.0
 
 
