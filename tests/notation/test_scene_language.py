@@ -34,7 +34,7 @@ CHOSEN = coordinates("x", "theta")
 SMALL = build("small", GIVEN, CHOSEN, HALF * sum(c.v**2 for c in CHOSEN), Integer(0))
 SYMBOLS = [
     *(p.symbol for p in GIVEN),
-    SMALL.t,
+    SMALL.system.t,
     *(s for c in CHOSEN for s in (c.q, c.v, c.a)),
 ]
 
@@ -92,7 +92,7 @@ def test_reciprocal_functions_are_written_as_quotients(name):
 @pytest.mark.parametrize(
     "equations",
     [masses_through_hole(), chain_pendulum(2), chain_pendulum(3), damped_driven()],
-    ids=lambda e: e.name,
+    ids=lambda e: e.presentation.name,
 )
 @pytest.mark.parametrize("form", ["lagrange", "explicit"])
 def test_reports_read_back(equations, form):
@@ -126,7 +126,7 @@ def test_reports_read_back(equations, form):
         ((-SYMBOLS[4]) ** 3, "-x^3"),
         (SYMBOLS[4] ** (-SYMBOLS[0]), "x^(-m)"),
         ((SYMBOLS[4] ** SYMBOLS[0]) ** SYMBOLS[1], "(x^m)^E"),
-        (sympy.exp(-SYMBOLS[2] * SMALL.t), "exp(-beta*t)"),
+        (sympy.exp(-SYMBOLS[2] * SMALL.system.t), "exp(-beta*t)"),
         (sympy.sqrt(SYMBOLS[0]) / 3, "1/3*sqrt(m)"),
         (1 / (SYMBOLS[0] * SYMBOLS[4]), "1/(m*x)"),
         (SYMBOLS[5] ** 2 * Rational(3, 2), "3/2*dot(x)^2"),
