@@ -202,12 +202,8 @@ def certify(derivation: Uncertified, digits: int, points: int) -> Evidence:
             raise not_real(derivation.reduced.scene)
         worst = max((s.mismatch for s in seen), default=_ZERO)
     if worst > tolerance:
-        raise InternalError(
-            Problem(
-                "the derived equations disagree with Newton's law:"
-                f" mismatch {mpmath.nstr(worst, 3)} at {digits} digits"
-            )
-        )
+        size = f"mismatch {mpmath.nstr(worst, 3)} at {digits} digits"
+        raise InternalError(Problem(f"the derived equations disagree with Newton's law: {size}"))
     certificate = Certificate(points, digits, to_double(worst))
 
     def look_closely() -> Look:

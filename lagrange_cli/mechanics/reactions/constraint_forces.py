@@ -1,13 +1,12 @@
 """Constraint forces f = m r̈ − F on particles, and their multipliers.
 
 In the formulation ``minimal``, accelerations are replaced where the equations of motion are solved
-for them; larger systems keep ``ddot(q)``. With closures, a coordinate that is a
-Cartesian name itself feels Σ λ·gradient. A point that a force acts on has no mass: the
-constraints balance the force.
+for them; larger systems keep ``ddot(q)``. With closures, a coordinate that is a Cartesian name
+itself feels Σ λ·gradient. A point with a force has no mass: the constraints balance the force.
 
-All forces are compared with Newton's law before they are shown, at the states of the
-derivation's certificate: component by component, and by the work on virtual displacements,
-which is that of the closures (none if there are none).
+All forces are compared with Newton's law before they are shown, at the states of the derivation's
+certificate: component by component, and by the work on virtual displacements, which is that of the
+closures (none without closures).
 """
 
 from __future__ import annotations
@@ -165,11 +164,8 @@ def _acceleration(derivation: Uncertified, symbol: sp.Symbol) -> sp.Expr:
     reduced = derivation.reduced
     q, v = [c.q for c in reduced.coordinates], [c.v for c in reduced.coordinates]
     kinematics = Kinematics(reduced.resolved, q, v, reduced.names.t)
-    turned = [
-        part * reduced.coordinates[j].a
-        for j, parts in kinematics.jacobian(symbol).items()
-        for part in parts
-    ]
+    rows = kinematics.jacobian(symbol).items()
+    turned = [part * reduced.coordinates[j].a for j, parts in rows for part in parts]
     return sp.Add(*turned, *kinematics.convective(symbol))
 
 
@@ -177,10 +173,9 @@ def _direct(derivation: Uncertified) -> Iterator[tuple[sp.Symbol, int]]:
     """Raw symbols that are coordinates and move no other component, with their numbers."""
     resolved = derivation.reduced.resolved
     for j, c in enumerate(derivation.reduced.coordinates):
-        if resolved.get(c.q) == c.q:
-            elsewhere = (e for s, e in resolved.items() if s != c.q)
-            if not any(c.q in e.free_symbols for e in elsewhere):
-                yield c.q, j
+        elsewhere = (e for s, e in resolved.items() if s != c.q)
+        if resolved.get(c.q) == c.q and not any(c.q in e.free_symbols for e in elsewhere):
+            yield c.q, j
 
 
 def _bodies(
@@ -395,16 +390,14 @@ class _Check:
 
     def _require_work(self, point: SymbolValues, work: Sequence[mpf], scale: mpf) -> None:
         """Require that Σ f ∂r/∂q plus forces on coordinates alone is M a − f."""
-        direct = evaluate([self.applied.along(q) for q in self._alone()], point)
-        alone = dict(zip(self._alone(), direct, strict=True))
+        coordinates = [q for q in self.tapes.q if q not in self.tapes.symbols]
+        direct = evaluate([self.applied.along(q) for q in coordinates], point)
+        alone = dict(zip(coordinates, direct, strict=True))
         for q, done, (residual, size) in zip(
             self.tapes.q, work, self._residuals(point), strict=True
         ):
             load = alone.get(q, _ZERO)
             self._require(done + load - residual, size + abs(load) + scale)
-
-    def _alone(self) -> list[sp.Symbol]:
-        return [q for q in self.tapes.q if q not in self.tapes.symbols]
 
     def _residuals(self, point: SymbolValues) -> list[tuple[mpf, mpf]]:
         """M a − f of each coordinate, with the size of its terms."""

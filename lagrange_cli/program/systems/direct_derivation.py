@@ -305,10 +305,7 @@ class DirectDerivation:
 def at_certificate(
     values: ValueGraph, wanted: Sequence[ScaledNode], equations: Equations, *, digits: bool = True
 ) -> list[Any]:
-    """Evaluate values at the state of the certificate, with many digits or in doubles.
-
-    They are NaN where an operation has no real result.
-    """
+    """Evaluate values at the certificate's state; all are NaN if an operation has no real value."""
     sources = equations.derivation.sources
     assert sources is not None
     symbols: dict[str, Expr] = {"t": equations.system.t}
