@@ -55,7 +55,11 @@ class Derived:
 
             equations = with_further_outputs(self.equations, extra)
             return replace(self, equations=equations).model(sensitivity)
-        return self.sensitive_models.of(sensitivity, {}, {}) if sensitivity else self._model
+        return (
+            self.sensitive_models.with_derivatives(sensitivity, {}, {})
+            if sensitivity
+            else self._model
+        )
 
     @cached_property
     def _model(self) -> Model:

@@ -190,7 +190,7 @@ def simulate(
     alike = cache is None and not inputs
     context = RunContext(
         functions=functions,
-        kept=derived.right_hand_sides if alike else KeptFunctions(cache, inputs or {}),
+        kept_functions=derived.right_hand_sides if alike else KeptFunctions(cache, inputs or {}),
         cache=cache,
         stream=stream,
         checkpoint=checkpoint,
@@ -203,7 +203,9 @@ def simulate(
     if sensitivity:
         if inputs or extra:
             raise _sensitive_inputs() if inputs else _sensitive_columns()
-        model = derived.sensitive_models.of(sensitivity, values.parameters, values.initial)
+        model = derived.sensitive_models.with_derivatives(
+            sensitivity, values.parameters, values.initial
+        )
         return simulate_with_sensitivities(model, options, context)
     free = variants.recipe.formulation == "auto" and not extra
     maker = partial(variants.with_multipliers, values) if free else None

@@ -34,7 +34,7 @@ _Result = TypeVar("_Result")
 def in_any_order(
     function: Callable[[_Task], _Result], tasks: Iterable[_Task], jobs: int | None
 ) -> Iterator[_Result]:
-    """Yield results as they are found.
+    """Yield results as they come.
 
     One job runs here. More run through joblib where it is installed, by whatever backend is
     configured there (``joblib.parallel_config``) and returns results as they come, else in
@@ -93,7 +93,7 @@ def _by_processes(
 
 @contextmanager
 def _processes(jobs: int | None) -> Iterator[ProcessPoolExecutor]:
-    """Processes of this machine, which end with the context whatever they are at."""
+    """Start processes of this machine, which end with the context whatever they are at."""
     before = set(multiprocessing.active_children())
     executor = ProcessPoolExecutor(jobs, initializer=_leave_interrupts)
     try:
@@ -147,7 +147,7 @@ class Aside:
 def in_threads(
     function: Callable[[_Task, Aside], _Result], tasks: Iterable[_Task], jobs: int
 ) -> Iterator[_Result]:
-    """Results, as they are found, of a function that spends its time outside of Python.
+    """Yield results, as they come, of a function that spends its time outside of Python.
 
     So many threads share the memory of this process; there are as many processes for what
     :class:`Aside` is given. Tasks are asked for, here, as threads become free.

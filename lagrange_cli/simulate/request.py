@@ -43,7 +43,7 @@ class Request:
     Attributes
     ----------
     times
-        Sample times; a :class:`.samples.Grid` where memory does not hold all states.
+        Sample times; a :class:`.samples.Grid` if memory does not hold all states.
     initial
         Initial state, shape (2n,).
     accuracy, rtol, atol, budget
@@ -53,7 +53,7 @@ class Request:
     step
         Step of a method with fixed steps, which divides the time between samples; else None.
     mark
-        Place of the scene's section where no option gives the accuracy; else None.
+        Place of the scene's section if no option gives the accuracy; else None.
     """
 
     times: RowSequence
@@ -87,8 +87,8 @@ def resolve(model: Model, options: SimulationOptions, in_memory: int | None = No
     Raises
     ------
     InputError
-        It cannot be served: told at the place of the scene's section where no option is given,
-        or where it is the scene that lacks something.
+        It cannot be served. Its place is the scene's section if no option is given, or if the scene
+        lacks something.
     """
     try:
         initial = _moving(model)
@@ -163,7 +163,7 @@ def _moving(model: Model) -> Array:
 
 
 def _initial_options(model: Model) -> str:
-    """Options that give an initial state; velocities that are not given are 0 if they can be."""
+    """Write options that state an initial state; missing velocities are 0 if they can be."""
     import shlex
 
     values = model.suggested or tuple((name, "0") for name in model.coordinates)
@@ -263,9 +263,13 @@ def _times(
 def _given_times(model: Model, times: tuple[float, ...], method: type[Integrator] | None) -> Array:
     """Check sample times that a caller has chosen."""
     start = model.defaults.start
-    given = np.array(times, dtype=float)
-    ascend = np.isfinite(given).all() and (np.diff(given) > 0).all()
-    if not 2 <= len(given) <= MOST_SAMPLES_IN_MEMORY or given[0] != start or not ascend:
+    sample_times = np.array(times, dtype=float)
+    ascend = np.isfinite(sample_times).all() and (np.diff(sample_times) > 0).all()
+    if (
+        not 2 <= len(sample_times) <= MOST_SAMPLES_IN_MEMORY
+        or sample_times[0] != start
+        or not ascend
+    ):
         raise _refused(
             f"times ascend from the start t = {start:g}, two or more", f"times=[{start:g}, ...]"
         )
@@ -274,7 +278,7 @@ def _given_times(model: Model, times: tuple[float, ...], method: type[Integrator
             f"steps of {method.name} end at samples, which are asked for at unequal distances here",
             "--method DOP853 --rtol 1e-9",
         )
-    return given
+    return sample_times
 
 
 def _not_so_many(samples: int, most: int) -> InputError:

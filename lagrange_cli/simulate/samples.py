@@ -201,16 +201,16 @@ class FileBuffer:
 
     def read(self, first: int, last: int) -> Array:
         """Read rows that have been filled."""
-        kept = self._buffer[max(first - self._base, 0) : max(last - self._base, 0)]
+        in_memory = self._buffer[max(first - self._base, 0) : max(last - self._base, 0)]
         if first >= self._base:
-            return kept.copy()
+            return in_memory.copy()
         size = _DOUBLE_SIZE * self._width
         self._file.seek(first * size)
         data = self._file.read((min(last, self._base) - first) * size)
-        return np.concatenate([np.frombuffer(data).reshape(-1, self._width), kept])
+        return np.concatenate([np.frombuffer(data).reshape(-1, self._width), in_memory])
 
     def state(self, count: int) -> SavedState:
-        """See to it that the first ``count`` rows are on the disk; how to know them again."""
+        """Write the first ``count`` rows to the disk; return their number and checksum."""
         check = self._put(count - self._base)
         os.fsync(self._file.fileno())
         return {"count": count, "check": check}
@@ -289,13 +289,13 @@ def named_file(path: str, *, again: bool) -> IO[bytes]:
         raise cannot_write(f"'{path}'", error) from error
 
 
-def buffer_folder(beside: str | os.PathLike[str] | None) -> str:
+def buffer_folder(result: str | os.PathLike[str] | None) -> str:
     """Name the folder for samples: that of a result, or that of temporary files."""
-    if beside is None:
+    if result is None:
         from tempfile import gettempdir
 
         return gettempdir()
-    return os.path.dirname(os.path.realpath(beside))
+    return os.path.dirname(os.path.realpath(result))
 
 
 def require_disk_space(folder: str, count: int, numbers: int) -> None:

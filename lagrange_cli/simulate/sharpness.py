@@ -24,7 +24,7 @@ from lagrange_cli.simulate.system.functions import RightHandSide
 
 
 def watching(problem: InitialValueProblem) -> InitialValueProblem:
-    """The same problem, whose compiled integrators resolve the peaks of sharp functions."""
+    """Return the problem with compiled integrators that resolve the peaks of sharp functions."""
     if problem.landmarks is None:
         return problem
     watched = partial(_watching, landmarks=problem.landmarks)
@@ -68,7 +68,7 @@ _PART = 1 / 64
 def unseen_forces(
     model: Model, functions: RightHandSide, problem: InitialValueProblem, states: RowSequence
 ) -> tuple[str, ...]:
-    """The remark, where an exponent changes so fast somewhere that a step may pass its peak.
+    """Return the remark, if an exponent changes so fast somewhere that a step may pass its peak.
 
     There is one on driven inputs as well, which nothing is known of between two evaluations.
     """

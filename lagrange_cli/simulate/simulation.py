@@ -63,8 +63,8 @@ class RunContext:
     Attributes
     ----------
     functions
-        What evaluates the model; by default as ``kept`` or ``cache`` make it.
-    kept
+        What evaluates the model; by default as ``kept_functions`` or ``cache`` make it.
+    kept_functions
         Makes functions, and keeps what it has compiled in memory; None if that is not wanted.
     cache
         Keeps what is compiled; by default the user's.
@@ -82,7 +82,7 @@ class RunContext:
     """
 
     functions: RightHandSide | None = None
-    kept: KeptFunctions | None = None
+    kept_functions: KeptFunctions | None = None
     cache: Cache | None = None
     stream: Stream | None = None
     checkpoint: Checkpoint | None = None
@@ -94,8 +94,8 @@ class RunContext:
         """Return what evaluates a model, compiled if there is a C compiler, else interpreted."""
         if self.functions is not None:
             return self.functions
-        kept = KeptFunctions(self.cache) if self.kept is None else self.kept
-        return kept(model, budget)
+        maker = self.kept_functions or KeptFunctions(self.cache)
+        return maker(model, budget)
 
     def resolved(self, model: Model, options: SimulationOptions) -> Request:
         """Resolve options with these means; refuses as :func:`.request.resolve`."""
@@ -277,8 +277,8 @@ def problem_of(
     """Build the initial value problem of a request."""
     if functions.guarded is not None and _ends_at_borders(request):
         start, promised = float(request.times[0]), request.accuracy is not None
-        kept = guard_signs(model, start, request.initial, barred=promised)
-        functions = functions if kept is None else functions.guarded(kept)
+        guards = guard_signs(model, start, request.initial, barred=promised)
+        functions = functions if guards is None else functions.guarded(guards)
     problem = InitialValueProblem(
         functions.rhs,
         request.initial,
@@ -327,8 +327,8 @@ def trajectory_of(
     """Build a trajectory from measured samples, cut at a disproof."""
     problem = problem_of(model, request, functions)
     seen = functions_along(model, functions, problem.start, measured)
-    kept, drift = cut_at_disproof(model, seen, problem.times, measured, request.accuracy)
-    return _trajectory(model, request, seen, problem, kept, drift, 0.0)
+    trusted, drift = cut_at_disproof(model, seen, problem.times, measured, request.accuracy)
+    return _trajectory(model, request, seen, problem, trusted, drift, 0.0)
 
 
 def _trajectory(

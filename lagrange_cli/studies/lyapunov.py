@@ -171,7 +171,7 @@ class _Follow:
             defaults=replace(self._model.defaults, start=begin, until=end),
         )
         options = replace(self._options, until=end)
-        motion = simulate_with_sensitivities(model, options, RunContext(kept=self._kept))
+        motion = simulate_with_sensitivities(model, options, RunContext(kept_functions=self._kept))
         if motion.status != "ok":
             message = f"exponents are found until t = {begin:.6g} only: {motion.reason}"
             raise InputError(Problem(message, hint=f"--until {begin:.6g}", rule="lyapunov"))

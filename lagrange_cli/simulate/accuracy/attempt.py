@@ -33,14 +33,16 @@ from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
 from lagrange_cli.simulate.runs.run import Failure, Run
 from lagrange_cli.simulate.samples import window_rows
 
-#: Part of the tolerance that does not shrink with |y|; set by hand.
+#: Part of the tolerance that does not shrink with |y|. A smaller one would shorten steps where a
+#: component passes through zero, a larger one would resolve small values less; not tuned.
 _ABSOLUTE_PART = 0.1
 
-#: The same at least, if y comes close to 0; set by hand.
+#: The same part at least if y comes close to 0, so that a comet's perihelion is resolved and
+#: tolerances stay above rounding.
 _LEAST_PART = 1e-12
 
 #: Samples in which absolute tolerances stay as they are, in doubles and in wider arithmetic, and
-#: the largest number of such stretches; set by hand.
+#: the largest number of such stretches: as many as the blocks between two looks at the errors.
 _STRETCH, _STRETCH_WIDER, _MOST_STRETCHES = 64, 4, 2**14
 
 #: Least scale so far as a part of the last one, at each attempt: motion that grows from almost
@@ -54,7 +56,7 @@ class ToleranceSchedule:
     def __init__(self, problem: InitialValueProblem, coarse: CoarseResult, number: int) -> None:
         self._problem, self._coarse, n = problem, coarse, len(problem.kinds)
         self._smallest = _SMALLEST_SCALE[min(number, len(_SMALLEST_SCALE) - 1)]
-        #: Components that sweep over their own size.
+        #: Flags of the components that sweep over their own size, shape (2n,).
         self._sweeping = np.abs(problem.y0) <= coarse.scales
         self._sweeping[:n] &= ~problem.angles
         # Part of the tolerance that does not shrink with |y|, less if y comes near 0.
@@ -132,7 +134,7 @@ class Attempt:
         self.tolerance, self._last = tolerance, last
         self._tolerances = ToleranceSchedule(problem, coarse, number)
         method = coarse.method
-        # Where the longest step rules instead of the tolerance, it must differ too.
+        # If the longest step rules instead of the tolerance, it must differ too.
         longer = ATTEMPT.looser ** (1 / method.order)
         looser = None if before is None else before.looser_for(self.arithmetic)
         self._longest = problem.longest_step
@@ -160,7 +162,7 @@ class Attempt:
 
     def _growth(self, tolerance: float) -> float:
         """Estimate the steps at a tolerance, as a multiple of the coarse run's."""
-        # The coarse run was one of DOP853 where its method was not implicit.
+        # The coarse run was one of DOP853 if its method was not implicit.
         order = min(self._coarse.method.order, INTEGRATORS["DOP853"].order)
         return float(max(1.0, COARSE / tolerance) ** (1 / order))
 
@@ -209,7 +211,7 @@ class Attempt:
 
     @property
     def arithmetic(self) -> str:
-        """What the numbers of the runs are called."""
+        """Name of the arithmetic of the runs."""
         return self._problem.real.name
 
     @property
@@ -280,7 +282,7 @@ class Attempt:
         return self._common / len(self._problem.times)
 
     def _windows(self) -> Iterator[tuple[int, int]]:
-        """Return first and last numbers of the windows in which these samples are compared."""
+        """Yield first and last numbers of the windows in which common samples are compared."""
         common, rows = self._common, self.run.rows
         size = common if isinstance(rows, np.ndarray) else window_rows(len(self._problem.y0))
         return ((k, min(k + size, common)) for k in range(0, common, size))
@@ -354,11 +356,11 @@ class Attempt:
                 if running.add_by_last(last - first, partial(compare, rows, weights, start)):
                     continue
             times, errors = self._problem.times[first:last], self._errors(first, last, events)
-            beside = np.zeros(len(times))
+            event_errors = np.zeros(len(times))
             if events is not None:
-                beside = events.ratios(times, self._problem.span)
-                beside[times >= first_zeno_time(self.run.switches)] = np.inf
-            running.add(self.run.rows[first:last], errors, beside)
+                event_errors = events.ratios(times, self._problem.span)
+                event_errors[times >= first_zeno_time(self.run.switches)] = np.inf
+            running.add(self.run.rows[first:last], errors, event_errors)
         return running.estimate
 
     @property

@@ -1,4 +1,4 @@
-"""A coarse run that is followed step by step: what is seen of the motion on the way."""
+"""A coarse run that is observed step by step: scales of the motion, steps, close approaches."""
 
 from __future__ import annotations
 
@@ -25,13 +25,14 @@ from lagrange_cli.simulate.runs.run import Run
 COARSE = 1e-5
 COARSE_TOLERANCES = (COARSE, 1e-8, 1e-11)
 
-#: It is too close for a coarse run within so many tolerances of the scales; set by hand.
+#: A distance from the origin of no more than so many tolerances of the scales is too close for a
+#: coarse run. Chosen so that errors of a thousand steps do not reach the origin; not tuned.
 _TOO_CLOSE = 1e3
 
 #: Least absolute tolerance: scales may underflow, tolerances must not.
 LEAST = 1e-290
 
-#: How much longer than those of other runs its steps may be: it shows scales alone.
+#: Longest step of a coarse run, as a multiple of that of other runs: it shows scales alone.
 _LONGER = 2.0
 
 #: The first step as a part of the span; steps grow tenfold from there.
@@ -157,7 +158,7 @@ class CoarseRun:
         return bool(self.motion.ended) and not self.too_close
 
     def _end(self, run: Run) -> None:
-        """The start was close to the origin as well, unless the motion runs away from there."""
+        """Note a close approach at the start too, unless the motion runs away from there."""
         if run.failure is None and self.first_step < BRIEF * self.motion.longest:
             self.motion.approach(self._problem.y0, 0.0)
 

@@ -119,7 +119,7 @@ def _refuse_below_floor(problem: InitialValueProblem, eps: float, scales: Array)
 
 
 def _round_up(value: float) -> float:
-    """The next number with one digit."""
+    """Round up to a number with one digit."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(np.ceil(value / power) * power)
 
@@ -174,8 +174,8 @@ def _attempt_wider(
     lasts = [attempts[-1]]
     while narrow is not None and _worthwhile(lasts):
         best = _best(attempts)
-        kept = best.error_estimate().samples == len(problem.times)
-        if kept or best.failure is not None or coarse.stiff:
+        holds = best.error_estimate().samples == len(problem.times)
+        if holds or best.failure is not None or coarse.stiff:
             return
         wider = narrow.wider()
         if wider is not None:
@@ -282,5 +282,5 @@ def _unclear(best: Attempt, samples: int, times: RowSequence) -> UnclearContacts
     """Return the contacts at which the promise ends; None if it ends elsewhere, or not."""
     if best.events is None or samples == len(times):
         return None
-    kept, lost = times[samples - 1 : samples + 1].tolist()
-    return best.events.unclear(kept, lost, best.run.switches)
+    last_kept, first_lost = times[samples - 1 : samples + 1].tolist()
+    return best.events.unclear(last_kept, first_lost, best.run.switches)

@@ -58,20 +58,20 @@ class RunningEstimate:
         self._largest = np.zeros(5 * self._n)
         self._estimate: ErrorEstimate | None = None
 
-    def add(self, states: Array, errors: Array, beside: Array) -> None:
+    def add(self, states: Array, errors: Array, event_errors: Array) -> None:
         """Take further samples.
 
         Parameters
         ----------
         states, errors
             Of the run, and what they are estimated to be off, shapes (m, 2n).
-        beside
-            What is estimated besides, over its scale, shape (m,).
+        event_errors
+            Errors of the times of events, as parts of the span, shape (m,).
         """
         sizes = np.abs(states[:, : self._n])
         rows = np.concatenate([errors, motion(self._start, states), sizes], axis=1)
         np.maximum.accumulate(rows, axis=0, out=rows)
-        self._take(np.maximum(rows, self._largest), len(states), beside)
+        self._take(np.maximum(rows, self._largest), len(states), event_errors)
 
     def add_by_last(self, samples: int, compare: Callable[[Array], None]) -> bool:
         """Take so many further samples if the last one holds the accuracy: none before it matters.
@@ -83,14 +83,14 @@ class RunningEstimate:
         compare(largest)
         return self._take(largest[None], samples, np.zeros(1))
 
-    def _take(self, rows: Array, samples: int, beside: Array) -> bool:
+    def _take(self, rows: Array, samples: int, event_errors: Array) -> bool:
         """Take samples by what is largest up to each, or up to the last if that one holds."""
         n, largest = self._n, rows[-1].copy()
         errors = rows[:, : 2 * n]
         errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(rows[:, 4 * n :]))
         scales = scales_from(self._problem, rows[:, 2 * n : 3 * n], rows[:, 3 * n : 4 * n])
         each = errors / scales
-        ratios = np.maximum(each.max(axis=1), beside)
+        ratios = np.maximum(each.max(axis=1), event_errors)
         if not self._seen and len(rows) == samples:
             ratios[0] = 0.0  # the start is given
         good = np.flatnonzero(ratios < self._eps)
@@ -101,11 +101,11 @@ class RunningEstimate:
         newest = float(ratios[-1] / self._eps), each[-1], scales[-1].copy()
         if len(good):
             at = int(good[-1])
-            kept = before + at + 1, float(ratios[at]), scales[at]
+            last_holding = before + at + 1, float(ratios[at]), scales[at]
         else:
             earlier = self.estimate
-            kept = earlier.samples, earlier.estimate, earlier.scales
-        self._estimate = ErrorEstimate(*kept, *newest)
+            last_holding = earlier.samples, earlier.estimate, earlier.scales
+        self._estimate = ErrorEstimate(*last_holding, *newest)
         return True
 
     @property
@@ -115,9 +115,9 @@ class RunningEstimate:
 
 
 def error_estimate(
-    problem: InitialValueProblem, eps: float, states: Array, errors: Array, beside: Array
+    problem: InitialValueProblem, eps: float, states: Array, errors: Array, event_errors: Array
 ) -> ErrorEstimate:
     """Estimate the error of all samples of a run at once."""
     estimate_so_far = RunningEstimate(problem, eps, states[0])
-    estimate_so_far.add(states, errors, beside)
+    estimate_so_far.add(states, errors, event_errors)
     return estimate_so_far.estimate

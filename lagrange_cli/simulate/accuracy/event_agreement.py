@@ -61,14 +61,14 @@ class EventAgreement:
     differing: tuple[int, ...] = ()
 
     def unclear(
-        self, kept: float, lost: float, switches: Sequence[ModeChange]
+        self, last_kept: float, first_lost: float, switches: Sequence[ModeChange]
     ) -> UnclearContacts | None:
         """Return the contacts at which a promise ends, between two samples of which the first is
         kept and the other is not; None if nothing happens there. ``switches`` are those of the
         first run."""
         if self.differing:
             return UnclearContacts(self.broken, self.differing, differ=True)
-        between = [s for s in switches if kept < s.t <= lost]
+        between = [s for s in switches if last_kept < s.t <= first_lost]
         if not between:
             return None
         contacts = {s.contact for s in between}
@@ -159,7 +159,7 @@ def event_agreement(
 def contacts_near_end(
     rhs: HybridRhs, closed: ContactMode, t: float, y: Array, errors: Array
 ) -> tuple[Array, Array]:
-    """Times of contacts that may as well close before a run ends, at t, as behind that.
+    """Find contacts that may as well close before a run ends, at t, as behind that.
 
     Parameters
     ----------

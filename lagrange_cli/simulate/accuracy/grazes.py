@@ -62,8 +62,8 @@ class Grazes:
         n, speed = len(dip.gradient), np.sqrt(2 * dip.bend * depth)
         change = np.abs(self._impact(dip, speed))
         allowed = _NEGLIGIBLE * self.eps * self.scales
-        kept = (change <= allowed[n:]) & (change * (self.end - dip.t) <= allowed[:n])
-        return not bool(kept.all())
+        negligible = (change <= allowed[n:]) & (change * (self.end - dip.t) <= allowed[:n])
+        return not bool(negligible.all())
 
     def _impact(self, dip: NearContact, speed: float) -> Array:
         """Return the change of velocities at an impact of some speed, shape (n,)."""

@@ -16,8 +16,8 @@ from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scal
 from lagrange_cli.simulate.runs.run import Failure
 from lagrange_cli.simulate.samples import RowSequence
 
-#: A result says which component misses the accuracy if it does so by no more than this factor;
-#: set by hand.
+#: A result says which component misses the accuracy if it does so by no more than this factor: a
+#: run that is off by more shows chaos or a singularity rather than a component.
 _NEARLY = 1e3
 
 

@@ -226,7 +226,7 @@ class CoarseResult:
     sharp: bool = False
 
     def scales_so_far(self, problem: InitialValueProblem, samples: NDArray[np.int_]) -> Array:
-        """The scales within some numbers of samples (m,), shape (m, 2n)."""
+        """Return the scales within some numbers of samples (m,), shape (m, 2n)."""
         largest = self.largest[np.minimum(self._own(samples), len(self.largest)) - 1]
         n = len(problem.kinds)
         return scales_from(problem, largest[:, :n], largest[:, n:])
@@ -244,16 +244,16 @@ class CoarseResult:
         return float(typical[np.isfinite(typical)].max(initial=0.0))
 
     def noise_so_far(self, samples: NDArray[np.int_]) -> Array:
-        """The noise within some numbers of samples (m,), shape (m, 2n)."""
+        """Return the noise within some numbers of samples (m,), shape (m, 2n)."""
         part = np.minimum(self._own(samples) / len(self.largest), 1.0)
         return np.asarray(self.noise[np.rint(part * (len(self.noise) - 1)).astype(int)])
 
     def finer(self, factor: float) -> CoarseResult:
-        """The same found with arithmetic whose rounding is that part of doubles'."""
+        """Return the result for arithmetic whose rounding is this part of doubles'."""
         return replace(self, noise=factor * self.noise)
 
     def state(self) -> SavedState:
-        """The same as plain values."""
+        """Return the result as plain values."""
         numbers = {field.name: getattr(self, field.name) for field in fields(self)}
         return {**numbers, "method": self.method.name}
 
@@ -311,7 +311,8 @@ def coarse_result(problem: InitialValueProblem, tolerance: float, watch: Watch) 
 def _followed(
     problem: InitialValueProblem, coarse_run: CoarseRun, tolerance: float, watch: Watch
 ) -> tuple[Run, type[Integrator], int]:
-    """A coarse run to the end, the method for further ones, and what it cost to find that."""
+    """Run coarsely to the end; return the run, the method for further ones, and the evaluations
+    that were spent besides."""
     run, method = coarse_run.explicit, explicit_method(problem)
     if coarse_run.go(run, _PROBE_AFTER) or coarse_run.too_close:
         return run, method, 0
@@ -344,7 +345,7 @@ def _suits_taylor(rhs: Rhs, size: int) -> bool:
 
 
 def explicit_method(problem: InitialValueProblem) -> type[Integrator]:
-    """The method for motion that is not stiff."""
+    """Return the method for motion that is not stiff."""
     if isinstance(problem.rhs, NativeRhs) and problem.rhs.series is not None:
         return CompiledTaylor
     if _suits_taylor(problem.rhs, len(problem.y0)):

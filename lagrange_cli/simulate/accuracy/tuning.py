@@ -7,7 +7,10 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True)
 class ScheduleTuning:
-    """Tuned numbers of the schedule of attempts; set by hand.
+    """Tuned numbers of the schedule of attempts.
+
+    Those without a measurement trade attempts that are made in vain against accuracies that are
+    not reached.
 
     Attributes
     ----------
@@ -55,7 +58,7 @@ class ScheduleTuning:
 class AttemptTuning:
     """Tuned numbers of one attempt: its companions, and when it is given up.
 
-    Set by hand, so that tests/simulate/accuracy/test_calibration.py finds no error above its
+    Chosen so that tests/simulate/accuracy/test_calibration.py finds no error above its
     estimate and test_cost_of_estimates.py no estimate dearer than five runs.
 
     Attributes

@@ -148,9 +148,9 @@ def _unresolved(factors: Table, t: float, state: Array, number: int) -> float:
     All runs that estimate the error hold coordinates there with the same few bits.
     """
     n = len(state) // 2
-    beside = [state + row for row in np.diag(np.spacing(np.abs(state)))[:n]]
+    moved_states = [state + row for row in np.diag(np.spacing(np.abs(state)))[:n]]
     times = np.full(n + 1, t)
-    factor, *moved = factors(times, np.array([state, *beside]))[:, number].tolist()
+    factor, *moved = factors(times, np.array([state, *moved_states]))[:, number].tolist()
     change = sum(abs(value - factor) for value in moved)
     return change / abs(factor) if factor else float("inf") if change else 0.0
 

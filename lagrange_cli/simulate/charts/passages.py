@@ -45,7 +45,7 @@ from lagrange_cli.simulate.system.functions import KeptFunctions
 from lagrange_cli.simulate.system.tables import Table
 from lagrange_cli.simulate.system.tracing import functions_of
 
-#: Least number of parts of the time in which singular configurations are watched for.
+#: Least number of parts of the time in which singular configurations are looked for.
 WATCHED = 500
 
 #: Parts of the time in which coordinates are continued close to them.
@@ -75,9 +75,9 @@ def simulate_in_charts(
         return _with_chart(model, model.chart, options, _alone(context))
     started = time.perf_counter()
     looked: list[int] = []
-    # What is compiled for the run serves what is looked at afterwards.
-    kept = KeptFunctions(context.cache) if context.kept is None else context.kept
-    context = replace(context, kept=kept)
+    # Code that is compiled for the run also evaluates its singular factors afterwards.
+    kept_functions = context.kept_functions or KeptFunctions(context.cache)
+    context = replace(context, kept_functions=kept_functions)
 
     def look(times: RowSequence, states: RowSequence, result: Trajectory) -> None:
         looked.append(len(states))
@@ -124,7 +124,7 @@ def _refuse_met(passage: SingularPassage | None, times: RowSequence) -> None:
 
 
 def _alone(context: RunContext) -> RunContext:
-    """Context of a run in memory, and as a whole, whose coordinates are read off positions."""
+    """Return the context of a run in memory whose coordinates are read off positions."""
     if context.checkpoint is not None:
         raise InputError(
             Problem(
@@ -175,8 +175,8 @@ def _cut(run: Trajectory, passage: SingularPassage) -> Trajectory:
     return _until(run, passage.samples, said, "accuracy_not_reached")
 
 
-def _sliced(columns: Mapping[str, Array], kept: NDArray[np.intp]) -> dict[str, Array]:
-    return {name: values[kept] for name, values in columns.items()}
+def _sliced(columns: Mapping[str, Array], numbers: NDArray[np.intp]) -> dict[str, Array]:
+    return {name: values[numbers] for name, values in columns.items()}
 
 
 # The same motion in other coordinates.
@@ -193,8 +193,8 @@ def _in_other(
         model = with_multipliers()
     except InputError:
         return None
-    kept = set(singularity.lost) & set(model.coordinates)
-    if model.chart is None or (kept and not singularity.ends):
+    lost = set(singularity.lost) & set(model.coordinates)
+    if model.chart is None or (lost and not singularity.ends):
         return None
     run = _with_chart(model, model.chart, options, context)
     said = f"in {model.formulation} form: the coordinates are singular where {singularity.where}"
@@ -211,7 +211,7 @@ def _with_chart(
     if not gone:
         return integrate(model, request, context)
     run, continued, every = _run_and_followed(model, chart, request, context)
-    former = _own_columns(chart, gone, continued, run)
+    former = _former_columns(chart, gone, continued, run)
     run = _thinned(replace(run, columns=former | dict(run.columns)), every)
     if not continued.lost:
         return run
@@ -264,7 +264,7 @@ def _moves(chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory)
 def _wanted(
     chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory, intervals: int
 ) -> int:
-    """Intervals in which coordinates can be followed, where they have been tried in some."""
+    """Return the number of intervals in which coordinates can be followed, after a trial."""
     passes = continued.lost or continued.unknown is not None
     wanted = _FOLLOWED if passes and run.status == "ok" else WATCHED
     most = float(np.quantile(_moves(chart, continued, run), _USUALLY))
@@ -307,7 +307,7 @@ def _as_far_as(
 def _first_not_positive(
     chart: FormerChart, continued: ContinuedCoordinates
 ) -> tuple[int, str] | None:
-    """Number of samples before a coordinate is not positive that is declared so, and its name."""
+    """Return the number of samples before a coordinate declared positive is not, and its name."""
     numbers = [chart.coordinates.index(name) for name in chart.positive]
     below = np.argwhere(continued.q[:, numbers] <= 0)
     if not len(below):
@@ -333,16 +333,16 @@ def _until(run: Trajectory, samples: int, reason: str, status: Status) -> Trajec
     return replace(cut, status=status, reason=reason)
 
 
-def _sampled(run: Trajectory, kept: NDArray[np.intp]) -> Trajectory:
+def _sampled(run: Trajectory, numbers: NDArray[np.intp]) -> Trajectory:
     """Pick samples of a run by their numbers."""
-    t = run.t[kept]
+    t = run.t[numbers]
     return replace(
         run,
         t=t,
-        columns=_sliced(run.columns, kept),
-        energy=run.energy[kept],
-        multipliers=_sliced(run.multipliers, kept),
-        forces=_sliced(run.forces, kept),
+        columns=_sliced(run.columns, numbers),
+        energy=run.energy[numbers],
+        multipliers=_sliced(run.multipliers, numbers),
+        forces=_sliced(run.forces, numbers),
         holds_until=None if run.holds_until is None else float(t[-1]),
         exempt=tuple(x for x in run.exempt if x in t),
     )
@@ -352,11 +352,11 @@ def _thinned(run: Trajectory, every: int) -> Trajectory:
     """Pick the samples that were asked for; scales and estimates stay those of all."""
     if every == 1:
         return run
-    kept = _sampled(run, np.arange(0, len(run.t), every))
-    if kept.t[-1] == run.t[-1]:
-        return kept
-    last, reached = f"t = {kept.t[-1]:.9g}", f"t = {run.t[-1]:.9g}"
-    return replace(kept, reason=run.reason.replace(reached, last))
+    picked = _sampled(run, np.arange(0, len(run.t), every))
+    if picked.t[-1] == run.t[-1]:
+        return picked
+    last, reached = f"t = {picked.t[-1]:.9g}", f"t = {run.t[-1]:.9g}"
+    return replace(picked, reason=run.reason.replace(reached, last))
 
 
 def _choice(names: list[str], t: float) -> str:
@@ -402,7 +402,7 @@ def _turning(chart: FormerChart) -> AngleReversal | None:
     )
 
 
-def _own_columns(
+def _former_columns(
     chart: FormerChart, names: list[str], continued: ContinuedCoordinates, run: Trajectory
 ) -> dict[str, Array]:
     """Return columns of former coordinates, NaN if not known to the accuracy asked for."""

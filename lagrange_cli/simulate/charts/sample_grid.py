@@ -21,7 +21,7 @@ class SampleGrid(NamedTuple):
         return every if self.steps else every * -(-self.every(wanted) // every)
 
     def every(self, wanted: int) -> int:
-        """Parts of each interval that make so many in all, or as many as can be."""
+        """Return the parts of each interval that make so many in all, or as many as possible."""
         parts = max(1, -(-min(wanted, FINEST) // self.intervals))
         if not self.steps:
             return parts

@@ -260,7 +260,7 @@ class CheckpointWriter:
         self._last = time.monotonic()
 
     def watched(self, watch: Callable[[float], None]) -> Callable[[float], None]:
-        """Visit beside what is called after every step, and before it ends the run."""
+        """Let the keeper be visited after every step, before the watch that may end the run."""
 
         def watch_and_visit(fraction: float) -> None:
             try:

@@ -217,16 +217,16 @@ class Cluster:
 
     def _require_alike_workers(self, watched: str | None) -> None:
         """Refuse the cluster if a worker is unlike this process; say which interpret."""
-        found = self._found(watched)
-        for worker, own in found.items():
-            different = difference(installed(), own.installed)
+        answers = self._findings(watched)
+        for worker, answer in answers.items():
+            different = difference(installed(), answer.installed)
             if different:
                 hint = "the same environment everywhere gives the same results everywhere"
                 raise refusal(f"the worker at {worker} has {different}", hint)
-            if watched is not None and not own.sees:
+            if watched is not None and not answer.sees:
                 raise _unseen(worker, os.path.dirname(watched))
-        self._tell_interpreting({worker: own.lacks for worker, own in found.items() if own.lacks})
-        if not found:
+        self._tell_interpreting({worker: a.lacks for worker, a in answers.items() if a.lacks})
+        if not answers:
             self.tell("the cluster has no workers yet: waiting for them")
 
     def _tell_interpreting(self, reasons: Mapping[str, str]) -> None:
@@ -236,17 +236,17 @@ class Cluster:
             self.tell(f"interpreted, and slower, on {', '.join(new)}: {reasons[new[0]]}")
         self._interpreting.update(new)
 
-    def _found(self, watched: str | None) -> dict[str, Findings]:
+    def _findings(self, watched: str | None) -> dict[str, Findings]:
         """Ask all workers what they are; again while one does not see a file that is new."""
         given_up = time.monotonic() + _SEEN_WITHIN
         while True:
-            found = self.client.run(findings, watched, on_error="return")
-            for worker, own in found.items():
-                if not isinstance(own, Findings):
-                    raise _unusable(worker, own)
-            seen = all(own.sees for own in found.values())
+            answers = self.client.run(findings, watched, on_error="return")
+            for worker, answer in answers.items():
+                if not isinstance(answer, Findings):
+                    raise _unusable(worker, answer)
+            seen = all(answer.sees for answer in answers.values())
             if seen or time.monotonic() > given_up:
-                return dict(found)
+                return dict(answers)
             time.sleep(_LOOK_AGAIN)
 
     def _results(

@@ -47,14 +47,14 @@ _CODE = "the code of lagrange_cli"
 
 @cache
 def installed() -> dict[str, str]:
-    """Return what results depend on in this process: name → version."""
-    found = {"python": sys.version.split()[0], "lagrange_cli": __version__}
+    """Return the versions on which results of this process depend, by name."""
+    versions = {"python": sys.version.split()[0], "lagrange_cli": __version__}
     for name in _LIBRARIES:
         try:
-            found[name] = version(name)
+            versions[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "none"
-    return {**found, _CODE: _code_digest()}
+            versions[name] = "none"
+    return {**versions, _CODE: _code_digest()}
 
 
 def _code_digest() -> str:
@@ -227,7 +227,7 @@ def exists(path: str) -> bool:
 
 @dataclass(frozen=True)
 class Findings:
-    """What a worker finds out about itself before the run.
+    """Facts that a worker reports about itself before the run.
 
     Attributes
     ----------

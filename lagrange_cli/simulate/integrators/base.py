@@ -46,7 +46,7 @@ choices and tests derive from there. An implementer promises:
    number, and no later sample is filled. Methods without interpolant cannot.
 14. **Going on.** :meth:`~Integrator.state` gives all that later steps depend on as plain values,
    and :meth:`~Integrator.restore`, called where a run of the same start and control has made no
-   step, makes that run go on bit by bit as the other one. ``kept`` lists the attributes that
+   step, makes that run go on bit by bit as the other one. ``state_attributes`` lists those that
    are the state beside those of every integrator; where more is to be done a method extends
    both. One whose state is out of reach has ``resumes`` false.
 """
@@ -173,7 +173,7 @@ class Integrator(ABC):
         Structure facts it relies on, names of :class:`~lagrange_cli.mechanics.findings.Facts`.
     interpolates, projects
         The fourth and the eleventh promise.
-    kept, resumes
+    state_attributes, resumes
         The last promise.
     repeats
         A step whose event is early in it is made again, shorter.
@@ -205,7 +205,7 @@ class Integrator(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     interpolates: ClassVar[bool] = True
     projects: ClassVar[bool] = True
-    kept: ClassVar[tuple[str, ...]] = ()
+    state_attributes: ClassVar[tuple[str, ...]] = ()
     resumes: ClassVar[bool] = True
     repeats: ClassVar[bool] = False
     package: ClassVar[tuple[str, str] | None] = None
@@ -239,7 +239,7 @@ class Integrator(ABC):
         """Make one step, to ``limit`` at most; raise :class:`StepError` if impossible."""
 
     def _advance_by_a_step(self) -> None:
-        """:meth:`step` of methods that are made of others and have :meth:`advance` alone."""
+        """Make one step by :meth:`advance`, for methods that are composed of others."""
         states = np.empty((1, len(self.y)))
         done = self.advance(np.array([np.inf]), states, most_steps=1, most_evaluations=float("inf"))
         if done.failure is not None:
@@ -270,13 +270,13 @@ class Integrator(ABC):
 
     def state(self) -> SavedState:
         """Return all that later steps depend on."""
-        names = ("t", "y", "steps", "evaluations", "end_event", *self.kept)
+        names = ("t", "y", "steps", "evaluations", "end_event", *self.state_attributes)
         values = {name: getattr(self, name) for name in names if hasattr(self, name)}
         return values if self._search is None else {**values, "signs": self._search.signs}
 
     def restore(self, state: SavedState) -> None:
         """Go on where a run of this method with the same start and control stood."""
-        for name in ("t", "y", "steps", "evaluations", "end_event", *self.kept):
+        for name in ("t", "y", "steps", "evaluations", "end_event", *self.state_attributes):
             if name in state:
                 setattr(self, name, state[name])
         if self._search is not None:
@@ -399,7 +399,7 @@ class FixedStep(Integrator):
 
     adaptive = False
     interpolates = False
-    kept: ClassVar[tuple[str, ...]] = ("_low",)
+    state_attributes: ClassVar[tuple[str, ...]] = ("_low",)
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         if control.step is None:

@@ -145,11 +145,11 @@ class EventSearch:
         return first
 
 
-def _falls_from(at: Array, near: Array, beside: Array) -> Array:
-    """Infinity where functions fall from their value at the end of a step, or are as flat there as
+def _falls_from(at: Array, near: Array, farther: Array) -> Array:
+    """Return infinity where functions fall from their value at the end of a step, or are as flat as
     at a least value; minus infinity where they rise."""
     with np.errstate(invalid="ignore"):
-        falls = near - at <= _FLAT * _NEAR**2 * np.abs(beside - at)
+        falls = near - at <= _FLAT * _NEAR**2 * np.abs(farther - at)
     return np.where(falls, np.inf, -np.inf)
 
 

@@ -70,12 +70,12 @@ def _tableau() -> _Tableau:
 
 
 def _legendre(x: Array) -> Array:
-    """P_0 … P_8 at each x, shape (len(x), 9)."""
+    """Evaluate P_0 … P_8 at each x, shape (len(x), 9)."""
     return np.asarray(np.polynomial.legendre.legvander(x, _STAGES))
 
 
 def _integrals(x: Array) -> Array:
-    """∫ of P_0 … P_7 over half the distance from −1 to each x, shape (len(x), 8)."""
+    """Integrate P_0 … P_7 over half the distance from −1 to each x, shape (len(x), 8)."""
     values = _legendre(x)
     k = np.arange(1, _STAGES)
     higher = (values[:, 2:] - values[:, :-2]) / (2 * (2 * k + 1))
@@ -93,7 +93,7 @@ class Gauss16(Integrator):
     name = "Gauss16"
     title = "Gauss–Legendre collocation with eight stages, by iteration"
     order = 16
-    kept = (
+    state_attributes = (
         *("_start", "_low", "_base", "_rest", "_t_old", "_next", "_shape"),
         *("_rate", "_first"),
     )

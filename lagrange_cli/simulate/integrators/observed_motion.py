@@ -1,4 +1,4 @@
-"""What is seen of a motion step by step: its scales so far, its way, and the lengths of steps.
+"""Observation of a motion step by step: its scales so far, its way, and the lengths of steps.
 
 The tolerance of a run whose scales are not known before it follows what it has seen of them.
 Compiled integrators do the same in machine code (kernels/observed.c).
@@ -18,8 +18,8 @@ SETTLING = 12
 #: Steps whose ends there is room for between two looks at them.
 ROOM = 1024
 
-#: A motion is close to the origin where its steps are below this part of the longest so far; set by
-#: hand.
+#: A motion is close to the origin if its steps are below this part of the longest so far: steps of
+#: a smooth motion away from it vary by less.
 BRIEF = 0.05
 
 #: A run is lost that would need more steps than this at the pace of its last ones: if it is coarse
@@ -31,7 +31,7 @@ WINDOW = 2**14
 
 
 class ObservedMotion:
-    """A motion as far as it has been seen.
+    """A motion as far as it has been observed.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class ObservedMotion:
     tolerance, least
         Absolute tolerances over scales, and the least of them.
     moved
-        Motion and speeds that are taken for seen at the start, shape (2n,).
+        Motion and speeds that count as observed at the start, shape (2n,).
     nearest
         Distance from the origin over scales below which the run ends.
     scales_of

@@ -140,10 +140,10 @@ class StructuredRhs(ABC):
 
     def with_surfaces(self, surfaces: Surfaces) -> Self:
         """Return the right-hand side with switching surfaces."""
-        other = copy.copy(self)
+        changed = copy.copy(self)
         # Some kinds are frozen.
-        object.__setattr__(other, "surfaces", surfaces)
-        return other
+        object.__setattr__(changed, "surfaces", surfaces)
+        return changed
 
 
 @dataclass(frozen=True)
@@ -256,9 +256,9 @@ class Surfaces(ABC):
         sides: SurfaceSides,
         signs: tuple[float, ...],
         noise: tuple[float, ...],
-        beside: TerminalEvents | None,
+        other_events: TerminalEvents | None,
     ) -> TerminalEvents:
-        """Return the events ``beside``, then those at which the motion leaves these sides."""
+        """Return ``other_events``, then those at which the motion leaves these sides."""
 
     def placed(
         self, t: float, y: Array, sides: SurfaceSides, met: Sequence[int] = ()

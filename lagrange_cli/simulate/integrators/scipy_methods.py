@@ -52,7 +52,7 @@ class ScipyIntegrator(Integrator):
 
 
 def _solver_state(solver: Any) -> SavedState:
-    """Copies of all attributes of a solver that are values, or pairs of them."""
+    """Copy all attributes of a solver that are values, or pairs of them."""
     return {name: _copied(value) for name, value in vars(solver).items() if _plain(value)}
 
 
@@ -82,7 +82,7 @@ class _ScipyPair(ScipyIntegrator):
     """An embedded pair of SciPy, stepped one step at a time."""
 
     pair: ClassVar[str]
-    kept = ("_base",)
+    state_attributes = ("_base",)
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         from scipy import integrate
@@ -175,7 +175,7 @@ class _ScipyImplicit(ScipyIntegrator):
 
     implicit = True
     solver: ClassVar[str]
-    kept: ClassVar[tuple[str, ...]] = ("_moved",)
+    state_attributes: ClassVar[tuple[str, ...]] = ("_moved",)
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         from scipy import integrate
@@ -250,7 +250,7 @@ class Radau(_ScipyImplicit):
     title = "Radau IIA, implicit, for stiff systems"
     order = 5
     solver = "Radau"
-    kept = ("_moved", "_start")
+    state_attributes = ("_moved", "_start")
 
     def step(self, limit: float) -> None:
         start = self.t, self._solver.y

@@ -26,7 +26,8 @@ MOST_ITERATIONS = 60
 #: Iterations without progress after which they end.
 CALM = 2
 
-#: Distance of converged iterations, as a part of the change over the step; set by hand.
+#: Distance of converged iterations, as a part of the change over the step: far above the rounding
+#: at which they end, far below the iterates of a diverging step; not tuned.
 _CONVERGED = 2.0**-20
 
 
@@ -43,7 +44,7 @@ class Verlet(FixedStep):
     symplectic = True
     needs = ("separable",)
     projects = False
-    kept = ("_low", "_slope")
+    state_attributes = ("_low", "_slope")
 
     _slope: Array | None = None
 
@@ -96,7 +97,7 @@ class _Tableau:
 
 @cache
 def _gauss(stages: int) -> _Tableau:
-    """Gauss–Legendre collocation on [0, 1]."""
+    """Compute the coefficients of Gauss–Legendre collocation on [0, 1]."""
     x, w = np.polynomial.legendre.leggauss(stages)
     nodes = (1 + x) / 2
     powers = np.vander(nodes, increasing=True)
@@ -116,7 +117,7 @@ class _Collocation(FixedStep):
     """
 
     symplectic = True
-    kept = ("_low", "_slopes", "_last")
+    state_attributes = ("_low", "_slopes", "_last")
     stages: ClassVar[int]
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
@@ -148,7 +149,7 @@ class _Collocation(FixedStep):
         raise StepError(DIVERGES)
 
     def _guess(self, t: float, h: float) -> Array:
-        """Slopes to begin with: the polynomial of the last step continued, if it was as long."""
+        """Predict the slopes by the polynomial of the last step, if that was as long."""
         if self._slopes is None or self._last != h:
             return np.tile(self._rhs(t, self.y), (self.stages, 1))
         return np.asarray(self._tableau.ahead @ self._slopes)
@@ -199,7 +200,9 @@ def require_shift(rhs: Rhs) -> Shift | None:
 
 
 class Rattle(Verlet):
-    """Andersen, *J. Comput. Phys.* 52 (1983) 24; *Geometric Numerical Integration*, VII.1.4.
+    """RATTLE, Störmer's and Verlet's method on constraints.
+
+    Andersen, *J. Comput. Phys.* 52 (1983) 24; *Geometric Numerical Integration*, VII.1.4.
 
     Positions are led back along the gradients where the step began, and velocities along those
     where it ends, which makes it symmetric in time and symplectic. One evaluation a step:

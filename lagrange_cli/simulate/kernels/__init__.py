@@ -102,7 +102,7 @@ def kernel_headers() -> dict[str, str]:
 
 
 def batched_files() -> dict[str, str]:
-    """Name → text of the files that step many motions at once, with the headers of their
+    """Return name → text of the files that step many motions at once, with the headers of their
     right-hand sides."""
     names = _names(os.path.join(_FOLDER, "members"))
     return {**kernel_headers(), **{name: source(f"members/{name}") for name in names}}
@@ -122,8 +122,8 @@ def in_arithmetic(sources: Mapping[str, str], real: CType) -> Mapping[str, str]:
     """Rewrite files, which are of doubles, to compute with numbers of another type."""
     if real.c_name == "double":
         return sources
-    kept = {name: text for name, text in sources.items() if name not in _DOUBLES_ALONE}
-    return {name: _rewritten(text, real) for name, text in kept.items()}
+    convertible = {name: text for name, text in sources.items() if name not in _DOUBLES_ALONE}
+    return {name: _rewritten(text, real) for name, text in convertible.items()}
 
 
 def _rewritten(text: str, real: CType) -> str:
@@ -144,7 +144,7 @@ def source(name: str) -> str:
 
 
 def kernel_options(dimension: int) -> tuple[str, ...]:
-    """Options of the compiler for states of ``dimension`` numbers.
+    """Return the options of the compiler for states of ``dimension`` numbers.
 
     Products and sums may be fused: the compensated sums hold no products.
     """

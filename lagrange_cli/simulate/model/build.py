@@ -70,15 +70,15 @@ _EVALUATORS = ("rhs", "energy", "positions", "velocities")
 
 @dataclass(frozen=True)
 class _Evaluated:
-    """Equations as a simulation evaluates them, and what is found in them once.
+    """Equations as a simulation evaluates them, and their kinks, peaks and steep arguments.
 
     Attributes
     ----------
     equations
         With functions of time in place of inputs, weights of the sides of surfaces, and flags of
         contacts.
-    sided
-        The equations on one side of each switching surface; None where nothing has a kink.
+    one_side
+        The equations on one side of each switching surface; None if nothing has a kink.
     exponents
         Exponents of sharp functions.
     steep
@@ -86,23 +86,23 @@ class _Evaluated:
     """
 
     equations: Equations
-    sided: OneSided | None
+    one_side: OneSided | None
     exponents: tuple[Expr, ...]
     steep: tuple[Expr, ...]
 
     @classmethod
-    def of(cls, equations: Equations) -> _Evaluated:
+    def from_equations(cls, equations: Equations) -> _Evaluated:
         known = substitute_inputs(equations)
         parts = calls_and_powers(known)
         exponents, steep = peak_exponents(known, parts), steep_arguments(known, parts)
-        sided = one_sided(known, parts)
-        if sided is not None:
+        one_side = one_sided(known, parts)
+        if one_side is not None:
             known = replace(
-                known, system=replace(known.system, parameters=sided.equations.system.parameters)
+                known, system=replace(known.system, parameters=one_side.equations.system.parameters)
             )
         if known.system.contacts:
             known = with_contact_flags(known)
-        return cls(known, sided, exponents, steep)
+        return cls(known, one_side, exponents, steep)
 
 
 def model_of(equations: Equations) -> Model:
@@ -124,7 +124,7 @@ def _model_of(equations: Equations) -> Model:
     initial = equations.system.initial
     facts = asdict(equations.derivation.facts)
     del facts["unused_parameters"]
-    evaluated = _Evaluated.of(_with_terms(equations))
+    evaluated = _Evaluated.from_equations(_with_terms(equations))
     return Model(
         name=equations.presentation.name,
         coordinates=tuple(c.name for c in equations.system.coordinates),
@@ -165,7 +165,7 @@ def _model_of(equations: Equations) -> Model:
 
 
 def _massless(equations: Equations) -> tuple[str, ...]:
-    """Coordinates whose inertia vanishes everywhere where a parameter is 0 that has to be."""
+    """List the coordinates whose inertia vanishes everywhere because a parameter is 0."""
     vanished = {p.symbol: Integer(0) for p in equations.system.parameters if p.value == 0}
     diagonal = (row[k] for k, row in enumerate(equations.system.mass_matrix)) if vanished else ()
     return tuple(
@@ -177,18 +177,18 @@ def _massless(equations: Equations) -> tuple[str, ...]:
 
 def programs_of(equations: Equations) -> dict[str, Program]:
     """Make the programs of a simulation by name, without the perturbed ones."""
-    return _programs(_Evaluated.of(equations).equations)
+    return _programs(_Evaluated.from_equations(equations).equations)
 
 
 def _surfaces(evaluated: _Evaluated) -> dict[str, Any]:
     """Describe the switching surfaces by fields of a model; empty where there are none."""
-    sided = evaluated.sided
-    if sided is None:
+    one_side = evaluated.one_side
+    if one_side is None:
         return {}
     velocities = {c.v for c in evaluated.equations.system.coordinates}
     return {
-        "surfaces": tuple(s.free_symbols.isdisjoint(velocities) for s in sided.surfaces),
-        "continuous": len(sided.continuous),
+        "surfaces": tuple(s.free_symbols.isdisjoint(velocities) for s in one_side.surfaces),
+        "continuous": len(one_side.continuous),
     }
 
 
@@ -200,28 +200,30 @@ def _programs(equations: Equations) -> dict[str, Program]:
     return programs | constrained | contact_programs(equations)
 
 
-def _sided_programs(sided: OneSided | None) -> dict[str, Program]:
-    """Right-hand sides on one side of each surface, and what tells where it is crossed; none
-    where nothing has a kink."""
-    if sided is None:
+def _sided_programs(one_side: OneSided | None) -> dict[str, Program]:
+    """Make the programs of right-hand sides on one side of each surface, and those that locate
+    its crossings; none if nothing has a kink."""
+    if one_side is None:
         return {}
     programs = {}
-    if sided.equations.system.contacts:
-        sided = replace(sided, equations=with_contact_flags(sided.equations))
-        programs["sided_contact_rhs"] = build_program(sided.equations, ("contact_acceleration",))
+    if one_side.equations.system.contacts:
+        one_side = replace(one_side, equations=with_contact_flags(one_side.equations))
+        programs["sided_contact_rhs"] = build_program(one_side.equations, ("contact_acceleration",))
     return programs | {
-        "sided_rhs": build_program(sided.equations, ("acceleration",)),
-        "continuous": outputs_program(sided.equations, sided.continuous),
-        "surfaces": outputs_program(sided.equations, surface_events(sided)),
-        "surface_values": outputs_program(sided.equations, surface_values(sided)),
-        "surface_rates": outputs_program(with_accelerations(sided.equations), surface_rates(sided)),
+        "sided_rhs": build_program(one_side.equations, ("acceleration",)),
+        "continuous": outputs_program(one_side.equations, one_side.continuous),
+        "surfaces": outputs_program(one_side.equations, surface_events(one_side)),
+        "surface_values": outputs_program(one_side.equations, surface_values(one_side)),
+        "surface_rates": outputs_program(
+            with_accelerations(one_side.equations), surface_rates(one_side)
+        ),
     }
 
 
 def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
     equations = evaluated.equations
-    sided = _sided_programs(evaluated.sided)
-    programs = _programs(equations) | sided
+    sided_programs = _sided_programs(evaluated.one_side)
+    programs = _programs(equations) | sided_programs
     disturbed = {
         name.replace("rhs", "disturbed"): perturb(programs[name])
         for name in ("rhs", "contact_rhs", "sided_rhs", "sided_contact_rhs")
@@ -240,7 +242,7 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
         c=library_source(compiled) + guard_source(compiled, rates, C_DOUBLE),
         lanes=lanes + guard_source(compiled, rates, C_DOUBLE, lanes),
         # The series know nothing of the borders.
-        taylor="" if sided or equations.system.positive else taylor_source(programs),
+        taylor="" if sided_programs or equations.system.positive else taylor_source(programs),
         tables=lane_tables_source(programs),
         python=module_source(watched),
         work=workspace_size(compiled),

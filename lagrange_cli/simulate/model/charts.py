@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def coordinate_kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
-    """``angle``, or a word that coordinates of the same dimension share."""
+    """Name the kinds of coordinates: ``angle``, or a word that those of one dimension share."""
     return tuple("angle" if c.is_angle else c.unit or "length" for c in coordinates)
 
 
@@ -61,9 +61,11 @@ def positive_source(equations: Equations) -> str:
 
 
 def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | None:
-    """A program whose numbers vanish where coordinates lose their meaning but do not end, and at
-    the border of what is positive; with, for each, the numbers in the state of the rates that move
-    nothing there. None if there is no such place."""
+    """Make the program whose numbers vanish at singular configurations where no coordinate ends.
+
+    Numbers that vanish at the border of what is positive follow. With it come, for each number, the
+    places in the state of the rates that move nothing there. None if there is no such number.
+    """
     places = [place for place in equations.derivation.singular if not place.infinite]
     above = [expression for _, expression in equations.system.positive]
     if not (places or above):

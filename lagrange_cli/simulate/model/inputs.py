@@ -50,8 +50,8 @@ def _require_smooth(equations: Equations) -> None:
     driven = {u.symbol: u.name for u in equations.system.inputs if u.driven}
     substituted = substitute_inputs(equations)
     parts = calls_and_powers(substituted)
-    sided = one_sided(substituted, parts)
-    followed = (*(sided.surfaces if sided else ()), *steep_arguments(substituted, parts))
+    one_side = one_sided(substituted, parts)
+    followed = (*(one_side.surfaces if one_side else ()), *steep_arguments(substituted, parts))
     for expression in followed:
         for symbol in sorted(expression.free_symbols & driven.keys(), key=str):
             raise _refused(

@@ -82,13 +82,13 @@ def labels_of(equations: Equations) -> Labels:
     latex = {c.name: c.latex for c in equations.system.coordinates}
     latex |= {c.name: c.latex for c in equations.system.cartesian_names}
     latex |= {p.name: p.latex for p in equations.system.parameters}
-    found = equations.presentation.units
-    given = {p.name: p.unit for p in equations.system.parameters if p.unit is not None}
+    scene_units = equations.presentation.units
+    parameter_units = {p.name: p.unit for p in equations.system.parameters if p.unit is not None}
     is_jacobi = any(c.kind == "jacobi" for c in equations.derivation.conserved)
     return Labels(
         title=equations.presentation.title or equations.presentation.name,
         energy="h" if is_jacobi else "E",
-        latex={name: given for name, given in latex.items() if given is not None},
-        dimensions=found.dimensions,
-        units={**given, **found.units},
+        latex={name: text for name, text in latex.items() if text is not None},
+        dimensions=scene_units.dimensions,
+        units={**parameter_units, **scene_units.units},
     )

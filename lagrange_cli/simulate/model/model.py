@@ -204,7 +204,7 @@ class Model:
         One-sided constraints, for which the code has the functions of
         :mod:`lagrange_cli.program.systems.contact_systems`.
     singular
-        Places that the coordinates do not cover, as ``Code.singular`` finds them.
+        Places that the coordinates do not cover, at which numbers of ``Code.singular`` vanish.
     positive
         Names that the scene declares positive, whose values ``Code.positive`` gives.
     chart
@@ -345,8 +345,8 @@ def _chart(
     positive: list[str],
 ) -> FormerChart:
     begun = None if start is None else tuple(start)
-    kept = tuple(steady), tuple(positive)
-    return FormerChart(tuple(coordinates), tuple(kinds), begun, python, *kept)
+    names = tuple(coordinates), tuple(kinds)
+    return FormerChart(*names, begun, python, tuple(steady), tuple(positive))
 
 
 def _recording(mark: dict[str, Any], column_mark: dict[str, Any], **fields: Any) -> Recording:

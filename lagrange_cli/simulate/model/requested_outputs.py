@@ -56,7 +56,7 @@ def with_further_outputs(equations: Equations, names: Collection[str]) -> Equati
 
 
 def output_names(kind: str, number: int, coordinates: int) -> tuple[str, ...]:
-    """Names of the outputs of a value: itself, then its 2n derivatives by the state."""
+    """Name the outputs of a value: itself, then its 2n derivatives by the state."""
     # No name of a scene has a blank.
     return (f"{kind} {number}", *(f"{kind} {number} by {i}" for i in range(2 * coordinates)))
 
@@ -129,7 +129,7 @@ def read_reduction(text: str, source: str = "--reduce") -> Reduction:
 
 
 def reduction_outputs(number: int, coordinates: int) -> tuple[str, ...]:
-    """Names of the outputs of a reduction: its value, then the 2n derivatives by the state."""
+    """Name the outputs of a reduction: its value, then the 2n derivatives by the state."""
     return output_names("reduced", number, coordinates)
 
 
@@ -173,7 +173,7 @@ class WrittenCondition(WrittenText):
 
 
 def section_outputs(conditions: int, coordinates: int) -> tuple[tuple[str, ...], ...]:
-    """Names of outputs: for each condition its value, then the 2n derivatives by the state."""
+    """Name the outputs: for each condition its value, then the 2n derivatives by the state."""
     return tuple(output_names("section", k, coordinates) for k in range(conditions))
 
 
@@ -196,14 +196,14 @@ def with_section(equations: Equations, condition: WrittenCondition) -> Equations
 
 
 def free_coordinates(equations: Equations, condition: WrittenCondition) -> tuple[str, ...]:
-    """Names of the coordinates that the equation of a section does not fix; all if it fixes all."""
+    """List the coordinates that the equation of a section does not fix; all if it fixes all."""
     equation, *_ = _read_condition(equations, condition)
     free = [c.name for c in equations.system.coordinates if c.q not in equation.free_symbols]
     return tuple(free or [c.name for c in equations.system.coordinates])
 
 
 def turning_coordinates(equations: Equations) -> tuple[str, ...]:
-    """Names of the angles a whole turn of which is proven to leave the equations as they are."""
+    """List the angles a whole turn of which is proven to leave the equations as they are."""
     return tuple(c.name for c in equations.system.coordinates if _turns(equations, c))
 
 

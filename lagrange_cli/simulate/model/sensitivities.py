@@ -83,7 +83,7 @@ class SensitiveModels:
         self._equations, self._model = equations, model
         self._made: dict[object, Model] = {}
 
-    def of(
+    def with_derivatives(
         self, names: Sequence[str], parameters: Mapping[str, str], initial: Mapping[str, str]
     ) -> Model:
         """Make the model that finds derivatives by some numbers.
@@ -169,10 +169,10 @@ def _drops_out(equations: Equations, parameter: Symbol) -> bool:
     return relation_holds([entry for row in rows for entry in row], vanishes)
 
 
-def _require_same(own: Model, model: Model) -> None:
+def _require_same(unchanged: Model, model: Model) -> None:
     """Refuse values with which the scene has other equations than with its own."""
     # Sizes change the equations, and values choose among the solutions of a constraint.
-    if model.code != own.code or model.coordinates != own.coordinates:
+    if model.code != unchanged.code or model.coordinates != unchanged.coordinates:
         raise InputError(
             Problem(
                 "with these values the scene has other equations, whose derivatives are not made",
@@ -199,7 +199,7 @@ def _require_smooth(equations: Equations, model: Model) -> None:
 def _direction(
     name: str, model: Model, starts: Mapping[str, str], with_parameter: _WithParameter
 ) -> _Direction:
-    """Derivatives by a number; ``starts``: of coordinates whose start is a parameter, by name."""
+    """Differentiate by a number; ``starts``: of coordinates whose start is a parameter, by name."""
     states = model.state_names
     if name in states or name in starts:
         unit = tuple(Fraction(int(state == name)) for state in states)
@@ -254,7 +254,7 @@ def _text(value: Fraction) -> str:
 
 
 def _change(coordinate: Coordinate, by: str) -> Coordinate:
-    """The derivative of a coordinate, as a coordinate."""
+    """Return the derivative of a coordinate, as a coordinate."""
     name = f"d({coordinate.name})/d({by})"
     q, v, a = (sympy.Dummy(f"{kind}_{name}", real=True) for kind in "qva")
     return Coordinate(name, q, v, a)

@@ -233,7 +233,7 @@ class _Sides:
                 self._sides_of(part.args[0], part.args[0])
 
     def _sides_of(self, plain: Expr, smooth: Expr) -> tuple[Expr, Expr, int]:
-        """Weights above and below a surface, and the sign with which it stands in the list."""
+        """Return the weights above and below a surface, and the sign with which it is listed."""
         sign = -1 if plain.could_extract_minus_sign() else 1
         key = sign * plain
         if key.is_Number:
@@ -249,30 +249,30 @@ class _Sides:
 
 
 def _kinks(e: Expr) -> Iterator[Expr]:
-    """Kinked functions in an expression, inner ones first, in an order that does not vary."""
+    """Yield the kinked functions in an expression, inner ones first, in a fixed order."""
     for argument in e.args:
         yield from _kinks(argument)
     if isinstance(e, _KINKED):
         yield e
 
 
-def surface_events(sided: OneSided) -> list[Expr]:
+def surface_events(one_side: OneSided) -> list[Expr]:
     """List the event function of each surface, which is positive on the present side."""
-    return [sign * s for sign, s in zip(sided.signs, sided.surfaces, strict=True)]
+    return [sign * s for sign, s in zip(one_side.signs, one_side.surfaces, strict=True)]
 
 
-def surface_values(sided: OneSided) -> list[Expr]:
+def surface_values(one_side: OneSided) -> list[Expr]:
     """List the function of each surface, then the magnitudes that each is the sum of."""
-    return [*sided.surfaces, *map(_magnitude, sided.surfaces)]
+    return [*one_side.surfaces, *map(_magnitude, one_side.surfaces)]
 
 
-def surface_rates(sided: OneSided) -> list[Expr]:
+def surface_rates(one_side: OneSided) -> list[Expr]:
     """List how what :func:`surface_values` gives changes, with accelerations.
 
     The first rate of each surface, then the second, 0 where the surface hangs on velocities, then
     the magnitudes behind the first.
     """
-    first, second = rates(sided.surfaces, sided.equations, sympy.diff)
+    first, second = rates(one_side.surfaces, one_side.equations, sympy.diff)
     return [*first, *second, *map(_magnitude, first)]
 
 

@@ -72,8 +72,8 @@ def _perturbed_triangle(entries: Sequence[Operand], factors: _Factors) -> tuple[
 def _operations(operand: Operand) -> int:
     """Count the factors that an operand takes."""
     if isinstance(operand, Sum):
-        own = not _is_exact(operand)
-        return own + sum([_operations(part) for _, part in operand.terms])
+        inexact = not _is_exact(operand)
+        return inexact + sum([_operations(part) for _, part in operand.terms])
     if isinstance(operand, Product):
         return 1 + sum(map(_operations, (*operand.numerator, *operand.denominator)))
     if isinstance(operand, FunctionCall):
@@ -87,7 +87,7 @@ def _is_exact(operand: Sum) -> bool:
 
 
 def _perturbed_parts(program: Program) -> Program:
-    """Loops whose members have factors of their own; solutions of systems have none."""
+    """Perturb loops, whose members have factors of their own; solutions of systems have none."""
     parts: list[ProgramPart] = []
     end = program.parameters
     for part in program.parts:

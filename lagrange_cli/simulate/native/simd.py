@@ -24,7 +24,7 @@ _SMALLEST_PIVOT = "1e-14"
 
 
 def lanes_text(function: str, program: Program, target: CTarget) -> str:
-    """``PREFIX_FUNCTION_lanes``, empty where the program has no such form.
+    """Write ``PREFIX_FUNCTION_lanes``; empty if the program has no such form.
 
     It reads ``t[l]`` and ``y[8*i + l]`` and writes ``dydt[8*i + l]`` for l below 8; where the
     program finds no accelerations, its outputs in their order.
@@ -84,7 +84,7 @@ def _assignments(program: Program, dialect: Dialect) -> list[str]:
 
 
 def _results(program: Program, dialect: Dialect) -> list[str]:
-    """Accelerations, the test of pivots and results, and the stores."""
+    """Write the accelerations, the test of pivots and results, and the stores."""
     n = program.coordinates
     solved = [i for block in program.blocks for i in block.coordinates]
     accelerations = zip(solved, program.output("acceleration"), strict=True)
@@ -102,7 +102,7 @@ def _results(program: Program, dialect: Dialect) -> list[str]:
 
 
 def _values(program: Program, dialect: Dialect) -> list[str]:
-    """Outputs, and the test of them."""
+    """Write the outputs, and the test of them."""
     operands = [operand for _, group in program.outputs for operand in group]
     sums = "".join(f" + 0.0*x{i}" for i in range(len(operands)))
     return [

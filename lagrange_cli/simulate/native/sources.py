@@ -130,22 +130,23 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
     return "\n".join(filter(None, parts))
 
 
-def _of_shared(programs: Mapping[str, Program]) -> list[str]:
-    """What right-hand sides begin with that find the multipliers with the accelerations."""
-    functions = [(of, f"{of}rhs", f"{of}multipliers") for of in ("", "contact_")]
-    known = [(of, *pair) for of, *pair in functions if programs.keys() >= {*pair}]
-    return [of for of, a, b in known if multipliers_beside(programs[a]) == programs[b]]
+def _shared_prefixes(programs: Mapping[str, Program]) -> list[str]:
+    """List the prefixes of right-hand sides whose accelerations and multipliers come from one
+    solve."""
+    functions = [(p, f"{p}rhs", f"{p}multipliers") for p in ("", "contact_")]
+    known = [(p, *pair) for p, *pair in functions if programs.keys() >= {*pair}]
+    return [p for p, a, b in known if multipliers_beside(programs[a]) == programs[b]]
 
 
 def _function_text(function: str, programs: Mapping[str, Program], target: CTarget) -> str:
     """Write a function, that of multipliers by means of the right-hand side if it finds them."""
-    of = function.removesuffix("multipliers")
-    if of == function or of not in _of_shared(programs):
+    prefix = function.removesuffix("multipliers")
+    if prefix == function or prefix not in _shared_prefixes(programs):
         return function_text(function, programs[function], target)
-    side = programs[f"{of}rhs"]
+    side = programs[f"{prefix}rhs"]
     (block,) = side.blocks
     numbers = {
-        "@OF@": of,
+        "@OF@": prefix,
         "@BEHIND@": str(2 * side.coordinates),
         "@CLOSURES@": str(len(block.closures)),
         "@START@": str(block.size**2 + len(block.coordinates)),
@@ -154,7 +155,7 @@ def _function_text(function: str, programs: Mapping[str, Program], target: CTarg
 
 
 def _both(programs: Mapping[str, Program]) -> str:
-    """Event functions of contacts, then of surfaces, where there are both."""
+    """Write the event functions of contacts, then of surfaces; empty unless there are both."""
     if not {"gaps", "surfaces"} <= programs.keys():
         return ""
     return c_template("events_and_surfaces").replace(
@@ -172,7 +173,7 @@ def lanes_source(programs: Mapping[str, Program]) -> str:
 
 
 def taylor_source(programs: Mapping[str, Program]) -> str:
-    """Recurrences for the Taylor coefficients of right-hand sides, as functions
+    """Write recurrences for the Taylor coefficients of right-hand sides, as functions
     ``system_NAME_taylor``; empty where one of them has none."""
     sides = _texts(taylor_text, ("rhs", "disturbed"), programs)
     return "\n".join([f'#include "{TAYLOR_HEADER}"\n', *sides]) if all(sides) else ""

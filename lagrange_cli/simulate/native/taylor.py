@@ -32,7 +32,7 @@ _AT_ONCE = 2
 
 
 def taylor_text(function: str, program: Program, target: CTarget) -> str:
-    """``PREFIX_FUNCTION_taylor`` and how many rows it needs, empty where there is no such form.
+    """Write ``PREFIX_FUNCTION_taylor`` and the number of rows it needs; empty without such a form.
 
     It is a ``lagrange_series`` of the header; the first rows are those of the state, and
     behind them that of the time.
@@ -45,9 +45,11 @@ def taylor_text(function: str, program: Program, target: CTarget) -> str:
     recurrences = Recurrences(target.real.literal, n, 2 * n + 1)
     try:
         for name, operand in program.assignments:
-            series = recurrences.of(operand)
+            series = recurrences.series_of(operand)
             recurrences.known[name] = _kept(recurrences, series)
-        accelerations = [recurrences.of(operand) for operand in program.output("acceleration")]
+        accelerations = [
+            recurrences.series_of(operand) for operand in program.output("acceleration")
+        ]
         tests = _tests(program, recurrences)
     except NoSeriesError:
         return ""
@@ -159,7 +161,7 @@ def _loop(recurrences: Recurrences, outputs: Mapping[int, SeriesSum]) -> Iterato
 
 
 def _statements(recurrences: Recurrences, outputs: Mapping[int, SeriesSum]) -> list[str]:
-    """Coefficients number k, and those of the state that follow."""
+    """Write the coefficients number k, and those of the state that follow."""
     n, live = recurrences.coordinates, _live(recurrences.steps, outputs.values())
     lines = [line for step in recurrences.steps if set(step.rows) & live for line in step.further]
     for i, series in sorted(outputs.items()):
@@ -169,7 +171,7 @@ def _statements(recurrences: Recurrences, outputs: Mapping[int, SeriesSum]) -> l
 
 
 def _sums(recurrences: Recurrences, read: Sequence[int]) -> Iterator[str]:
-    """The sums of number k, and those of number k + 1 as far as they are known: several in a
+    """Write the sums of number k, and those of number k + 1 as far as they are known: several in a
     loop, since they do not wait for each other."""
     if not read:
         return

@@ -141,7 +141,7 @@ class Recurrences:
 
     # Series of operands.
 
-    def of(self, operand: Operand) -> SeriesSum:
+    def series_of(self, operand: Operand) -> SeriesSum:
         if isinstance(operand, Constant):
             return SeriesSum(self.number(operand.value) or "1.0")
         if isinstance(operand, Variable):
@@ -167,7 +167,7 @@ class Recurrences:
         constants: list[str] = []
         terms: dict[tuple[int, ...], str] = {}
         for coefficient, part in operand.terms:
-            series = self.scaled(self.of(part), self.number(coefficient))
+            series = self.scaled(self.series_of(part), self.number(coefficient))
             constants += [series.constant] if series.constant else []
             for term in series.terms:
                 scale = term.scale or "1.0"
@@ -197,7 +197,7 @@ class Recurrences:
         """Return the constant factor of a product ("" is 1), and its rows."""
         scale, rows = "", list[int]()
         for operand in operands:
-            series = self.of(operand)
+            series = self.series_of(operand)
             if not series.terms:
                 scale = self._times(scale, series.constant)
                 continue
@@ -230,7 +230,7 @@ class Recurrences:
     def _of_call(self, operand: FunctionCall) -> SeriesSum:
         if operand.function not in _EACH:
             raise NoSeriesError(operand.function)
-        series = self.of(operand.arguments[0])
+        series = self.series_of(operand.arguments[0])
         if not series.terms:
             argument_text = series.constant or "0.0"
             return SeriesSum(self.constant(f"{_EACH[operand.function]}(zero + {argument_text})"))
@@ -266,7 +266,7 @@ class Recurrences:
         return s
 
     def _growth(self, a: int) -> int:
-        """e' = a' e."""
+        """Write the recurrence of e' = a' e."""
         e = self._new(("growth", a))
         if e is None:
             return self.made["growth", a]

@@ -18,7 +18,7 @@ from lagrange_cli.simulate.verification.contact_history import MotionFunctions
 def constraint_force_columns(
     model: Model, functions: RightHandSide, t: Array, states: Array
 ) -> dict[str, Array]:
-    """Column → values for each force of the model; NaN where there is no acceleration.
+    """Evaluate the columns of all forces of the model, by name; NaN without acceleration.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def sampled(
 def state_columns(
     model: Model, functions: RightHandSide, t: Array, states: Array
 ) -> dict[str, Array]:
-    """Coordinates, their ``dot``, Cartesian names, their ``dot``, outputs; each name once."""
+    """Evaluate coordinates and Cartesian names, each with their ``dot``, and outputs, once each."""
     columns = dict(zip(model.state_names, states.T.copy(), strict=True))
     for table, form in ((functions.positions, "{}"), (functions.velocities, "dot({})")):
         for name, column in zip(model.cartesian, table(t, states).T.copy(), strict=True):

@@ -90,13 +90,13 @@ def _parts(text: str, start: int, end: int, separator: str) -> Iterator[tuple[in
 
 
 def columns_of(panels: Panels) -> tuple[str, ...]:
-    """Names of all columns that are drawn, time and energy apart, each once."""
+    """List the columns that are drawn, time and energy apart, each once."""
     names = (name for panel in panels for curve in panel for name in curve)
     return tuple(name for name in dict.fromkeys(names) if name not in ("t", "energy"))
 
 
 def usual_panels(coordinates: Sequence[str], dimension: Mapping[str, str]) -> Panels:
-    """Coordinates, then velocities over the time, a panel for each dimension; then the energy."""
+    """Choose coordinates, then velocities over the time, a panel a dimension; then the energy."""
     rates = [f"dot({name})" for name in coordinates]
     panels: dict[tuple[bool, str], list[Curve]] = {}
     for is_rate, names in enumerate((coordinates, rates)):

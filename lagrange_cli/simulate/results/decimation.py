@@ -99,8 +99,8 @@ def simplified(x: Array, y: Array, tolerance: float) -> NDArray[np.intp]:
         Indices of the points, ascending.
     """
     scaled = np.stack([(c - c.min()) / (np.ptp(c) or 1.0) for c in (x, y)], axis=1)
-    kept = np.zeros(len(x), dtype=bool)
-    kept[[0, -1]] = True
+    chosen = np.zeros(len(x), dtype=bool)
+    chosen[[0, -1]] = True
     open_parts = [(0, len(x) - 1)]
     while open_parts:
         first, last = open_parts.pop()
@@ -115,6 +115,6 @@ def simplified(x: Array, y: Array, tolerance: float) -> NDArray[np.intp]:
         farthest = int(off.argmax())
         if off[farthest] > tolerance:
             middle = first + 1 + farthest
-            kept[middle] = True
+            chosen[middle] = True
             open_parts += [(first, middle), (middle, last)]
-    return np.flatnonzero(kept)
+    return np.flatnonzero(chosen)

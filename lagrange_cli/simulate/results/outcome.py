@@ -160,10 +160,10 @@ def _failed(model: Model, problem: InitialValueProblem, failure: Failure, reques
         return f"{past}: {says.format(_listed(model, failure.contacts))}; {ends}{way_out}"
     if failure.reason in _KINKS:
         return f"{past}: {failure.reason}; {_KINKS[failure.reason]}"
-    kept = (
+    singular = (
         " a position where the constraints are singular," if structured(problem.rhs).project else ""
     )
-    cause = f" (a singularity,{kept} or the edge of where the equations exist)"
+    cause = f" (a singularity,{singular} or the edge of where the equations exist)"
     return f"{past}: {failure.reason}{cause}"
 
 

@@ -47,7 +47,7 @@ def _beside(picture: Picture) -> bool:
 
 
 def _between(picture: Picture) -> float:
-    """Centimetres between axes below each other: space for abscissas, and for a legend above."""
+    """Return the centimetres between axes below each other, for abscissas and a legend above."""
     if not _beside(picture):
         return 2.2
     return 0.9 if picture.over_time else 1.7
@@ -79,9 +79,9 @@ def _options(picture: Picture, panel: Panel, *, last: bool) -> Iterator[str]:
     elif panel.over_time:
         yield "enlarge x limits=false"
     if panel.has_legend:
-        beside = "legend pos=outer north east"
+        legend_place = "legend pos=outer north east"
         above = "legend columns=3, legend style={at={(0.5,1.02)}, anchor=south}"
-        yield beside if _beside(picture) else above
+        yield legend_place if _beside(picture) else above
         yield "legend style={draw=none}, legend cell align=left"
 
 
@@ -120,8 +120,8 @@ def _points(line: Line) -> Iterator[tuple[float, float]]:
     stride = 1 if line.dots else -(-len(line.x) // _MOST_POINTS)
     # Rounded as they are written: else the last digits of what is constant would be a shape.
     x, y = (np.array([float(_number(v)) for v in c[::stride]]) for c in (line.x, line.y))
-    kept = np.arange(len(x)) if line.dots else simplified(x, y, _TOLERANCE)
-    yield from zip(x[kept].tolist(), y[kept].tolist(), strict=True)
+    points = np.arange(len(x)) if line.dots else simplified(x, y, _TOLERANCE)
+    yield from zip(x[points].tolist(), y[points].tolist(), strict=True)
 
 
 def _number(value: float) -> str:

@@ -92,7 +92,7 @@ def draw(picture: Picture, ending: str) -> bytes:
         for axes, panel in zip(grid.flat, picture.panels, strict=False):
             _draw_panel(axes, panel, by_tex)
             if panel.has_legend and _legend_length(panel) <= _LONGEST_LEGEND:
-                _draw_legend(axes, beside=columns == 1)
+                _draw_legend(axes, outside=columns == 1)
         for axes in grid.flat[len(picture.panels) :]:
             axes.set_visible(False)
         if over_time:
@@ -208,11 +208,11 @@ def _legend_length(panel: Panel) -> int:
     return sum(not line.again for line in panel.named)
 
 
-def _draw_legend(axes: Axes, *, beside: bool) -> None:
+def _draw_legend(axes: Axes, *, outside: bool) -> None:
     """Name the lines outside of the axes, where no line is covered."""
     place: Any = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
     above: Any = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 3}
-    axes.legend(**(place if beside else above), frameon=False, markerscale=_LEGEND_DOT)
+    axes.legend(**(place if outside else above), frameon=False, markerscale=_LEGEND_DOT)
 
 
 def _shown(label: Label, by_tex: bool) -> str:

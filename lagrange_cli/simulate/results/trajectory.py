@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def trajectory_html(trajectory: Trajectory) -> str:
-    """Two tables: accuracy and method, and the values at the end."""
+    """Write two tables in HTML: accuracy and method, and the values at the end."""
     span = f"t = {trajectory.t[0]:g} to {trajectory.t[-1]:g}, {len(trajectory.t)} samples"
     title = trajectory.labels.title or trajectory.name
     caption = f"<b>{html_text(title)}</b>: {html_text(f'{span}, {trajectory.status}')}"
@@ -57,7 +57,7 @@ def _known(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
 
 
 def _row(trajectory: Trajectory, name: str) -> list[str]:
-    """Symbol, last value, its rate where that is a column, unit."""
+    """Write symbol, last value, its rate if that is a column, and unit."""
     rate, unit = trajectory.columns.get(f"dot({name})"), trajectory.labels.units.get(name)
     return [
         html_formula(trajectory.labels.symbol(name).latex),
@@ -272,7 +272,7 @@ class Trajectory:
         }
 
     def _energies(self, extra: Collection[str]) -> list[str]:
-        """Names of the columns of the energy function."""
+        """List the columns of the energy function."""
         followed = (self.conserved_drift or {}) if "conserved" in extra else {}
         conserved = [name for name in ("energy", "jacobi") if name in followed]
         return list(dict.fromkeys([*(["energy"] if "energy" in extra else []), *conserved]))
@@ -282,7 +282,7 @@ class Trajectory:
         return {} if drifts is None else {"conserved_drift": dict(drifts)}
 
     def table(self, extra: Collection[str] = ()) -> dict[str, Array]:
-        """Column name → values: ``t``, the state, and of :data:`EXTRA_COLUMNS` what is asked for.
+        """Gather the columns by name: ``t``, the state, and the requested :data:`EXTRA_COLUMNS`.
 
         ``energy``; ``positions``, which are part of the state; ``forces``,
         constraint forces as ``force_x(PARTICLE)`` where they were derived, and multipliers

@@ -20,16 +20,19 @@ from lagrange_cli.simulate.system.rounding import in_arithmetic, off_by_one_ulp
 from lagrange_cli.simulate.system.singular_guard import positive_values
 
 #: A coordinate that moves less than this part of the largest of its kind, or of its own motion
-#: between the samples, is measured by the larger one; set by hand.
+#: between the samples, is measured by the larger one. The number is part of the promise
+#: (docs/accuracy.md).
 _SMALL_BESIDE_OTHERS = 1e-3
 
-#: Units in the last place of its start by which a coordinate that rests is off; set by hand.
+#: Units in the last place of its start by which a coordinate at rest may drift: sums of a few
+#: rounded terms.
 _ROUNDING_ULPS = 8
 
-#: Longest step as a part of the span; set by hand.
+#: Longest step as a part of the span. It trades seconds of smooth motions against narrow forces
+#: that steps pass over (docs/accuracy.md); not tuned.
 _LONGEST_STEP = 1 / 128
 
-#: The same if something depends on time (a pulse); set by hand.
+#: The same if something depends on time: a pulse may be narrow in a motion that is quiet.
 _LONGEST_STEP_DRIVEN = 1 / 512
 
 
@@ -58,11 +61,11 @@ class InitialValueProblem:
     exact
         y0 with more digits than doubles have, None for numbers of which no more is known.
     wider
-        Makes the same problem in the next wider arithmetic, or None if there is none.
+        Makes the problem in the next wider arithmetic, or None if there is none.
     widens
         ``wider`` may give a problem.
     read_off
-        Other coordinates are to be found from these.
+        Other coordinates are read off these.
     buffer
         Makes the buffer of a run's samples; None for memory.
     unsampled

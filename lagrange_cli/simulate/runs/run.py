@@ -22,16 +22,16 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples import RowSequence
 
-#: Seconds between two looks at the clock, roughly: what a person takes for at once.
+#: Seconds between two looks at the clock, roughly: a person perceives shorter times as at once.
 _GLANCE = 0.02
 
-#: Numbers of the states in the steps until the first look; set by hand.
+#: Numbers of the states in the steps until the first look: some milliseconds of interpreted code.
 FIRST_LOOK = 1024
 
 #: Most steps until the next look: the cheapest ones take about a glance.
 _MOST_PACE = 2**16
 
-#: Most factor by which the steps until the next look are more than those until the last.
+#: Largest factor by which the steps until the next look exceed those until the last.
 FASTER = 8.0
 
 

@@ -95,7 +95,7 @@ class ContactRhs(HybridRhs):
         return gaps
 
     def table(self, name: str, columns: int, closed: ContactMode) -> Table:
-        """Another function of the system with contacts, at many states."""
+        """Return another function of the system with contacts, at many states."""
         return self._code.table(name, columns, self._with(closed))
 
     def reset(

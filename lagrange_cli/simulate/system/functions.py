@@ -97,7 +97,7 @@ class RightHandSide:
     native
         They are machine code.
     wider
-        Makes the same right-hand sides in the next wider arithmetic, or None if there is none.
+        Makes the right-hand sides in the next wider arithmetic, or None if there is none.
     widens
         ``wider`` may give some.
     recorded_inputs
@@ -315,17 +315,17 @@ class KeptFunctions:
         files = model.recordings, tuple(recording.stamp for recording in model.recordings)
         if files not in self._inputs:
             self._inputs = {files: read_recorded_inputs(model.recordings)}
-        recorded, kept = self._inputs[files], self._libraries.get(id(model.code))
+        recorded, known = self._inputs[files], self._libraries.get(id(model.code))
         last: tuple[Any, ...] = getattr(self._last, "bound", (None,))
         if last[0] is model and last[1] is recorded and budget == math.inf:
             bound: RightHandSide = last[2]
             return bound
-        if kept is None:
+        if known is None:
             deadline = started + _COMPILING * budget
             libraries = Libraries(model, recorded, cache, DOUBLE, deadline)
             # The code is kept as well, so that no other one has its number.
-            kept = self._libraries[id(model.code)] = model.code, libraries
-        bound = _native(kept[1].of(model, recorded), cache, started + budget)
+            known = self._libraries[id(model.code)] = model.code, libraries
+        bound = _native(known[1].with_numbers(model, recorded), cache, started + budget)
         if budget == math.inf:
             self._last.bound = model, recorded, bound
         return bound

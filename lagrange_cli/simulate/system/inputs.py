@@ -154,7 +154,7 @@ def read_recorded_inputs(recordings: Sequence[Recording]) -> RecordedInputs | No
 
 
 def _pieces(recorded: Polynomials) -> InputPieces:
-    """Coefficients after the time since which they count, which one alone does not need."""
+    """Put coefficients behind the time from which they count, which a single one does not need."""
     starts, coefficients = recorded.starts, recorded.coefficients
     columns = [coefficients] if coefficients.shape[1] == 1 else [starts, coefficients]
     return InputPieces(starts, np.column_stack(columns))

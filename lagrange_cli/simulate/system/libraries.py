@@ -43,7 +43,7 @@ _ROWS = ctypes.CFUNCTYPE(ctypes.c_int)
 
 
 def pieces_of(recorded: RecordedInputs | None, pattern: int) -> InputPieces | None:
-    """Pieces of inputs, off by their rounding error in a pattern other than 0."""
+    """Return the pieces of inputs, off by their rounding error in a pattern other than 0."""
     if recorded is None:
         return None
     return recorded.perturbed(pattern) if pattern else recorded.pieces
@@ -93,7 +93,7 @@ class Libraries:
         self._functions = sources[0].functions
         self._inputs: dict[int, NativeInputs | None] = {}
 
-    def of(self, model: Model, recorded: RecordedInputs | None) -> Libraries:
+    def with_numbers(self, model: Model, recorded: RecordedInputs | None) -> Libraries:
         """Return the same libraries for a model of other numbers and inputs."""
         libraries = copy.copy(self)
         libraries.model, libraries.recorded_inputs, libraries._inputs = model, recorded, {}

@@ -45,14 +45,14 @@ class LinearFunctions:
         self._input = _inputs_of(equations, self._parameters) if equations.system.inputs else None
 
     def inputs_at(self, t: Array, y: Array) -> Array:
-        """The scene's inputs at states; shape (m, inputs)."""
+        """Evaluate the scene's inputs at states; shape (m, inputs)."""
         if self._input is None:
             return np.empty((len(t), 0))
         rows = [self._input(float(s), state) for s, state in zip(t, y, strict=True)]
         return np.array(rows, dtype=float)
 
     def matrices(self, t: Array, y: Array, u: Array) -> dict[str, Array]:
-        """The matrices by name, each of shape (m, rows, columns), NaN where there are none.
+        """Evaluate the matrices by name, each of shape (m, rows, columns), NaN without values.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class LinearFunctions:
 
 
 def _inputs_of(equations: Equations, parameters: list[float]) -> Any:
-    """The function of t and y that gives the scene's inputs."""
+    """Make the function of t and y that evaluates the scene's inputs."""
     asked = tuple((u.name, u.symbol) for u in equations.system.inputs)
     known = substitute_inputs(replace(equations, system=replace(equations.system, outputs=asked)))
     function = functions_of(module_source({"outputs": program_of(known, "outputs")}))["outputs"]

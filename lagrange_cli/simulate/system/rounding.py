@@ -77,7 +77,7 @@ SURFACE_NUMBERS = 2
 
 
 def parameter_values(model: Model, pattern: int = 0, real: NativeReal = DOUBLE) -> Array:
-    """Parameters, and behind them what is read of each surface, then of each contact.
+    """Return the parameters, then the numbers of each surface, then those of each contact.
 
     They are of the type ``real``, exact but for its rounding. In a ``pattern`` other than 0 the
     parameters are off by their rounding error, and the rounding factors of the pattern follow.

@@ -53,7 +53,7 @@ def positive_values(model: Model) -> Callable[[float, Array], Array]:
 
 
 def _passable(model: Model) -> list[int]:
-    """Numbers of the singular configurations at which coordinates do not end."""
+    """List the numbers of the singular configurations at which coordinates do not end."""
     return [k for k, singularity in enumerate(model.singular) if not singularity.ends]
 
 

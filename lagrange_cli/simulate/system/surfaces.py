@@ -120,16 +120,16 @@ class ModelSurfaces(Surfaces):
         sides: SurfaceSides,
         signs: tuple[float, ...],
         noise: tuple[float, ...],
-        beside: TerminalEvents | None,
+        other_events: TerminalEvents | None,
     ) -> TerminalEvents:
         parameters = self._weighed(self._side_parameters, sides)
         table = self._code.table("surfaces", len(sides), parameters)
-        if beside is None:
+        if other_events is None:
             native = self._code.events("surfaces", parameters)
             return TerminalEvents(lambda t, y: _row(table, t, y), signs, noise, native)
-        others = beside.values
-        reach = (*beside.reach, *(0.0 for _ in signs)) if beside.reach else ()
-        signs, noise = (*beside.signs, *signs), (*beside.noise, *noise)
+        others = other_events.values
+        reach = (*other_events.reach, *(0.0 for _ in signs)) if other_events.reach else ()
+        signs, noise = (*other_events.signs, *signs), (*other_events.noise, *noise)
         return TerminalEvents(
             lambda t, y: np.concatenate([others(t, y), _row(table, t, y)]),
             signs,

@@ -36,7 +36,7 @@ def _array(values: Sequence[Any], _: Any) -> Any:
     return objects
 
 
-#: What the text calls, for objects.
+#: Functions that the text calls, for objects.
 _OF_OBJECTS: dict[str, Any] = {
     "np": SimpleNamespace(full=_refused, errstate=lambda **_: nullcontext(), linalg=np.linalg),
     "array": _array,

@@ -103,7 +103,7 @@ def _words(text: str) -> list[str]:
 
 
 def _behind(path: str, folders: str) -> list[str]:
-    """Executables of the same name further on: a link to ccache calls the first of them."""
+    """List executables of the same name further on: a link to ccache calls the first of them."""
     name = os.path.basename(path)
     paths = (_executable(name, folder) for folder in folders.split(os.pathsep))
     return [candidate for candidate in paths if candidate is not None and candidate != path]

@@ -23,17 +23,18 @@ from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples import first_rows
 from lagrange_cli.simulate.verification.uniqueness import UnboundedSlopes
 
-#: An argument this small beside those on the way may reach zero, as steps of samples are coarse
-#: beside what follows a power of time; set by hand.
+#: An argument this small beside those on the way may reach zero. It trades trials at rests that
+#: are none against rests that are overlooked: samples are coarse beside a distance that vanishes
+#: as a power of time; not tuned.
 _NEAR = 0.05
 
-#: The same of its rate.
+#: The same part of its rate.
 _SLOW = 0.5
 
-#: Samples that are looked at, at least.
+#: Samples at which rests are looked for, at least.
 _LEAST_LOOKED = 500
 
-#: Samples that are looked at, at most.
+#: Samples at which rests are looked for, at most.
 _LOOKED = 4000
 
 #: Rests that are tried.
@@ -48,7 +49,7 @@ _BEFORE = 2
 #: An argument that is never below this part of its largest value keeps away from zero.
 _AWAY = 0.2
 
-#: Samples from which on that is believed.
+#: Samples from which on a least value is believed to show that.
 _ENOUGH = 50
 
 #: Least displacement of a trial, relative to the state before.
@@ -88,9 +89,9 @@ def without_branches(
         if not at_the_end and not _branches(fine, seen, before, eps, watch):
             continue
         time = float(fine.times[before])
-        kept = min(count, max(bisect_left(problem.times, time), 1))
+        samples = min(count, max(bisect_left(problem.times, time), 1))
         disproof = Disproof(time, "uniqueness", where=places.where[place])
-        return replace(measured, states=first_rows(measured.states, kept), disproved=disproof)
+        return replace(measured, states=first_rows(measured.states, samples), disproved=disproof)
     return measured
 
 
@@ -158,9 +159,9 @@ def _branches(
         # Velocities away from zero, or towards it: with more energy, or less.
         sense = np.where(y[part] < 0, -1.0, 1.0)
         for sign in (1.0, -1.0) if part.stop else (1.0,):
-            beside = y.copy()
-            beside[part] += sign * sense * moves[part]
-            beside_run = integrate_to_accuracy(replace(problem, y0=beside, times=times), eps, watch)
+            moved = y.copy()
+            moved[part] += sign * sense * moves[part]
+            beside_run = integrate_to_accuracy(replace(problem, y0=moved, times=times), eps, watch)
             if len(beside_run.states) < _SAMPLES:
                 return not beside_run.stopped
             ends.append(beside_run.states[-1])

@@ -74,11 +74,11 @@ def functions_along(
         multipliers=_by_mode(history, lambda c: rhs.table("contact_multipliers", count, c), count),
     )
     columns = model.residuals + 2 * len(rhs.free)
-    kept = _behind_the_start(measured.switches, start, rhs.free) or history
+    behind_start = _behind_the_start(measured.switches, start, rhs.free) or history
 
     def drift(times: RowSequence, states: RowSequence, scales: Array) -> float | None:
         drifts = []
-        for closed, ranges in kept.ranges(times, len(states)):
+        for closed, ranges in behind_start.ranges(times, len(states)):
             table = rhs.table("contact_constraints", columns, closed)
             if any(closed) or model.multipliers:
                 rows = RowRanges(times, ranges), RowRanges(states, ranges)
@@ -107,7 +107,7 @@ def _sums(steps: Sequence[_EnergyStep], start: float) -> Callable[[Array], Array
 
 
 class _History:
-    """Which contacts are closed when."""
+    """The closed contacts at each time."""
 
     def __init__(self, switches: Sequence[ModeChange], began: ContactMode) -> None:
         self._times = [s.t for s in switches]
@@ -129,8 +129,8 @@ class _History:
 def _behind_the_start(
     switches: Sequence[ModeChange], start: float, free: ContactMode
 ) -> _History | None:
-    """Which contacts are closed when, where an impact at the start closes them: the first
-    sample is the state before it. None if there is no such impact."""
+    """Return the history behind an impact at the start: the first sample is the state before it.
+    None if there is no such impact."""
     if not any(s.jumps for s in switches if s.t == start):
         return None
     behind = float(np.nextafter(start, np.inf))

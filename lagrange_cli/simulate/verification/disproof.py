@@ -52,8 +52,8 @@ def cut_at_disproof(
     if not disproofs:
         return measured, drift
     first, disproof = min(disproofs, key=lambda numbered: numbered[0])
-    kept = replace(measured, states=first_rows(measured.states, first), disproved=disproof)
-    return kept, energy_drift(model, seen, t, kept.states)
+    trusted = replace(measured, states=first_rows(measured.states, first), disproved=disproof)
+    return trusted, energy_drift(model, seen, t, trusted.states)
 
 
 def _disproofs(
@@ -74,8 +74,8 @@ def _disproofs(
         if left is not None:
             yield left[0], Disproof(float(t[left[0] - 1]), "positive", where=left[1])
     if seen.contact is not None:
-        kept = accuracy or _BELIEVED
-        met = first_penetration(seen.contact, t, measured.states, kept, measured.scales)
+        believed = accuracy or _BELIEVED
+        met = first_penetration(seen.contact, t, measured.states, believed, measured.scales)
         if met is not None:
             yield met[0], Disproof(float(t[met[0]]), "gap", met[1])
     if seen.gained is not None:
@@ -136,8 +136,8 @@ def _in_digits(
 
     def exact(t: float, y: Array, moved: Array | None) -> Any:
         with mp.workdps(_DIGITS):
-            beside = np.zeros(len(y)) if moved is None else moved
-            state = [mpf(a) + mpf(b) for a, b in zip(y.tolist(), beside.tolist(), strict=True)]
+            change = np.zeros(len(y)) if moved is None else moved
+            state = [mpf(a) + mpf(b) for a, b in zip(y.tolist(), change.tolist(), strict=True)]
             try:
                 value = energy(mpf(t), state, [mpf(p) for p in parameters.tolist()])
             except UnfitError:

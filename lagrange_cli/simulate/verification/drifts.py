@@ -66,7 +66,7 @@ def constraint_drift(
 def _residual_scales(
     constraints: Constraints, t: RowSequence, states: RowSequence, scales: Array
 ) -> Array:
-    """Σ |∂c/∂y_i|·scale_i of each residual c, the largest at a few samples."""
+    """Return Σ |∂c/∂y_i|·scale_i of each residual c, the largest at a few samples."""
     picked = np.unique(np.linspace(0, len(states) - 1, _SAMPLES).round().astype(int)).tolist()
     times, at = np.array([t[k] for k in picked]), np.array([states[k] for k in picked])
     total, block = 0.0, max(1, WINDOW // (2 * at.size))
@@ -83,7 +83,7 @@ def _residual_scales(
 def quantity_values(
     model: Model, functions: RightHandSide, t: Array, states: Array
 ) -> dict[str, tuple[Array, Array]]:
-    """Name of each conserved quantity → its values at samples, and the sizes of its terms.
+    """Evaluate each conserved quantity at samples, by name, and the sizes of its terms.
 
     Parameters
     ----------
@@ -92,12 +92,12 @@ def quantity_values(
     """
     table, first = functions.outputs(t, states), len(model.outputs)
     values = dict(zip(model.outputs, table.T, strict=False))
-    found = {}
+    quantities = {}
     for quantity in model.quantities or ():
         terms = table[:, first : first + quantity.terms]
-        found[quantity.name] = values[quantity.name], np.abs(terms).sum(axis=1)
+        quantities[quantity.name] = values[quantity.name], np.abs(terms).sum(axis=1)
         first += quantity.terms
-    return found
+    return quantities
 
 
 def conserved_drifts(
@@ -308,15 +308,15 @@ class EnergyDrift:
 
     def add(self, times: Array, states: Array, energy: Array, kinetic: Array, lost: Array) -> None:
         """Take samples with their energy, its kinetic part, and what impacts took until then."""
-        self.energy, kept = energy, energy - lost
+        self.energy, conserved = energy, energy - lost
         if not self.suspects:
-            self.first = kept[0]
-        change = np.abs(kept - self.first)
+            self.first = conserved[0]
+        change = np.abs(conserved - self.first)
         least = max(len(change) - _SUSPECTS, 0)
         some = np.argpartition(change, least)[least:]
         self.suspects.append((times[some], states[some], change[some]))
         self._change = np.maximum(self._change, change.max())
-        self._largest = np.maximum(self._largest, np.abs(kept).max())
+        self._largest = np.maximum(self._largest, np.abs(conserved).max())
         self._kinetic = np.maximum(self._kinetic, np.abs(kinetic).max())
         self._lost = np.maximum(self._lost, np.abs(lost).max())
 

@@ -122,7 +122,7 @@ class UnboundedSlopes:
         return any(self._steeply(t, y, direction) for direction in self._directions(y))
 
     def _directions(self, y: Array) -> Iterator[Array]:
-        """Displacements of coordinates, or of velocities, by their size or 1."""
+        """Yield displacements of coordinates, or of velocities, by their size or 1."""
         n = self.n
         sizes = np.concatenate([_sizes(y[:n]), _sizes(y[n:])])
         combined = max(1, int(np.log(_MOST_DIRECTIONS) / np.log(3)))

@@ -205,7 +205,7 @@ def _member(task: _Task) -> tuple[int, SectionPoints | InputError]:
     if isinstance(task.model, InputError):
         return task.number, task.model
     try:
-        context = RunContext(kept=_kept())
+        context = RunContext(kept_functions=_kept())
         points = section_points(task.model, task.options, context, task.deadline)
     except InputError as refusal:
         return task.number, refusal

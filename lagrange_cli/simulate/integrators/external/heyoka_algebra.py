@@ -92,8 +92,8 @@ _Operator: TypeAlias = Callable[["Traced", Any], "Traced"]
 def _operators(function: Callable[..., Any]) -> tuple[_Operator, _Operator]:
     """Return the operator with the other operand behind it, and that with it in front."""
     return (
-        lambda one, other: one.algebra.made(function, one.value, one.algebra.value(other)),
-        lambda one, other: one.algebra.made(function, one.algebra.value(other), one.value),
+        lambda one, operand: one.algebra.made(function, one.value, one.algebra.value(operand)),
+        lambda one, operand: one.algebra.made(function, one.algebra.value(operand), one.value),
     )
 
 
@@ -119,16 +119,16 @@ class Traced:
     def __neg__(self) -> Traced:
         return self.algebra.made(operator.neg, self.value)
 
-    def __gt__(self, other: Any) -> bool:
+    def __gt__(self, operand: Any) -> bool:
         """Pivots of regular states are large enough: elsewhere values are not finite."""
         return True
 
-    def __lt__(self, other: Any) -> bool:
+    def __lt__(self, operand: Any) -> bool:
         raise UnfitError("its equations differ from state to state")
 
 
 def solve(a: Any, b: Any, n: int) -> Any:
-    """x, and the second part with its sign turned, of a x = b by elimination in the order given.
+    """Solve a x = b by elimination in the given order; the second part of x has its sign turned.
 
     The first n rows are those of a mass matrix. Unless it is diagonal it may be singular by
     itself, at some states or at all: what follows from the others is added to it, their

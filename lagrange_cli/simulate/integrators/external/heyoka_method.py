@@ -126,7 +126,7 @@ class Taylor(Integrator):
     variable_order = True
     package = "heyoka", "taylor"
     traces = True
-    kept = ("_terms", "_start", "_longest")
+    state_attributes = ("_terms", "_start", "_longest")
 
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:
         rhs_expressions = structured(rhs).expressions
@@ -172,7 +172,7 @@ class Taylor(Integrator):
 
 
 def _series(rhs_expressions: Expressions, tolerance: float, size: int) -> Any:
-    """heyoka's integrator, of which only the series are used."""
+    """Return heyoka's integrator, of which only the series are used."""
     series = copy.copy(_compiled(_traced(rhs_expressions, size), tolerance))
     numbers = (*rhs_expressions.parameters.tolist(), *rhs_expressions.inputs.tolist())
     series.pars[:] = numbers[: len(series.pars)]

@@ -124,7 +124,7 @@ class IDA(Sundials):
         self._of_slope, self._system = of_slope, None
 
     def _matrices(self, cj: float) -> tuple[Array, Array]:
-        """∂residual/∂z + cj ∂residual/∂rate, and its inverse, NaN where it is singular."""
+        """Return ∂residual/∂z + cj ∂residual/∂rate and its inverse, NaN if it is singular."""
         if self._system is None or self._system[0] != cj:
             one = np.eye(len(self._rate))
             late = self._unit * (cj * one - self._of_slope)
@@ -155,7 +155,7 @@ class IDA(Sundials):
         out[:] = self._matrices(cj)[0] @ vector
 
     def _projectors(self, project: Projection) -> tuple[Array, Array]:
-        """T at the state, and the derivative of (1 − T)(y − P(y)).
+        """Return T at the state, and the derivative of (1 − T)(y − P(y)).
 
         Raises
         ------

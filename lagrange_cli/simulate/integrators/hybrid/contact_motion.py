@@ -181,7 +181,7 @@ class ContactMotion(HybridMotion):
         return np.asarray(self._control.atol + self._control.rtol * np.abs(self.y))
 
     def _reset(self, event: int, kind: ContactEventKind) -> None:
-        """Find what holds behind an event, tell what changed, and begin the next piece."""
+        """Reset state and contacts at an event, record the changes, and begin the next piece."""
         before, was = self.y, self._closed
         bounce = 0.0 if kind == "zeno" else 1.0
         late = 0.0 if event == _START else self._late(event)
@@ -201,7 +201,7 @@ class ContactMotion(HybridMotion):
         self.switches += [
             ModeChange(self.t, k, kind, before, self.y, self._closed) for k, kind in changes.items()
         ]
-        self._stand()
+        self._start_piece()
 
     def _late(self, event: int) -> float:
         """Return the time since the gap of a struck contact was zero; 0 if times resolve it.
@@ -262,8 +262,8 @@ class ContactMotion(HybridMotion):
         struck = (speed < -TOUCHING * size) & (np.abs(gaps.values) <= near)
         return [int(k) for k in np.flatnonzero(struck)]
 
-    def _stand(self) -> None:
-        """Begin a piece here, unless nothing is left."""
+    def _start_piece(self) -> None:
+        """Begin a piece here, unless nothing is left of the motion."""
         if self._is_over():
             return
         gaps, speeds, sizes = self._moving(self.y)

@@ -143,11 +143,11 @@ class HybridRhs(StructuredRhs):
 
     @abstractmethod
     def __call__(self, t: float, y: Array) -> Array:
-        """y' with no contact closed."""
+        """Evaluate y' with no contact closed."""
 
     @abstractmethod
     def side(self, closed: ContactMode) -> Rhs:
-        """y' with these contacts closed, with a projection onto them."""
+        """Return the right-hand side with these contacts closed, with a projection onto them."""
 
     @abstractmethod
     def terminal_events(

@@ -26,7 +26,8 @@ from lagrange_cli.simulate.integrators.right_hand_side import (
 #: Surfaces met at one instant of which every combination of sides is looked at.
 _MOST_AT_ONCE = 3
 
-#: Nonlinearity of rates in the part between both sides of a surface, relative; set by hand.
+#: Nonlinearity of rates in the part between both sides of a surface, relative to them. Rounding
+#: makes rates that are linear in it differ by less, products of two kinks by much more.
 _LINEAR = 1e-6
 
 
@@ -37,11 +38,11 @@ class Continuation:
     Attributes
     ----------
     sides
-        Those that it keeps to.
+        The sides on which the motion stays.
     slope
-        Of the state, shape (2n,).
+        Rate of the state, shape (2n,).
     departs
-        Whether it leaves one of the surfaces at once.
+        The motion leaves one of the surfaces at once.
     """
 
     sides: SurfaceSides
@@ -54,8 +55,8 @@ def continuations(
 ) -> list[Continuation]:
     """Find the ways in which the motion may go on from surfaces on which it is.
 
-    Those of positions that it comes to with a speed are passed whatever acts. Empty where there
-    are more surfaces at once than can be looked at.
+    Surfaces of positions that it meets with a speed are passed whatever acts. The list is empty if
+    there are more surfaces at once than can be tried.
     """
     sides, undecided = _passed(surfaces, t, y, sides, on)
     if len(undecided) > _MOST_AT_ONCE:

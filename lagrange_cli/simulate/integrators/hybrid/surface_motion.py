@@ -75,7 +75,7 @@ class SurfaceMotion(HybridMotion):
         surfaces = structured(rhs).surfaces
         assert surfaces is not None
         self._surfaces = surfaces
-        self._beside: TerminalEvents | None = None
+        self._other_events: TerminalEvents | None = None
         self._crossings: list[float] = []
         self._count = 0
         self._dips: list[ZeroCrossing] = []
@@ -85,7 +85,7 @@ class SurfaceMotion(HybridMotion):
     # Pieces.
 
     def stop_at(self, events: TerminalEvents) -> None:
-        self._beside = events
+        self._other_events = events
         if self._run is not None:
             self._begin_piece(self._piece["signs"], self._piece["noise"])
 
@@ -135,16 +135,16 @@ class SurfaceMotion(HybridMotion):
         self._past = self.steps - 1, self.evaluations, self.remade
         self.t, self.y = start
         sliding = self._sliding(self._sides)
-        others = 0 if self._beside is None else len(self._beside.signs)
+        others = 0 if self._other_events is None else len(self._other_events.signs)
         # Behind those of the surfaces stand the ends of what holds the motion on some of them.
-        kept = [k for k in range(len(self._sides)) if k not in sliding]
+        crossed = [k for k in range(len(self._sides)) if k not in sliding]
         whole = list(self._piece["signs"])
-        for k, sign in zip(kept, signs[others:], strict=False):
+        for k, sign in zip(crossed, signs[others:], strict=False):
             whole[k] = sign
         return self._begin_piece(tuple(whole), self._piece["noise"], first_step)
 
     def _pass(self, event: int) -> bool:
-        before = 0 if self._beside is None else len(self._beside.signs)
+        before = 0 if self._other_events is None else len(self._other_events.signs)
         if event < before:
             self.end_event = event
         else:
@@ -165,16 +165,16 @@ class SurfaceMotion(HybridMotion):
             return
         sliding = self._sliding(self._sides)
         if len(sliding) and event >= len(self._sides) - len(sliding):
-            self._let_go(event, sliding)
+            self._leave_surface(event, sliding)
         else:
             met = [k for k in range(len(self._sides)) if k not in sliding][event]
             self._settle((met,))
 
-    def _let_go(self, event: int, sliding: Sequence[int]) -> None:
+    def _leave_surface(self, event: int, sliding: Sequence[int]) -> None:
         """Leave a surface along which the motion slid, to the side that no longer pushes back."""
         place = event - (len(self._sides) - len(sliding))
         k, upper = sliding[place // 2], place % 2 == 0
-        self._stand(with_sides(self._sides, {k: 1.0 if upper else -1.0}), (k,))
+        self._start_piece(with_sides(self._sides, {k: 1.0 if upper else -1.0}), (k,))
 
     def _begin_piece(
         self, signs: tuple[float, ...], noise: tuple[float, ...], first_step: float = np.inf
@@ -194,24 +194,24 @@ class SurfaceMotion(HybridMotion):
     def _terminal_events(
         self, sliding: Sequence[int], signs: tuple[float, ...], noise: tuple[float, ...]
     ) -> TerminalEvents:
-        whole = self._surfaces.terminal_events(self._sides, signs, noise, self._beside)
+        whole = self._surfaces.terminal_events(self._sides, signs, noise, self._other_events)
         if not sliding:
             return whole
-        others = 0 if self._beside is None else len(self._beside.signs)
-        kept = [*range(others), *(others + k for k in range(len(signs)) if k not in sliding)]
+        others = 0 if self._other_events is None else len(self._other_events.signs)
+        numbers = [*range(others), *(others + k for k in range(len(signs)) if k not in sliding)]
         slide = self._slide(sliding)
 
         def values(t: float, y: Array) -> Array:
             parts, _ = slide.parts(t, y)
             ends = [end for part in parts for end in (1 - part, 1 + part)]
-            return np.array([*whole.values(t, y)[kept], *ends])
+            return np.array([*whole.values(t, y)[numbers], *ends])
 
         ones = (1.0,) * 2 * len(sliding)
         return TerminalEvents(
             values,
-            (*(whole.signs[k] for k in kept), *ones),
-            (*(whole.noise[k] for k in kept), *(0.0 for _ in ones)),
-            reach=(*(whole.reach[k] for k in kept), *(0.0 for _ in ones)) if whole.reach else (),
+            (*(whole.signs[k] for k in numbers), *ones),
+            (*(whole.noise[k] for k in numbers), *(0.0 for _ in ones)),
+            reach=(*(whole.reach[k] for k in numbers), *(0.0 for _ in ones)) if whole.reach else (),
         )
 
     # Going on from surfaces.
@@ -220,11 +220,11 @@ class SurfaceMotion(HybridMotion):
         return tuple(k for k, side in enumerate(sides) if abs(side) < 1)
 
     def _settle(self, met: Sequence[int]) -> None:
-        """Find the sides that hold behind surfaces that are met, and begin the next piece."""
+        """Determine the sides behind surfaces that are met, and begin the next piece."""
         before = self._sides
         self._sides, on = self._surfaces.placed(self.t, self.y, before, met)
         if not on:
-            self._stand(self._sides, ())
+            self._start_piece(self._sides, ())
             return
         ways = continuations(self._surfaces, self.t, self.y, self._sides, on)
         chosen = unique_continuation(ways)
@@ -233,7 +233,7 @@ class SurfaceMotion(HybridMotion):
         elif self._jumps(before if met else chosen.sides, chosen.sides):
             self._failure = IMPULSIVE
         else:
-            self._stand(chosen.sides, on)
+            self._start_piece(chosen.sides, on)
 
     def _jumps(self, before: SurfaceSides, after: SurfaceSides) -> bool:
         """Tell whether energy or momenta jump at the surfaces, for the same state."""
@@ -243,7 +243,7 @@ class SurfaceMotion(HybridMotion):
     def _slide(self, sliding: Sequence[int]) -> SlidingRhs:
         return SlidingRhs(self._surfaces, self._sides, sliding)
 
-    def _stand(self, sides: SurfaceSides, on: Sequence[int]) -> None:
+    def _start_piece(self, sides: SurfaceSides, on: Sequence[int]) -> None:
         """Begin a piece here on these sides, unless nothing is left of the motion."""
         self._sides = sides
         if self._is_over():

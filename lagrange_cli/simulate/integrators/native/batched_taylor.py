@@ -214,7 +214,7 @@ class BatchedSamples:
         return out
 
     def extent(self, states: Array, *, from_start: bool) -> Array:
-        """Largest distance of coordinates from 0 or from their start, and largest speeds, of
+        """Return the largest distance of coordinates from 0 or their start, and largest speeds, of
         each member, (members, 2n)."""
         states = np.ascontiguousarray(states)
         extents = np.empty((len(states), states.shape[2]))
@@ -222,8 +222,8 @@ class BatchedSamples:
         return extents
 
     def errors(self, states: Array, companions: Sequence[Array], weights: Sequence[float]) -> Array:
-        """The largest sum of ``weight·|companion - own|`` of each number of each member over its
-        samples, (members, 2n); NaN where there are any."""
+        """Return the largest sum of ``weight·|companion - own|`` of each number of a member
+        over its samples, (members, 2n); NaN if there are any."""
         states, *companions = (np.ascontiguousarray(a) for a in (states, *companions))
         errors, count = np.empty((len(states), states.shape[2])), len(companions)
         places = (POINTER * count)(*(companion.ctypes.data for companion in companions))

@@ -80,7 +80,7 @@ class EventBuffer:
             setattr(self._c, name, place_of(array))
 
     def again(self, begun: EventStart) -> None:
-        """Forget what was found, and begin with other signs, noise and reach."""
+        """Forget the located events, and begin with other signs, noise and reach."""
         self.dips, self.end = [], None
         for array, values in zip((self.signs, self._noise, self._reach), begun, strict=True):
             array[:] = self._real.array(np.array(values, dtype=float))
@@ -94,7 +94,7 @@ class EventBuffer:
         self._c.u = address
 
     def take(self) -> None:
-        """Note what was found."""
+        """Note the located events."""
         for k in range(self._c.located):
             index = int(self._indices[k])
             if index < self._count:
@@ -157,7 +157,7 @@ _CHANGED = ("longest", "since", "passed", "ended")
 
 
 class ObservedBuffer:
-    """Memory of a kernel for what it sees; it works on the arrays of an :class:`ObservedMotion`."""
+    """Memory of a kernel that observes a motion in the arrays of an :class:`ObservedMotion`."""
 
     def __init__(self, motion: ObservedMotion) -> None:
         self._motion = motion
@@ -178,12 +178,12 @@ class ObservedBuffer:
             setattr(self._c, name, getattr(motion, name))
 
     def give(self) -> None:
-        """Bring the kernel up to date with the motion, which other runs may have seen."""
+        """Copy the state of the motion, which other runs may have observed, to the kernel."""
         for name in _CHANGED:
             setattr(self._c, name, getattr(self._motion, name))
 
     def take(self) -> None:
-        """Bring the motion up to date with what the kernel has seen."""
+        """Copy the observations of the kernel to the motion."""
         self._motion.extend(*self._steps[:, : self._c.recorded].tolist())
         self._c.recorded = 0
         for name in _CHANGED:

@@ -247,13 +247,14 @@ def address_of(function: Any) -> int:
 
 @cache
 def function_type(real: NativeReal) -> Any:
-    """int f(real t, const real *y, const real *u, const void *p, real *work, real *out)"""
+    """Return the type int f(real t, const real *y, const real *u, const void *p, real *work,
+    real *out)."""
     return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[POINTER] * 5)
 
 
 @cache
 def projection_type(real: NativeReal) -> Any:
-    """int f(real t, real *y, const real *u, const void *p, real *work)"""
+    """Return the type int f(real t, real *y, const real *u, const void *p, real *work)."""
     return ctypes.CFUNCTYPE(ctypes.c_int, real.ctype, *[POINTER] * 4)
 
 

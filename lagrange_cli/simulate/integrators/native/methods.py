@@ -143,7 +143,7 @@ class _Compiled:
         return _kernel(self._library, f"lagrange_{self.kernel}_{name}", prototype)
 
     def _read(self) -> None:
-        """Bring what Python shows up to date."""
+        """Copy kernel counters and state into attributes."""
         run = self._run
         self.t = float(run.t)
         high, low = self._native.real.doubles(self._memory[:2])
