@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.analysis.equilibria.configuration import number_of
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.errors import nearest as nearest_name
 from lagrange_cli.mechanics.interpretation import interpret
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.language.families import read_expression
 
@@ -131,25 +131,11 @@ def _other_kind(equations: Equations, name: str) -> str:
 
 
 def _value(equations: Equations, text: str, place: Mark) -> Mpf:
-    expression = interpret(equations, read_expression(text, place))
-    with mpmath.workdps(_DIGITS):
-        known = {
-            p.symbol: mpf(p.decimal or p.value)
-            for p in equations.system.parameters
-            if p.value is not None
-        }
-        if expression.free_symbols <= known.keys():
-            try:
-                value = evaluate([expression], known)[0]
-            except DomainError:
-                value = mpf("nan")
-            if mpmath.isfinite(value) and abs(value) <= _LARGEST:
-                return value
-            if mpmath.isfinite(value):
-                message = f"a range ends at {float(_LARGEST):g} at most"
-                raise InputError(Problem(message, place, rule="analysis-range"))
-    message = "this is no number for the values of the parameters"
-    raise InputError(Problem(message, place, rule="no-value"))
+    value = number_of(equations, interpret(equations, read_expression(text, place)), place)
+    if abs(value) > _LARGEST:
+        message = f"a range ends at {float(_LARGEST):g} at most"
+        raise InputError(Problem(message, place, rule="analysis-range"))
+    return value
 
 
 def _followers(

@@ -47,7 +47,7 @@ def refined(space: Space, points: Sequence[CurvePoint]) -> list[CurvePoint]:
         doubtful = {
             k: m
             for k, m in zip(halved, middle, strict=True)
-            if _is_doubtful(np.array([values[k], m, values[k + 1]]))
+            if any(map(_may_vanish, np.array([values[k], m, values[k + 1]]).T))
         }
         if not doubtful or len(known) + len(doubtful) > len(points) + _MOST:
             return known
@@ -85,11 +85,6 @@ def amid(space: Space, start: Matrix, end: Matrix) -> Matrix | None:
     chord = (end - start) / space.scale
     length = float(np.linalg.norm(chord))
     return space.approached((start + end) / 2, chord / length) if length else None
-
-
-def _is_doubtful(rows: Matrix) -> bool:
-    """Say whether a function may come to zero between points, shape (3, functions)."""
-    return any(map(_may_vanish, rows.T))
 
 
 def _may_vanish(column: Matrix) -> bool:

@@ -145,7 +145,12 @@ class _Solver:
             if len(factors) == 1 and not balances:
                 continue
             return [
-                *(replace(branch, equations=_replaced(branch.equations, k, f)) for f in factors),
+                *(
+                    replace(
+                        branch, equations=(*branch.equations[:k], f, *branch.equations[k + 1 :])
+                    )
+                    for f in factors
+                ),
                 *(self._balanced(branch, k, balance) for balance in balances),
             ]
         equations = tuple(factors[0] for factors in split)
@@ -208,10 +213,6 @@ class _Solver:
                 if not self._may_vanish(parts[0]):
                     return [branch.solved(unknown, cancelled(-parts[1] / parts[0]))]
         raise _BudgetError
-
-
-def _replaced(equations: Sequence[sp.Expr], k: int, by: sp.Expr) -> tuple[sp.Expr, ...]:
-    return (*equations[:k], by, *equations[k + 1 :])
 
 
 def closed_forms(system: RestSystem) -> ClosedForms | None:

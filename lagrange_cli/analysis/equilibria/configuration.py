@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mpmath
 import sympy as sp
-from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.repeats import distance
+from lagrange_cli.analysis.equilibria.rest_system import parameter_values
 from lagrange_cli.analysis.equilibria.search import polished
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Equilibria, Equilibrium, Mpf
@@ -73,7 +74,7 @@ def configuration_at(
             raise InputError(Problem(message, marks[name], hint, "unknown-name"))
         place = Mark(f"--at {name}", 1, len(name) + 2, shown, max(1, len(text)))
         expression = interpret(equations, read_expression(text, place))
-        value = _value(equations, expression, place)
+        value = number_of(equations, expression, place)
         if name in coordinates:
             values[name] = value
         elif name in turning:
@@ -83,18 +84,21 @@ def configuration_at(
     return Configuration(values, held_inputs, marks, rates)
 
 
-def _value(equations: Equations, expression: sp.Expr, place: Mark) -> Mpf:
+def number_of(equations: Equations, expression: sp.Expr, place: Mark) -> Mpf:
+    """Evaluate an expression in parameters.
+
+    Raises
+    ------
+    InputError
+        At ``place``: it has no finite value for the values of the parameters.
+    """
     with mpmath.workdps(_DIGITS):
-        known = {
-            p.symbol: mpf(p.decimal or p.value)
-            for p in equations.system.parameters
-            if p.value is not None
-        }
+        known = parameter_values(equations)
         if expression.free_symbols <= known.keys():
-            try:
-                return evaluate([expression], known)[0]
-            except DomainError:
-                pass
+            with suppress(DomainError):
+                (value,) = evaluate([expression], known)
+                if mpmath.isfinite(value):
+                    return value
     message = "this is no number for the values of the parameters"
     raise InputError(Problem(message, place, rule="no-value"))
 

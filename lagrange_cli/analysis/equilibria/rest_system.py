@@ -206,11 +206,7 @@ def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> Res
     constraints = tuple(c.expression.xreplace(values_at_rest) for c in equations.system.closures)
     _require_autonomous(equations, (*stills, *constraints))
     with mpmath.workdps(_DIGITS):
-        known = {
-            p.symbol: mpf(p.decimal or p.value)
-            for p in equations.system.parameters
-            if p.value is not None
-        }
+        known = parameter_values(equations)
     values = known | {
         u: mpf(sp.N(value.subs(known), _DIGITS))
         for u, value in inputs.items()
@@ -225,6 +221,15 @@ def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> Res
     ]
     system = RestSystem(equations, stills, constraints, values, inputs, tuple(varying), ())
     return replace(system, free=_free(system))
+
+
+def parameter_values(equations: Equations) -> dict[sp.Symbol, Mpf]:
+    """Return the values of the parameters that have one, in the digits that are set."""
+    return {
+        p.symbol: mpf(p.decimal or p.value)
+        for p in equations.system.parameters
+        if p.value is not None
+    }
 
 
 def _free(system: RestSystem) -> tuple[int, ...]:

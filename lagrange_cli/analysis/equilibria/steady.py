@@ -18,7 +18,7 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.configuration import Configuration
 from lagrange_cli.analysis.equilibria.repeats import is_turned
-from lagrange_cli.analysis.equilibria.rest_system import RestSystem, rest_system
+from lagrange_cli.analysis.equilibria.rest_system import RestSystem, parameter_values, rest_system
 from lagrange_cli.analysis.forms.momenta import Momentum, momentum_letter
 from lagrange_cli.analysis.forms.routhian import Routhian, ignorable, routhian_form
 from lagrange_cli.analysis.values import Equilibrium, Mpf, Turning
@@ -260,11 +260,7 @@ def _at_start(equations: Equations, form: Routhian) -> list[Mpf | None]:
     with mpmath.workdps(_DIGITS):
         place = {equations.system.t: mpf(equations.system.simulate.start)}
         place |= {s: mpf(x) for s, x in zip(symbols, numbers, strict=False)}
-        place |= {
-            p.symbol: mpf(p.decimal or p.value)
-            for p in equations.system.parameters
-            if p.value is not None
-        }
+        place |= parameter_values(equations)
         try:
             return list(evaluate([m.expression for m in form.momenta], place))
         except (DomainError, KeyError):
