@@ -137,9 +137,8 @@ def simulate(
     Raises
     ------
     InputError
-        Something needed is missing or a number cannot be used; ``accuracy``
-        is below what double precision can hold; the equations of motion give
-        no accelerations at the start, or it is not on the constraints.
+        Something needed is missing or a number cannot be used; ``accuracy`` is below what double
+        precision can hold; there are no accelerations at the start, or it violates constraints.
     """
     model = system if isinstance(system, Model) else _modelled(system)
     options = SimulationOptions(
