@@ -58,10 +58,10 @@ def with_formulas(text: str, words: Callable[[str], str], formula: Callable[[str
         Writes a formula, without its dollars.
     """
     parts, place = list[str](), 0
-    for found in between_dollars(text):
-        if check_latex(found[1]) is None:
-            parts += [_words(text[place : found.start()], words), formula(found[1])]
-            place = found.end()
+    for match in between_dollars(text):
+        if check_latex(match[1]) is None:
+            parts += [_words(text[place : match.start()], words), formula(match[1])]
+            place = match.end()
     return "".join([*parts, _words(text[place:], words)])
 
 

@@ -375,18 +375,12 @@ class _Reduction:
 
     def _start(self) -> list[float]:
         """Evaluate the momenta at the initial state; none if they have no value."""
-        initial = self.equations.system.initial
+        system, initial = self.equations.system, self.equations.system.initial
         if initial is None:
             return []
-        values: dict[sp.Symbol, mpf] = {
-            self.equations.system.t: mpf(self.equations.system.simulate.start)
-        }
-        values.update(
-            (p.symbol, mpf(p.value))
-            for p in self.equations.system.parameters
-            if p.value is not None
-        )
-        for k, c in enumerate(self.equations.system.coordinates):
+        values: dict[sp.Symbol, mpf] = {system.t: mpf(system.simulate.start)}
+        values |= {p.symbol: mpf(p.value) for p in system.parameters if p.value is not None}
+        for k, c in enumerate(system.coordinates):
             values[c.q], values[c.v] = mpf(initial.positions[k]), mpf(initial.velocities[k])
         try:
             return [float(x) for x in evaluate([m.expression for m in self.named], values)]

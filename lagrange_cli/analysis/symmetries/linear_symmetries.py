@@ -394,11 +394,9 @@ class _Search:
         if terms is None:
             return whole
         constants = frozenset(p.symbol for p in self.equations.system.parameters)
-        forms = (
-            grouped_sum(collected_terms(terms), [c.v for c in self.coordinates]),
-            by_parameters(collected_terms(terms), constants, ()),
-        )
-        return min(forms, key=printed_length)
+        by_velocities = grouped_sum(collected_terms(terms), [c.v for c in self.coordinates])
+        gathered = by_parameters(collected_terms(terms), constants, ())
+        return min(by_velocities, gathered, key=printed_length)
 
 
 def _dimension(rows: Array) -> int:
