@@ -104,7 +104,7 @@ def plot_effective_potential(derived: Derived, path: str | os.PathLike[str]) -> 
 
     potential = effective_potential(derived.equations)
     write_file(path, draw(picture_of_potential(potential), _ending(path)))
-    return potential.told
+    return potential.phrase
 
 
 def frequency_response(

@@ -78,7 +78,7 @@ class Derived:
 
         def model(parameters: Mapping[str, str], initial: Mapping[str, str]) -> Model:
             values = MemberValues(parameters, initial)
-            made = variants.of(values)
+            made = variants.model_of(values)
             # Numbers that depend on others come as doubles from variants.
             exact = None not in (*made.exact_numbers, *made.exact_initial)
             return made if exact else recipe.model(values)

@@ -209,7 +209,7 @@ def simulate(
         return simulate_with_sensitivities(model, options, context)
     free = variants.recipe.formulation == "auto" and not extra
     maker = partial(variants.with_multipliers, values) if free else None
-    return simulate_past_singularities(variants.of(values), options, maker, context)
+    return simulate_past_singularities(variants.model_of(values), options, maker, context)
 
 
 def ensemble(

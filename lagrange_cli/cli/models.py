@@ -224,7 +224,7 @@ class RememberedMembers:
         """The scene, and what options say of all members."""
         return replace(self.scene.recipe(), section=self.section)
 
-    def of(self, member: MemberValues) -> Model:
+    def model_of(self, member: MemberValues) -> Model:
         """Return the model of a member."""
         parameters = {**self.scene.parameters, **member.parameters}
         initial = {**self.scene.initial, **member.initial}

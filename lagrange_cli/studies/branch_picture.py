@@ -26,38 +26,40 @@ _PANELS = 6
 #: Marked points whose kinds are written; of more there are numbers alone.
 _NAMED = 6
 
-#: Group of verdicts → number of its dashes.
+#: Group of verdicts → number of its dash pattern.
 _DASHES = {"stable": 0, "unstable": 1, "undecided": 2}
 
 
-def picture_of_branches(equations: Equations, found: Branches) -> Picture:
+def picture_of_branches(equations: Equations, branches: Branches) -> Picture:
     """Draw each coordinate that branches have over the parameter."""
     labels = labels_of(equations)
-    names = [
-        (k, c.name) for k, c in enumerate(equations.system.coordinates) if c.name not in found.free
-    ]
-    panels = tuple(_panel(found, labels, k, name) for k, name in names[:_PANELS])
+    coordinates = enumerate(equations.system.coordinates)
+    names = [(k, c.name) for k, c in coordinates if c.name not in branches.free]
+    panels = tuple(_panel(branches, labels, k, name) for k, name in names[:_PANELS])
     return Picture(labels.title, panels, stacked=True)
 
 
-def _panel(found: Branches, labels: Labels, number: int, name: str) -> Panel:
-    turns = name in found.periodic
+def _panel(branches: Branches, labels: Labels, number: int, name: str) -> Panel:
+    turns = name in branches.periodic
     lines: list[Line] = []
-    for line in _lines(found, number, turns=turns):
-        seen = any(line.dash == other.dash for other in lines)
+    for line in _lines(branches, number, turns=turns):
+        seen = any(line.dash == before.dash for before in lines)
         lines.append(Line(line.label, line.x, line.y, dash=line.dash, again=seen))
+    if not lines:
+        # A line at zero gives an empty panel its width.
+        lines.append(Line(Label("", ""), np.array([branches.low, branches.high]), np.zeros(2)))
     return Panel(
-        tuple(lines) or (Line(Label("", ""), np.array([found.low, found.high]), np.zeros(2)),),
-        axis_label(labels, [found.parameter]),
+        tuple(lines),
+        axis_label(labels, [branches.parameter]),
         axis_label(labels, [name]),
         over_time=False,
         equal=False,
-        places=tuple(_places(found, number, turns=turns)),
+        places=tuple(_places(branches, number, turns=turns)),
     )
 
 
-def _lines(found: Branches, number: int, *, turns: bool) -> Iterator[Line]:
-    for branch in found.branches:
+def _lines(branches: Branches, number: int, *, turns: bool) -> Iterator[Line]:
+    for branch in branches.branches:
         for stretch in branch.stretches:
             group = _group(stretch)
             x, y = _points(branch, stretch, number)
@@ -93,14 +95,14 @@ def _within_turn(angles: Array) -> Array:
     return np.asarray(angles - 2 * np.pi * _turn_of(angles))
 
 
-def _places(found: Branches, number: int, *, turns: bool) -> Iterator[MarkedPlace]:
+def _places(branches: Branches, number: int, *, turns: bool) -> Iterator[MarkedPlace]:
     """Yield the marked points; of several at one place all numbers together."""
     together: dict[tuple[float, float], list[str]] = {}
-    for k, mark in enumerate(found.marks, 1):
+    for k, mark in enumerate(branches.marks, 1):
         y = np.array([mark.position[number]])
         height = float((_within_turn(y) if turns else y)[0])
-        told = f"{k} {mark.kind}" if len(found.marks) <= _NAMED else str(k)
-        together.setdefault((mark.value, round(height, 9)), []).append(told)
+        text = f"{k} {mark.kind}" if len(branches.marks) <= _NAMED else str(k)
+        together.setdefault((mark.value, round(height, 9)), []).append(text)
     for (x, height), numbers in together.items():
         text = ", ".join(numbers)
         yield MarkedPlace(x, height, Label(text, text))

@@ -75,15 +75,15 @@ class EffectivePotential:
     labels: Labels
 
     @property
-    def told(self) -> str:
+    def phrase(self) -> str:
         """The turning points in words."""
         name = self.labels.symbol(self.coordinate.name).plain
         if self.turning is None:
             return f"no turning points of {name}: V_eff and its motion exchange energy with others"
-        found = [f"{x:.6g}" for x in self.turning if x is not None]
-        if not found:
+        places = [f"{x:.6g}" for x in self.turning if x is not None]
+        if not places:
             return f"{name} has no turning points near the start"
-        return f"{name} turns at {' and '.join(found)}, where V_eff = {self.energy:.6g}"
+        return f"{name} turns at {' and '.join(places)}, where V_eff = {self.energy:.6g}"
 
 
 def effective_potential(equations: Equations) -> EffectivePotential:
@@ -128,7 +128,7 @@ def effective_potential(equations: Equations) -> EffectivePotential:
 def _start(
     equations: Equations, form: Routhian
 ) -> tuple[Coordinate, float, float, dict[sp.Symbol, float]]:
-    """The coordinate, its place and velocity, and the values of all other symbols."""
+    """Return the coordinate, its place and velocity, and the values of all other symbols."""
     if len(form.coordinates) != 1 or form.closures:
         listed = ", ".join(f"'{c.name}'" for c in form.coordinates) or "none"
         message = (
@@ -159,7 +159,7 @@ def _refused(equations: Equations, message: str) -> InputError:
 def _turning(
     potential: Callable[[float], float], energy: float, start: float, size: float
 ) -> float | None:
-    """The first place in the direction of ``size`` where V_eff passes E; None if none is near."""
+    """Return the first place in the direction of ``size`` where V_eff passes E, or None."""
     inside, step = start, _FIRST * size
     while abs(inside + step - start) <= _FARTHEST * abs(size):
         outside = inside + step
@@ -185,57 +185,57 @@ def _curve(
     size: float,
     limits: tuple[float | None, ...],
 ) -> tuple[Array, Array]:
-    """V_eff over what the motion reaches and a part beside it, up to some height above E."""
+    """Return V_eff over the range of the motion with a margin, up to some height above E."""
     below, above = limits
     reach = max((abs(x - start) for x in limits if x is not None), default=0.0)
     far = 2 * max(reach, _AROUND * size)
     low = start - far if below is None else below
     high = start + far if above is None else above
     width = high - low
-    beside = _BESIDE * width if width > _FIRST * size else _AROUND * size
+    margin = _BESIDE * width if width > _FIRST * size else _AROUND * size
     inside = [potential(x) for x in np.linspace(low, high, _POINTS).tolist()]
     least = min([x for x in inside if math.isfinite(x)], default=energy)
     height = energy - least
     if height <= 1e-9 * (abs(energy) + abs(least)) or width <= _FIRST * size:
         # The motion stays at a minimum: the curve beside it tells the height.
-        near = [potential(start + k * beside / 4) for k in (-1, 1)]
+        near = [potential(start + k * margin / 4) for k in (-1, 1)]
         height = max([abs(x - energy) for x in near if math.isfinite(x)], default=1.0) or 1.0
     top = energy + _ABOVE * height
-    low, high = (_edge(potential, top, end, sign * beside) for end, sign in ((low, -1), (high, 1)))
+    low, high = (_edge(potential, top, end, sign * margin) for end, sign in ((low, -1), (high, 1)))
     q = np.linspace(low, high, _POINTS)
     values = np.array([potential(x) for x in q.tolist()])
     finite = np.isfinite(values)
     return q[finite], values[finite]
 
 
-def _edge(potential: Callable[[float], float], top: float, end: float, beside: float) -> float:
-    """The last place up to ``end + beside`` at which V_eff has a value, at most ``top``."""
+def _edge(potential: Callable[[float], float], top: float, end: float, margin: float) -> float:
+    """Return the last place up to ``end + margin`` at which V_eff has a value, at most ``top``."""
     last = end
     for part in np.linspace(0.0, 1.0, _POINTS)[1:].tolist():
-        value = potential(end + part * beside)
+        value = potential(end + part * margin)
         if not value <= top:
             break
-        last = end + part * beside
+        last = end + part * margin
     return last
 
 
-def picture_of_potential(found: EffectivePotential) -> Picture:
+def picture_of_potential(potential: EffectivePotential) -> Picture:
     """Gather the lines of a picture: V_eff, E, and a line down from each turning point."""
-    labels, name = found.labels, found.coordinate.name
+    labels, name = potential.labels, potential.coordinate.name
     symbol, unit = labels.symbol(name), labels.unit(name)
     lines = [
-        Line(Label(r"$V_{\mathrm{eff}}$", "V_eff"), found.q, found.values),
+        Line(Label(r"$V_{\mathrm{eff}}$", "V_eff"), potential.q, potential.values),
         Line(
-            Label(rf"$E = {_digits(found.energy)}$", f"E = {found.energy:.6g}"),
-            found.q[[0, -1]],
-            np.array([found.energy, found.energy]),
+            Label(rf"$E = {_digits(potential.energy)}$", f"E = {potential.energy:.6g}"),
+            potential.q[[0, -1]],
+            np.array([potential.energy, potential.energy]),
         ),
     ]
-    bottom = float(min(found.values.min(), found.energy))
-    bottom -= 0.05 * (max(float(found.values.max()), found.energy) - bottom)
-    for place in dict.fromkeys(x for x in found.turning or () if x is not None):
+    bottom = float(min(potential.values.min(), potential.energy))
+    bottom -= 0.05 * (max(float(potential.values.max()), potential.energy) - bottom)
+    for place in dict.fromkeys(x for x in potential.turning or () if x is not None):
         label = Label(f"${symbol.latex} = {_digits(place)}$", f"{symbol.plain} = {place:.6g}")
-        lines.append(Line(label, np.array([place, place]), np.array([bottom, found.energy])))
+        lines.append(Line(label, np.array([place, place]), np.array([bottom, potential.energy])))
     ending = ("", "") if unit is None else (f" in ${unit.latex}$", f" in {unit.plain}")
     x_label = Label(f"${symbol.latex}${ending[0]}", f"{symbol.plain}{ending[1]}")
     panel = Panel(tuple(lines), x_label, lines[0].label, over_time=False, equal=False)
@@ -243,6 +243,6 @@ def picture_of_potential(found: EffectivePotential) -> Picture:
 
 
 def _digits(value: float) -> str:
-    """A number in LaTeX."""
+    """Write a number in LaTeX."""
     mantissa, _, exponent = f"{value:.6g}".partition("e")
     return mantissa if not exponent else rf"{mantissa} \times 10^{{{int(exponent)}}}"

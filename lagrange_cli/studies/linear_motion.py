@@ -50,7 +50,7 @@ class LinearMotion:
     name
         The scene's.
     status
-        ``ok``, or why the promise is not kept: that of the motion, or ``accuracy_not_reached``.
+        ``ok``, else the status of the motion, or ``accuracy_not_reached``.
     reason
         The same in words; empty where all is well.
     t
@@ -88,7 +88,7 @@ class LinearMotion:
 
     @property
     def arrays(self) -> dict[str, Array]:
-        """Everything by name, as an ``.npz`` file holds it."""
+        """All arrays by name, as an ``.npz`` file holds them."""
         named = {key: np.array(getattr(self, key), dtype=str) for key in sorted(NAMES)}
         return {"t": self.t, "y": self.y, "u": self.u, **self.matrices, **named}
 
@@ -118,7 +118,7 @@ class LinearMotion:
 
 
 def linear_motion(equations: Equations, simulate: Simulate, accuracy: float) -> LinearMotion:
-    """Linearize along a motion, which is found so accurately that the matrices are, too.
+    """Linearize along a motion that is so accurate that the matrices are accurate, too.
 
     Raises
     ------
@@ -128,25 +128,25 @@ def linear_motion(equations: Equations, simulate: Simulate, accuracy: float) -> 
     """
     _require_smooth(equations)
     functions = LinearFunctions(equations)
-    found = _along(equations, functions, simulate(accuracy), accuracy)
+    system = _along(equations, functions, simulate(accuracy), accuracy)
     asked = accuracy
     for _ in range(_MOST_RUNS - 1):
-        if found.status != "ok" or found.estimated <= accuracy:
+        if system.status != "ok" or system.estimated <= accuracy:
             break
-        asked *= _MARGIN * accuracy / found.estimated
+        asked *= _MARGIN * accuracy / system.estimated
         try:
             motion = simulate(asked)
         except InputError:
             break  # doubles do not hold so much
-        found = _along(equations, functions, motion, accuracy)
-    if found.status != "ok" or found.estimated <= accuracy:
-        return found
-    reason = f"the matrices are within {found.estimated:.2g}, not {accuracy:.2g}"
-    return replace(found, status="accuracy_not_reached", reason=reason)
+        system = _along(equations, functions, motion, accuracy)
+    if system.status != "ok" or system.estimated <= accuracy:
+        return system
+    reason = f"the matrices are within {system.estimated:.2g}, not {accuracy:.2g}"
+    return replace(system, status="accuracy_not_reached", reason=reason)
 
 
 def _require_smooth(equations: Equations) -> None:
-    """Refuse contacts and forces that jump: changes jump at their events, which no A(t) tells."""
+    """Refuse contacts and forces that jump: at their events changes jump, unlike in any A(t)."""
     jumping = any(expression.has(sign) for expression in equations.system.forcing)
     if not (equations.system.contacts or jumping):
         return
@@ -163,7 +163,7 @@ def _require_smooth(equations: Equations) -> None:
 def _along(
     equations: Equations, functions: LinearFunctions, motion: Trajectory, accuracy: float
 ) -> LinearMotion:
-    """Evaluate the matrices at the samples of a motion, and what they may be off."""
+    """Evaluate the matrices at the samples of a motion, with the estimate of their error."""
     names = [c.name for c in equations.system.coordinates]
     states = (*names, *(f"dot({name})" for name in names))
     y = np.array([motion.columns[name] for name in states]).T
@@ -200,7 +200,7 @@ def _error(
     matrices: Mapping[str, Array],
     scales: Array,
 ) -> float:
-    """The largest change of a matrix where each state is off by its estimated error."""
+    """Return the largest change of a matrix if each state is off by its estimated error."""
     off = (motion.estimated or 0.0) * scales
     generator = np.random.default_rng(0)
     n = y.shape[1]
@@ -213,14 +213,14 @@ def _error(
             axis = {"A": (0, 1, 2), "B": (0, 1), "D": (0,)}.get(name, (0, 2))
             sizes = np.abs(size).max(axis=axis, initial=0.0)
             changes = np.abs(change).max(axis=axis, initial=0.0)
-            # What is zero throughout, and stays so, is no error.
+            # Numbers that are zero throughout, and stay so, have no error.
             parts = np.divide(changes, sizes, out=np.zeros_like(changes), where=sizes > 0)
             largest = max(largest, float(np.max(parts, initial=0.0)))
     return _SAFETY * largest
 
 
 def _scaled(name: str, values: Array, scales: Array) -> Array:
-    """A matrix with states in their scales."""
+    """Return a matrix over states in their scales."""
     if name in "ACE":
         values = values * scales
     return values / scales[:, None] if name in "AB" else values

@@ -102,7 +102,7 @@ _PANELS = 6
 _UNNAMED = Label("", "")
 
 
-def picture_of_loci(equations: Equations, found: Branches) -> Picture:
+def picture_of_loci(equations: Equations, branches: Branches) -> Picture:
     """Draw the poles of each branch; dots stand at its ends and at its marked points.
 
     Raises
@@ -110,30 +110,30 @@ def picture_of_loci(equations: Equations, found: Branches) -> Picture:
     InputError
         No branch has poles.
     """
-    drawn = [k for k, b in enumerate(found.branches) if b.locus.poles.size][:_PANELS]
+    drawn = [k for k, b in enumerate(branches.branches) if b.locus.poles.size][:_PANELS]
     if not drawn:
         raise InputError(Problem("no branch has poles to draw", rule="no-picture"))
     labels = labels_of(equations)
-    symbol = labels.symbol(found.parameter)
+    symbol = labels.symbol(branches.parameter)
     panels = tuple(
-        _panel(found, k, Label(symbol.latex, symbol.plain), alone=len(found.branches) == 1)
+        _panel(branches, k, Label(symbol.latex, symbol.plain), alone=len(branches.branches) == 1)
         for k in drawn
     )
     return Picture(labels.title, panels)
 
 
-def _panel(found: Branches, number: int, symbol: Label, *, alone: bool) -> Panel:
-    branch = found.branches[number]
-    of = "" if alone else f", branch {number + 1}"
+def _panel(branches: Branches, number: int, symbol: Label, *, alone: bool) -> Panel:
+    branch = branches.branches[number]
+    suffix = "" if alone else f", branch {number + 1}"
     height = float(np.nanmax(np.abs(branch.locus.poles.imag)))
     axis = Line(_UNNAMED, np.zeros(2), np.array([-height, height]), faint=True)
     return Panel(
         (axis, *_lines(branch)),
         Label(r"$\mathrm{Re}\,s$", "Re s"),
-        Label(rf"$\mathrm{{Im}}\,s${of}", f"Im s{of}"),
+        Label(rf"$\mathrm{{Im}}\,s${suffix}", f"Im s{suffix}"),
         over_time=False,
         equal=False,
-        places=tuple(_places(found, branch, symbol)),
+        places=tuple(_places(branches, branch, symbol)),
     )
 
 
@@ -148,29 +148,29 @@ def _lines(branch: Branch) -> Iterator[Line]:
                 yield Line(_UNNAMED, poles.real, poles.imag, dash=0, again=True)
 
 
-def _places(found: Branches, branch: Branch, symbol: Label) -> Iterator[MarkedPlace]:
+def _places(branches: Branches, branch: Branch, symbol: Label) -> Iterator[MarkedPlace]:
     """Yield the upper poles at both ends, and at marked points those nearest to the axis.
 
-    Of the poles at one end the farthest has the parameter beside it: of two alike at the begin the
-    left one, at the end the right one, so that texts stand apart.
+    The farthest pole at each end is labelled with the parameter; of two equally far ones it is the
+    left one at the start and the right one at the end, so that texts stand apart.
     """
     locus = branch.locus
     for row, side in ((0, -1), (len(locus.values) - 1, 1)):
         value = f"{locus.values[row]:.4g}"
-        text = Label(f"${symbol.latex} = {value}$", f"{symbol.plain} = {value}")
+        value_label = Label(f"${symbol.latex} = {value}$", f"{symbol.plain} = {value}")
         upper = _upper(locus.poles[row])
         farthest = [(float(f"{abs(p):.6g}"), side * p.real) for p in upper]
         for pole, far in zip(upper, farthest, strict=True):
-            label = text if far == max(farthest) else _UNNAMED
+            label = value_label if far == max(farthest) else _UNNAMED
             yield MarkedPlace(pole.real, pole.imag, label)
     for _, number in branch.marks:
-        mark = found.marks[number]
+        mark = branches.marks[number]
         row = int(np.argmin(np.abs(locus.values - mark.value)))
         upper = _upper(locus.poles[row])
         if upper:
             nearest = min(upper, key=lambda pole: abs(pole.real))
-            told = f"{number + 1} {mark.kind}"
-            yield MarkedPlace(nearest.real, nearest.imag, Label(told, told))
+            text = f"{number + 1} {mark.kind}"
+            yield MarkedPlace(nearest.real, nearest.imag, Label(text, text))
 
 
 def _upper(poles: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> list[complex]:

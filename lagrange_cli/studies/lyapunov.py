@@ -35,7 +35,7 @@ _INTERVALS = 1000
 #: Part of the time that is not counted: displacements turn into their directions at first.
 _TRANSIENT = 0.1
 
-#: Blocks of intervals whose averages tell the spread of the whole.
+#: Blocks of intervals whose averages give the spread of the whole.
 _BLOCKS = 20
 
 #: Shortest interval, as a part of the time.
@@ -52,7 +52,7 @@ class Lyapunov:
     Attributes
     ----------
     name
-        The scene's.
+        Name of the scene.
     exponents
         From the largest, two a coordinate, in the inverse unit of time.
     spreads
@@ -85,7 +85,7 @@ class Lyapunov:
         return html_table(caption, ("exponent", "spread"), rows, len(rows))
 
     def __repr__(self) -> str:
-        """Return a line."""
+        """Return one line for a terminal."""
         return f"<Lyapunov of {self.name}: {self.exponents[0]:.4g} ± {self.spreads[0]:.2g}>"
 
 
@@ -96,7 +96,7 @@ def lyapunov_exponents(
     accuracy: float = 1e-8,
     progress: Callable[[float], None] | None = None,
 ) -> Lyapunov:
-    """Find the exponents of the motion of a model.
+    """Compute the exponents of the motion of a model.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def lyapunov_exponents(
     until
         The end.
     accuracy
-        Of the motion and of displacements, in each interval.
+        Accuracy of the motion and of displacements, in each interval.
     progress
         Called with the part of the time that is done.
 
@@ -130,7 +130,7 @@ def lyapunov_exponents(
         turned, triangle = np.linalg.qr(displaced)
         growth = np.log(np.abs(np.diag(triangle)))
         if np.abs(growth).max() > _MOST_GROWTH and length > _SHORTEST * (until - begin):
-            length /= 2  # too long for all displacements to be told apart
+            length /= 2  # displacements become parallel in so long an interval
             continue
         state, frame = moved, turned
         logs.append(growth)
@@ -154,7 +154,7 @@ class _Follow:
         self.start = np.array([*model.initial[: self._n], *model.initial[total : total + self._n]])
 
     def run(self, begin: float, end: float, state: Array, frame: Array) -> tuple[Array, Array]:
-        """The state and the displacements at the end, those in columns.
+        """Return the state and the displacements, in columns, at the end of an interval.
 
         Raises
         ------

@@ -68,7 +68,7 @@ class ModePanel:
     sketch: DisplacedSketch
 
     def shown(self, number: int) -> Drawn:
-        """The displaced system; below itself where both would lie on one line."""
+        """Return the displaced system; below itself where both would lie on one line."""
         drawn = self.sketch.moved[number]
         if not self.sketch.is_line:
             return drawn
@@ -89,7 +89,7 @@ class ModePictures:
     panels
         One a mode.
     remark
-        What is not drawn; empty if everything is.
+        Number of modes that are not drawn, in words; empty if all are.
     """
 
     title: str
@@ -105,7 +105,7 @@ def mode_pictures(
     Parameters
     ----------
     at
-        As of :func:`.analyze.analyze`.
+        As for :func:`.analyze.analyze`.
     moving
         True for the pictures of a period, else the largest displacement.
 
@@ -114,18 +114,18 @@ def mode_pictures(
     InputError
         There are no modes, or no picture of the system.
     """
-    found = analyze(equations, ("linearization", "modes"), at)
-    assert found.linearization is not None
-    linear, modes = found.linearization, found.modes or ()
+    analysis = analyze(equations, ("linearization", "modes"), at)
+    assert analysis.linearization is not None
+    linear, modes = analysis.linearization, analysis.modes or ()
     if not modes:
         raise InputError(Problem("there are no modes to draw", rule="plot"))
     phases = 2 * np.pi * np.arange(_FRAMES if moving else 1) / _FRAMES
     assert linear.at.position is not None
-    rest = np.array([float(x) for x in linear.at.position])
-    sketch = RestingSketch(equations, rest)
+    q0 = np.array([float(x) for x in linear.at.position])
+    sketch = RestingSketch(equations, q0)
     panels = tuple(
         _panel(
-            equations, sketch, rest, linear.directions @ np.array(mode.shape), _titled(mode), phases
+            equations, sketch, q0, linear.directions @ np.array(mode.shape), _titled(mode), phases
         )
         for mode in modes[:_MOST_MODES]
     )
@@ -137,13 +137,13 @@ def mode_pictures(
 def _panel(
     equations: Equations,
     sketch: RestingSketch,
-    rest: Array,
+    q0: Array,
     shape: Array,
     title: str,
     phases: Array,
 ) -> ModePanel:
     shape = shape * _amplitude(equations, sketch, shape)
-    moved = [rest + np.real(shape * np.exp(1j * phase)) for phase in phases]
+    moved = [q0 + np.real(shape * np.exp(1j * phase)) for phase in phases]
     return ModePanel(title, sketch.displaced(moved))
 
 
@@ -160,7 +160,7 @@ def _amplitude(equations: Equations, sketch: RestingSketch, shape: Array) -> flo
 
 
 def _titled(mode: Mode) -> str:
-    """``ω = 3.132``, or the pole ``s = −0.1 ± 3.1 i``."""
+    """Write ``ω = 3.132``, or the pole ``s = −0.1 ± 3.1 i``."""
     pole = mode.pole
     if pole is None:
         return f"ω = {mode.frequency:.4g}"
@@ -173,7 +173,7 @@ def _titled(mode: Mode) -> str:
 
 
 def _box(pictures: ModePictures) -> tuple[Array, Array]:
-    """Corners of a box around each of the pictures."""
+    """Return the corners of a box around each of the pictures."""
     places = []
     for panel in pictures.panels:
         drawn = [panel.sketch.rest, *map(panel.shown, range(len(panel.sketch.moved)))]
@@ -228,7 +228,7 @@ def _draw_still(axes: Axes, panel: ModePanel) -> None:
 
 
 def _draw(axes: Axes, drawn: Drawn, colour: str) -> list[Artist]:
-    """Draw a configuration; return what was added."""
+    """Draw a configuration; return the artists that were added."""
     from matplotlib.patches import Circle
 
     added: list[Artist] = []
@@ -316,17 +316,17 @@ def _svg(pictures: ModePictures) -> Iterator[str]:
 
 def _svg_panel(panel: ModePanel, origin: Array, corner: Array) -> Iterator[str]:
     def at(line: Array) -> Array:
-        """Pixels, y downwards."""
+        """Return pixels, y downwards."""
         placed: Array = origin + _PIXELS * (line - corner) * np.array([1.0, -1.0])
         return placed
 
-    rest, sketch = panel.sketch.rest, panel.sketch
+    sketch = panel.sketch
     for kind, line in sketch.still:
         yield f'<polyline {_style(kind, _STILL)} points="{_points(at(line))}"/>'
-    for kind, line in rest.strokes:
+    for kind, line in sketch.rest.strokes:
         yield f'<polyline {_style(kind, _LIGHT)} points="{_points(at(line))}"/>'
     radius = _PIXELS * _BODY
-    for x, y in at(rest.bodies):
+    for x, y in at(sketch.rest.bodies):
         yield f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{radius:.2f}" fill="{_LIGHT}"/>'
     frames = [panel.shown(k) for k in (*range(len(sketch.moved)), 0)]
     for number, (kind, line) in enumerate(frames[0].strokes):
@@ -358,5 +358,5 @@ def _points(line: Array) -> str:
 
 
 def _text(text: str) -> str:
-    """Text without markup or characters that XML has not."""
+    """Return text without markup and without characters that XML does not allow."""
     return escape("".join(c if c.isprintable() else " " for c in text))

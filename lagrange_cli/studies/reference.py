@@ -20,7 +20,8 @@ import numpy as np
 from lagrange_cli.errors import AccuracyError, Problem, StoppedError
 from lagrange_cli.simulate.accuracy.coarse_run import LEAST
 from lagrange_cli.simulate.accuracy.event_agreement import event_agreement, first_zeno_time
-from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
+from lagrange_cli.simulate.accuracy.method_selection import NOISE_PART, CoarseResult
+from lagrange_cli.simulate.accuracy.tuning import SCHEDULE
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.progress import Deadline, RunProgress, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control
@@ -29,11 +30,12 @@ from lagrange_cli.simulate.integrators.right_hand_side import structured
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales, ulps
 from lagrange_cli.simulate.runs.run import Failure, Run
 
-#: Tolerances of the two runs in wider arithmetic, relative to scales; set by hand.
+#: Tolerances of the two runs in wider arithmetic, relative to scales: one at the rounding error of
+#: long doubles, and one so far above it that steps differ. Not tuned.
 _WIDER_TOLERANCES = (1e-19, 2e-18)
 
-#: Is a method implicit? → its tolerance in doubles, relative to scales; set by hand.
-_TOLERANCES = {False: 1e-16, True: 1e-13}
+#: Is a method implicit? → its tolerance in doubles, relative to scales: the smallest useful ones.
+_TOLERANCES = {False: SCHEDULE.smallest_explicit, True: SCHEDULE.smallest_implicit}
 
 #: Factor of the distance of two runs that counts as error: more than all of it may be of one.
 _WIDER = 2.0
@@ -48,16 +50,15 @@ _SHORTER = 0.9
 #: Part of the budget that explicit runs have of stiff motion: most would spend all of it.
 _EXPLICIT_PART = 0.1
 
-#: Part of the rounding error of a step that shows in its error estimate; set by hand.
-_NOISE_PART = 1 / 16
-
 #: Evaluations of the coarse run per step.
 _PER_STEP = 12
 
-#: Largest error of a useful reference, relative to scales; set by hand.
+#: Largest error of a useful reference, relative to scales: a tenth of the coarsest accuracy that
+#: runs are compared at.
 _WORST = 1e-4
 
-#: Error that a reference has at the earlier end that a hint suggests; set by hand.
+#: Error that a reference has at the earlier end that a hint suggests: small enough for the finer
+#: of the usual accuracies, 1e-6. Not tuned.
 _SUGGESTED = 1e-8
 
 #: Part of the way to a singularity after which it is near.
@@ -68,7 +69,7 @@ _FARTHEST = 1e-2
 
 
 class Motion(NamedTuple):
-    """The motion that a run found.
+    """The motion that a run has computed.
 
     Attributes
     ----------
@@ -94,7 +95,7 @@ class Reference:
     motion
         Its samples and events.
     scales
-        Those of its coordinates and velocities, shape (2n,).
+        Scales of its coordinates and velocities, shape (2n,).
     method
         Its method in words, with the arithmetic or the method it was compared with.
     error
@@ -191,7 +192,7 @@ class _Makers:
     Attributes
     ----------
     failures
-        Those of runs that did not reach the end.
+        Failures of runs that did not reach the end.
     spent
         True if a run took longer than its budget.
     """
@@ -296,7 +297,7 @@ def _noise(problem: InitialValueProblem, coarse: CoarseResult) -> Array:
     finer = problem.epsilon / float(np.finfo(float).eps)
     noise = np.maximum(coarse.noise[-1], finer * of_start)
     noise[:n] = np.maximum(noise[:n], finer * last_places[:n])
-    return np.asarray(_NOISE_PART * noise)
+    return np.asarray(NOISE_PART * noise)
 
 
 def _compared(
@@ -342,11 +343,11 @@ def _require_agreement(problem: InitialValueProblem, ratios: Array, most: float)
     """Refuse if runs of highest accuracy are farther apart than ``most``, relative to scales."""
     if len(ratios) == len(problem.times) and ratios[-1] <= most:
         return
-    what = f"differ by {ratios[-1]:.1e} of the scales at the end"
+    distance = f"differ by {ratios[-1]:.1e} of the scales at the end"
     if not np.isfinite(ratios[-1]):
-        what = f"differ in what contacts do before t = {problem.until:.9g}"
+        distance = f"differ in what contacts do before t = {problem.until:.9g}"
     raise _refused(
-        f"no reference: runs of highest accuracy {what}, since the motion is chaotic or loses"
+        f"no reference: runs of highest accuracy {distance}, since the motion is chaotic or loses"
         " digits; nothing can be measured there",
         _until(problem, ratios),
     )

@@ -81,7 +81,7 @@ def test_friction_leaves_no_turning_points():
     text = KEPLER + "dissipation: {d: 0.01*dot(r)^2}\n"
     found = found_of(loads(text).derive())
     assert found.turning is None
-    assert "no turning points" in found.told
+    assert "no turning points" in found.phrase
     assert len(picture_of_potential(found).panels[0].lines) == 2
 
 

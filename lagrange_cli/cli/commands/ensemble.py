@@ -385,7 +385,7 @@ def _plane(choice: MemberChoice, members: Members, plot: str | None) -> Plane | 
     from lagrange_cli.simulate.results.plot import require_map_ending
 
     require_map_ending(ending_of(plot).lstrip("."))
-    return Plane.of(members, choice.map_names)
+    return Plane.of_axes(members, choice.map_names)
 
 
 def _draw(drawn: PlaneMap, plot: str) -> None:

@@ -61,9 +61,9 @@ def fit_motion(
     run
         Simulates a motion.
     measurements
-        What was measured.
+        The measurements.
     start
-        Names of what is free → its first value.
+        Name of a free value → its first value.
     positive
         Names of parameters that are to stay above zero.
     progress
@@ -72,8 +72,8 @@ def fit_motion(
     Raises
     ------
     InputError
-        Nothing is free, or more than was measured; a column is none of the motion's; there is no
-        motion with the first values.
+        No value is free, or more than there are measurements; a column is none of the motion's;
+        there is no motion with the first values.
     """
     from scipy.optimize import least_squares
 
@@ -81,13 +81,13 @@ def fit_motion(
     first = np.array(list(start.values()))
     lowest = [np.finfo(float).tiny if name in positive else -np.inf for name in start]
     sizes = np.where(first != 0, np.abs(first), 1.0)
-    found: Any = None
+    solution: Any = None
     for _ in range(1 if problem.given else 2):
-        # Deviations that are not given are, at first, alike parts of what each column varies by,
-        # then what the residuals of each column are.
-        found = least_squares(
+        # Deviations that are not given are, at first, the range of each column, then the root mean
+        # square of its residuals.
+        solution = least_squares(
             problem.residuals,
-            first if found is None else found.x,
+            first if solution is None else solution.x,
             problem.jacobian,
             bounds=(lowest, np.inf),
             x_scale=sizes,
@@ -96,8 +96,8 @@ def fit_motion(
             gtol=1e-14,
             max_nfev=_MOST_RUNS,
         )
-        problem.take_deviations(found.x)
-    return problem.result(found.x, converged=bool(found.status > 0))
+        problem.take_deviations(solution.x)
+    return problem.result(solution.x, converged=bool(solution.status > 0))
 
 
 class _Problem:
@@ -139,7 +139,7 @@ class _Problem:
             raise InputError(Problem(message, mark, rule="fit"))
 
     def _first_motion(self) -> Trajectory:
-        """The motion with the first values; without its derivatives where there are none."""
+        """Return the motion with the first values, without its derivatives where there are none."""
         values = np.array(list(self._start.values()))
         try:
             return self._motion(values)
@@ -180,7 +180,7 @@ class _Problem:
             motion = self._motion(np.array(list(self._start.values())))
 
     def fitted(self, values: Array) -> dict[str, Array]:
-        """The columns of a motion at the times of all measurements."""
+        """Return the columns of a motion at the times of all measurements."""
         motion, times = self._motion(values), self._measurements.times
         return {name: _at(motion.columns, name, times, motion.t) for name in self.present}
 
@@ -202,7 +202,7 @@ class _Problem:
         return np.concatenate(parts)
 
     def jacobian(self, values: Array) -> Array:
-        """Derivatives of the residuals, shape (measurements, values)."""
+        """Return the derivatives of the residuals, shape (measurements, values)."""
         if not self._exact:
             return self._differences(values)
         motion, times = self._motion(values), self._measurements.times
@@ -230,8 +230,8 @@ class _Problem:
         fitted = self.fitted(values)
         for name, x in self._measurements.values.items():
             if name not in self._measurements.deviations:
-                rest = (fitted[name] - x)[self.present[name]]
-                spread = np.sqrt(np.mean(rest**2))
+                residuals = (fitted[name] - x)[self.present[name]]
+                spread = np.sqrt(np.mean(residuals**2))
                 # A column without any scatter must not outweigh all others.
                 self.deviations[name] = np.full(len(x), max(spread, _INTERPOLATED * _size(x)))
 
@@ -289,14 +289,14 @@ class _Problem:
 
 
 def _derivative(name: str, by: str) -> str:
-    """The column of a motion's derivative: of a coordinate, or of its rate."""
+    """Return the column of the derivative of a coordinate, or of its rate."""
     if name.startswith("dot(") and name.endswith(")"):
         return f"dot(d({name[4:-1]})/d({by}))"
     return f"d({name})/d({by})"
 
 
 def _size(column: Array) -> float:
-    """What a column varies by; its size where it does not, 1 where that is zero."""
+    """Return the range of a column; its size if it is constant, 1 if that is zero."""
     present = column[~np.isnan(column)]
     spread = float(np.ptp(present)) if len(present) else 0.0
     return spread or float(np.abs(present).max(initial=0.0)) or 1.0
@@ -307,7 +307,7 @@ def _every_second(motion: Trajectory) -> Mapping[str, Array]:
 
 
 def _at(columns: Mapping[str, Array], name: str, times: Array, t: Array | None = None) -> Array:
-    """A column between its samples, by cubics; with its rate where there is a column of it."""
+    """Interpolate a column by cubics, with its rate where there is a column of that."""
     from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
     at = columns["t"] if t is None else t
@@ -318,7 +318,7 @@ def _at(columns: Mapping[str, Array], name: str, times: Array, t: Array | None =
 
 
 def require_free(names: Sequence[str], known: Mapping[str, float | None]) -> dict[str, float]:
-    """Return the first values of what is free.
+    """Return the first values of the free parameters and starts.
 
     Parameters
     ----------

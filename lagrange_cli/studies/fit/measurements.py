@@ -53,7 +53,7 @@ def read_measurements(path: str) -> Measurements:
     Raises
     ------
     InputError
-        Located in the file: whatever is wrong with it.
+        Located in the file: it cannot be read, or a row is wrong.
     """
     lines = decoded(read_regular(path, Mark(path, 1, 1), "measurements"), path, _RULE)
     rows = CsvRows(lines, path, _RULE)
@@ -80,7 +80,7 @@ def read_measurements(path: str) -> Measurements:
         path,
         times,
         {name: x for name, x in columns.items() if matched[name] is None},
-        {found[1]: columns[name] for name, found in matched.items() if found is not None},
+        {sigma[1]: columns[name] for name, sigma in matched.items() if sigma is not None},
         places,
     )
 
@@ -92,10 +92,10 @@ def _check_header(rows: CsvRows, header: Sequence[str]) -> None:
     for k, name in enumerate(header):
         if header.index(name) < k:
             raise rows.refused(f"two columns are named {quoted_cell(name)}", "", rows.place(k))
-        found = _SIGMA.fullmatch(name)
-        if found is not None and found[1] not in header:
+        sigma = _SIGMA.fullmatch(name)
+        if sigma is not None and sigma[1] not in header:
             raise rows.refused(
-                f"no column is named {quoted_cell(found[1])}, whose deviations these are",
+                f"no column is named {quoted_cell(sigma[1])}, whose deviations these are",
                 "",
                 rows.place(k),
             )
@@ -111,10 +111,10 @@ def _check_row(
         hint = "rows are in order of time"
         raise rows.refused(f"time {numbers[at]!r} is before {before[at]!r}", hint, rows.place(at))
     for k, name in enumerate(header):
-        found = _SIGMA.fullmatch(name)
-        if found is None:
+        sigma = _SIGMA.fullmatch(name)
+        if sigma is None:
             continue
-        measured = not np.isnan(numbers[header.index(found[1])])
+        measured = not np.isnan(numbers[header.index(sigma[1])])
         if measured and not numbers[k] > 0:
             raise rows.refused("a standard deviation is above zero", "", rows.place(k))
 

@@ -22,11 +22,11 @@ class FittedValue:
     Attributes
     ----------
     name
-        Of a parameter, or of a coordinate or its ``dot`` for its start.
+        Name of a parameter, or of a coordinate or its ``dot`` for its start.
     start, value
-        The scene's, and the fitted one.
+        The value of the scene, and the fitted one.
     error
-        Its standard error; None if the measurements do not tell.
+        Its standard error; None if the measurements do not determine it.
     """
 
     name: str
@@ -44,7 +44,7 @@ class FittedColumn:
     name
         The column.
     times, measured, fitted
-        Where there is a measurement: times, values, and those of the motion.
+        Times of the measurements, their values, and those of the motion.
     deviations
         Standard deviations of the measurements: given, or estimated as the one number that
         the residuals have.
@@ -58,34 +58,34 @@ class FittedColumn:
 
     @property
     def root_mean_square(self) -> float:
-        """Of the residuals."""
+        """The root mean square of the residuals."""
         return float(np.sqrt(np.mean((self.measured - self.fitted) ** 2)))
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A fit.
+    """The result of a fit.
 
     Attributes
     ----------
     name
-        The scene's.
+        Name of the scene.
     status
         ``ok``; ``undetermined``: other values fit as well; ``not_converged``.
     reason
         Words that say more, if the status is not ``ok``.
     values
-        What was fitted, in the order that was asked for.
+        Fitted values, in the order that was asked for.
     columns
         The measured columns.
     correlation
-        Of the errors of the values, shape (values, values); not numbers if undetermined.
+        Correlation of the errors of the values, shape (values, values); NaN if undetermined.
     chi_squared
         Sum of the squares of residuals over deviations.
     degrees_of_freedom
         Measurements less values.
     given_deviations
-        True if the file gave them; else they are estimated, and ``chi_squared`` tells nothing.
+        True if the file gave them; else they are estimated, and ``chi_squared`` means nothing.
     derivatives
         ``variational equations`` or ``differences``.
     runs
@@ -113,7 +113,7 @@ class Fit:
         return 0 if self.status == "ok" else 1
 
     def __repr__(self) -> str:
-        """Return a line."""
+        """Return one line for a terminal."""
         listed = ", ".join(f"{v.name} = {v.value:.6g}" for v in self.values)
         return f"<Fit of {self.name}: {listed}; {self.status}>"
 
@@ -128,8 +128,8 @@ class Fit:
             ]
             for v in self.values
         ]
-        told = f": {html_text(self.reason)}" if self.reason else ""
-        caption = f"<b>{html_text(self.name)}</b>: {self.status.replace('_', ' ')}{told}"
+        reason = f": {html_text(self.reason)}" if self.reason else ""
+        caption = f"<b>{html_text(self.name)}</b>: {self.status.replace('_', ' ')}{reason}"
         return html_table(caption, ("name", "value", "error", "start"), rows, len(rows))
 
 
@@ -165,8 +165,8 @@ def draw_fit(fit: Fit, ending: str) -> bytes:
             label="measured",
         )
         upper.set_ylabel(column.name, parse_math=False)
-        rest = column.measured - column.fitted
-        lower.errorbar(column.times, rest, column.deviations, fmt=".", markersize=4)
+        residuals = column.measured - column.fitted
+        lower.errorbar(column.times, residuals, column.deviations, fmt=".", markersize=4)
         lower.axhline(0, linewidth=1)
         lower.set_ylabel("residual")
         for axes in (upper, lower):

@@ -21,7 +21,7 @@ _MOST_STEPS = 16
 #: Panels while aiming.
 _PANELS = 4
 
-#: Part of the accuracy of the path that motions are promised at first.
+#: Accuracy that motions are promised at first, as a part of that of the path.
 _SHARE = 0.1
 
 #: Smallest singular value of the fields at the end over their largest along the path; smaller ones
@@ -46,8 +46,8 @@ class Aim:
     inner
         Accuracy that its motions are promised.
     error
-        Bound of the distance from the exact path at any time, over the scales: what the ends are
-        missed by and what motions are off, carried along the fields.
+        Bound of the distance from the exact path at any time, over the scales: the miss of the end
+        and the errors of motions, carried along the fields.
     """
 
     v: Array
@@ -70,7 +70,7 @@ def aimed(motions: Motions, first: End, last: End, v: Array, accuracy: float) ->
             break
         shot = motions.shot(times, first.q, v, inner)
         if shot is None:
-            # The motion may lose more digits on its way.
+            # The motion may lose digits on its way.
             inner = looser(inner)
             if best is not None:
                 break
@@ -82,7 +82,7 @@ def aimed(motions: Motions, first: End, last: End, v: Array, accuracy: float) ->
         if error <= accuracy:
             break
         if np.max(np.abs(miss) / shot.scales[0]) < _CLOSE * shot.estimated:
-            # What is left are errors of the motion, not of its start.
+            # The rest of the miss are errors of the motion, not of its start.
             if inner <= _FINEST:
                 break
             inner = max(inner * min(0.1, _SHARE * accuracy / error), _FINEST)
@@ -91,7 +91,7 @@ def aimed(motions: Motions, first: End, last: End, v: Array, accuracy: float) ->
 
 
 def _inverse(shot: Shot) -> Array:
-    """Invert the fields at the end, but for directions in which they do not move it."""
+    """Invert the fields at the end, except in directions in which they do not move it."""
     rows, columns = shot.scales
     scaled = shot.fields / rows[:, None] * columns
     u, s, vt = np.linalg.svd(scaled[-1])
@@ -108,7 +108,7 @@ def path_error(shot: Shot, miss: Array) -> float:
     rows, columns = shot.scales
     off = np.abs(miss) + shot.estimated * rows
     inverse = _inverse(shot)
-    # What no change of the initial velocity mends, since the fields do not move the end so.
+    # The part of the miss in directions in which no initial velocity moves the end.
     beyond = np.max(np.abs(miss - shot.fields[-1] @ inverse @ miss) / rows)
     positions = np.max((np.abs(shot.fields @ inverse) @ off) / rows)
     velocities = np.max((np.abs(shot.rates @ inverse) @ off) / columns)

@@ -31,7 +31,7 @@ CLOSE = 1e-7
 #: Least pivot over the largest of a matrix that is not singular.
 _SINGULAR = 1e-13
 
-#: The same at a solution, which is not known to all digits, among neighbours that are solutions.
+#: The same at a solution, known to fewer digits, whose neighbours are solutions.
 _DEGENERATE = 1e-9
 
 #: Part of the highest coefficients of a polynomial that is resolved.
@@ -62,13 +62,13 @@ class TwoPointProblem:
         return self.first.t + self.span * points.s[1:-1], path[1:-1] * self.scales, rates
 
     def residual(self, points: Points, path: Array) -> Array:
-        """Return Q″ less what the forces make it at the inner points, in one row."""
+        """Return Q″ less the accelerations of the forces at the inner points, in one row."""
         accelerations = self.motions.accelerations(*self._states(points, path))
         bent = (points.second @ path)[1:-1]
         return np.asarray((bent - accelerations * self.span**2 / self.scales).ravel())
 
     def is_degenerate(self, path: Array) -> bool:
-        """Say whether neighbours of a solution are solutions, as where the ends are conjugate."""
+        """Decide whether neighbours of a solution are solutions, as between conjugate ends."""
         from scipy.linalg import lu_factor
 
         factors: Any = lu_factor(self.jacobian(points_of(len(path) - 1), path), check_finite=False)
@@ -80,15 +80,15 @@ class TwoPointProblem:
         by_q, by_v = self.motions.slopes(*self._states(points, path))
         ratio = self.scales / self.scales[:, None]
         m, n = len(points.s) - 2, len(self.scales)
-        found = np.zeros((m, n, m, n))
+        jacobian = np.zeros((m, n, m, n))
         inner = slice(1, -1)
         forces = -self.span * (by_v * ratio)[:, :, None, :] * points.first[inner, None, inner, None]
-        found += forces
+        jacobian += forces
         for i in range(n):
-            found[:, i, :, i] += points.second[inner, inner]
+            jacobian[:, i, :, i] += points.second[inner, inner]
         number = np.arange(m)
-        found[number, :, number, :] -= self.span**2 * by_q * ratio
-        return found.reshape(m * n, m * n)
+        jacobian[number, :, number, :] -= self.span**2 * by_q * ratio
+        return jacobian.reshape(m * n, m * n)
 
 
 def solved(problem: TwoPointProblem, path: Array) -> Array | None:
@@ -107,8 +107,8 @@ def solved(problem: TwoPointProblem, path: Array) -> Array | None:
 
 
 def solver(matrix: Array) -> Callable[[Array], Array]:
-    """Return what solves systems with a matrix, in least squares where it is singular, as it is
-    where the last end is conjugate to the first."""
+    """Return a solver of systems with a matrix, in least squares if it is singular, as it is where
+    the last end is conjugate to the first."""
     from scipy.linalg import lu_factor, lu_solve
 
     factors: Any = lu_factor(matrix, check_finite=False)

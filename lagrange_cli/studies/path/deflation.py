@@ -25,15 +25,16 @@ from lagrange_cli.studies.path.collocation import (
 if TYPE_CHECKING:
     from lagrange_cli.simulate.arrays import Array
 
-# All set by hand.
+# Chosen with room: steps as long as a scale cross the whole of a problem in forty, and solutions
+# that are one agree to more digits than here. Not tuned.
 
 #: Steps of Newton's method.
 _STEPS = 40
 #: Longest step, in scales of coordinates.
 _LONGEST = 1.0
-#: Size of paths, in scales, that are on their way to infinity.
+#: Size, in scales, of paths that go to infinity.
 _FAR = 1e3
-#: Distance of solutions that are one.
+#: Distance below which two solutions are one.
 _SAME = 1e-4
 #: Solutions in a row that one start may lead to.
 _IN_A_ROW = 8
@@ -47,7 +48,7 @@ class Solutions:
     coefficients: list[Array] = field(default_factory=list)
 
     def add(self, path: Array) -> bool:
-        """Take note of a solution; False if it is known."""
+        """Add a solution; return False if it is known."""
         if min(self._distances(path), default=1.0) < _SAME:
             return False
         self.paths.append(path)
@@ -78,7 +79,7 @@ class Solutions:
 def deflated(
     problem: TwoPointProblem, known: Solutions, starts: Sequence[Array]
 ) -> Iterator[Array]:
-    """Yield solutions that are not known, which then are.
+    """Yield solutions that are not known yet, and add them to the known ones.
 
     ``starts``: paths at Chebyshev points, from each of which solutions are sought until none is
     found. Where a solution is one of a family, deflation would go on along it, and nothing more is

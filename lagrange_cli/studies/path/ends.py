@@ -23,7 +23,7 @@ TIME = "t"
 
 _OPENING, _CLOSING = "([", ")]"
 
-#: A number of which the value is read without mathematics.
+#: A number that is read without SymPy.
 _DECIMAL = re.compile(r"[+-]?[0-9]{1,40}(\.[0-9]{0,40})?([eE][+-]?[0-9]{1,3})?", re.ASCII)
 
 
@@ -50,11 +50,11 @@ class WrittenEnd:
     Attributes
     ----------
     source
-        What holds it, as messages name it: ``--from``.
+        Option that holds it, as messages name it: ``--from``.
     values
         Name → text of its value, with its place.
     marks
-        Name → its own place.
+        Name → place of the name.
     """
 
     source: str

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.simulate.arrays import Array
 
-#: What is asked for by default.
+#: Defaults: accuracy, starts for each end, samples of a path.
 ACCURACY, STARTS, SAMPLES = 1e-9, 32, 101
 
 #: Most starts of all ends together.
@@ -86,15 +86,15 @@ def find_paths(
     ends = _turned(last, models.periodic, turns, starts)
     motions = Motions(models, cache, stop)
     motions.require(first, last, accuracy, samples)
-    found: list[StationaryPath] = []
+    solutions: list[StationaryPath] = []
     tried = lost = further = 0
     size = float(scales_of(motions, first, last)[0])
     whole = scan(motions, first, last, size)
     for number, end in enumerate(ends):
         scale = scales_of(motions, first, end) / (end.t - first.t)
         known: list[Array] = []
-        beside = () if whole is None else scanned(motions, first, end, whole, size)
-        for k, v in enumerate(itertools.chain(candidates(motions, first, end, starts), beside)):
+        from_scan = () if whole is None else scanned(motions, first, end, whole, size)
+        for k, v in enumerate(itertools.chain(candidates(motions, first, end, starts), from_scan)):
             tried += k < starts
             if progress is not None:
                 progress((number + min(k + 1, starts) / starts) / len(ends))
@@ -103,19 +103,19 @@ def find_paths(
             aim = aimed(motions, first, end, v, accuracy)
             if aim is not None and _is_among(known, aim.v, scale):
                 continue
-            path = None
-            if aim is not None:
-                path = measured_path(motions, first, end, aim, accuracy, samples)
-            if aim is None or path is None:
+            path = (
+                None if aim is None else measured_path(motions, first, end, aim, accuracy, samples)
+            )
+            if path is None:
                 lost += 1
                 continue
-            known.append(aim.v)
-            if not _is_of_family(path, found):
-                found.append(path)
+            known.append(path.velocity)
+            if not _is_of_family(path, solutions):
+                solutions.append(path)
                 further += k >= starts and whole is None
-    if not found:
+    if not solutions:
         raise _none_found(tried, lost)
-    ordered = tuple(sorted(found, key=_order))
+    ordered = tuple(sorted(solutions, key=_order))
     counts = tried, lost, turnable, turns
     return Paths(first, last, ordered, accuracy, *counts, motions, whole, further)
 
@@ -142,19 +142,19 @@ def _turned(last: End, periodic: Sequence[bool], turns: int, starts: int) -> lis
 
 
 def _is_among(known: Sequence[Array], v: Array, scale: Array) -> bool:
-    return any(np.max(np.abs(v - other) / scale) < _SAME for other in known)
+    return any(np.max(np.abs(v - seen) / scale) < _SAME for seen in known)
 
 
-def _is_of_family(path: StationaryPath, found: Sequence[StationaryPath]) -> bool:
-    """Tell if a degenerate path is one of a family of which another is known.
+def _is_of_family(path: StationaryPath, solutions: Sequence[StationaryPath]) -> bool:
+    """Decide whether a degenerate path is one of a family of which another is known.
 
     All paths of a family between the same ends have the same action, by its being stationary.
     """
     return path.conjugacy.kind == "degenerate" and any(
-        other.conjugacy.kind == "degenerate"
-        and np.array_equal(other.last.q, path.last.q)
-        and math.isclose(other.action, path.action, rel_tol=_SAME_ACTION, abs_tol=path.action_error)
-        for other in found
+        seen.conjugacy.kind == "degenerate"
+        and np.array_equal(seen.last.q, path.last.q)
+        and math.isclose(seen.action, path.action, rel_tol=_SAME_ACTION, abs_tol=path.action_error)
+        for seen in solutions
     )
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.path.morse import Conjugacy
     from lagrange_cli.studies.path.motions import ActionValues, Motions, Shot
 
-#: Largest estimated error of what is called a path, over the scales.
+#: Largest estimated error of a path, over the scales.
 _LARGEST_ERROR = 1e-3
 
 #: Steps of the integrator for each panel, the fewest panels and the most.
@@ -53,7 +53,7 @@ class StationaryPath:
     estimated
         Estimated distance from the exact path between the ends, over the scales.
     trajectory
-        That motion, sampled for the user.
+        That motion, with the samples that were asked for.
     shot, panels
         The same with its Jacobi fields, at the nodes of the panels.
     """
@@ -123,7 +123,7 @@ def measured_path(
 def _simulated(
     motions: Motions, first: End, last: End, aim: Aim, samples: int
 ) -> Trajectory | None:
-    """Simulate a path from its start as accurately as it can be; None if it does not end."""
+    """Simulate a path from its start as accurately as possible; None if it does not end."""
     times = np.array([first.t, last.t])
     accuracy: float | None = aim.inner
     while accuracy is not None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PathModels:
-    """What paths of one system are found with.
+    """Models with which paths of one system are computed.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ def require_smooth(model: Model) -> None:
 
 
 def with_action(equations: Equations) -> Equations:
-    """Return equations whose outputs are L, the momenta, and the mass matrix up to its diagonal.
+    """Return equations whose outputs are L, momenta, and the mass matrix up to its diagonal.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def _listed(names: list[str]) -> str:
 
 
 def periodic_coordinates(equations: Equations) -> tuple[bool, ...]:
-    """Find the coordinates a whole turn of which is proven to leave L as it is."""
+    """Return for each coordinate if a whole turn of it is proven to leave L as it is."""
     from lagrange_cli.mechanics.proofs.zero_test import is_periodic
 
     return tuple(

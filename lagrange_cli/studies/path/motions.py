@@ -1,4 +1,4 @@
-"""Motions from one configuration with some initial velocity, and what is known along them."""
+"""Motions from one configuration with some initial velocity, their Jacobi fields and actions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.path.ends import End
     from lagrange_cli.studies.path.models import PathModels
 
-#: Accuracy of the motion that shows if there are any.
+#: Accuracy of the motion that shows whether there are motions at all.
 _ROUGH = 1e-3
 
 #: Factor by which less accuracy is asked of a motion that does not hold it, up to the last.
@@ -61,7 +61,7 @@ class Shot:
 
 @dataclass(frozen=True)
 class ActionValues:
-    """What an action is made of, at m states of n coordinates.
+    """Lagrangian, momenta and mass matrix at m states of n coordinates.
 
     Attributes
     ----------
@@ -100,15 +100,15 @@ class Motions:
         self.models = models
         self.coordinates = models.motion.coordinates
         self.size = len(self.coordinates)
-        kept = KeptFunctions(cache)
-        self._motion, self._jacobi = kept(models.motion), kept(models.jacobi)
+        functions_of = KeptFunctions(cache)
+        self._motion, self._jacobi = functions_of(models.motion), functions_of(models.jacobi)
         self._contexts = [
             RunContext(functions=functions, cache=cache, stop=stop)
             for functions in (self._motion, self._jacobi)
         ]
 
     def require(self, first: End, last: End, accuracy: float, samples: int) -> None:
-        """Refuse what cannot be simulated from the first end.
+        """Refuse a first end from which nothing can be simulated.
 
         Raises
         ------
@@ -131,16 +131,16 @@ class Motions:
         """Differentiate accelerations by coordinates and by velocities, shape (m, n, n) each."""
         rhs, n, zero = self._jacobi.rhs, self.size, np.zeros(self.size**2)
         unit = np.eye(n).ravel()
-        found = np.empty((2, len(t), n, n))
+        slopes = np.empty((2, len(t), n, n))
         for k, time in enumerate(t.tolist()):
             for part, seeds in enumerate(((unit, zero), (zero, unit))):
                 y = np.concatenate([q[k], seeds[0], v[k], seeds[1]])
                 # Fields stand one after the other, and are columns here.
-                found[part, k] = rhs(time, y)[-n * n :].reshape(n, n).T
-        return found[0], found[1]
+                slopes[part, k] = rhs(time, y)[-n * n :].reshape(n, n).T
+        return slopes[0], slopes[1]
 
     def action_values(self, t: Array, q: Array, v: Array) -> ActionValues:
-        """Evaluate what an action is made of at m states."""
+        """Evaluate the Lagrangian, momenta and mass matrix at m states."""
         n = self.size
         values = self._motion.outputs(t, np.hstack([q, v]))
         inertia = np.empty((len(t), n, n))
@@ -159,7 +159,7 @@ class Motions:
             request = context.resolved(model, _options(times, accuracy, 2))
             trajectory = integrate(model, replace(request, times=times), context)
         except (AccuracyError, InputError):
-            return None  # that there are motions at all is known from others
+            return None
         if trajectory.status != "ok":
             return None
         states = np.array([trajectory.columns[name] for name in model.state_names])
@@ -191,12 +191,12 @@ class Motions:
 
 
 def looser(accuracy: float) -> float | None:
-    """Return the next accuracy to ask of a motion that does not hold this one; None if none is."""
+    """Return the next accuracy to ask of a motion that does not hold this one, or None."""
     return _LOOSER * accuracy if accuracy < _COARSEST else None
 
 
 def _started(model: Model, start: Array, times: Array) -> Model:
-    """Give a model a start, of which no more than doubles are known."""
+    """Return a model with a start that is known in doubles alone."""
     begun = replace(model.defaults, start=float(times[0]))
     return replace(model, initial=tuple(start.tolist()), initial_decimals=(), defaults=begun)
 

@@ -27,7 +27,7 @@ _NO_LABEL = Label("", "")
 
 # Variations.
 
-#: Sines a coordinate that modes are made of, beside twice as many as conjugate points, and most.
+#: Sines a coordinate that modes are made of, besides two for each conjugate point, and the most.
 _SINES, _MOST_SINES = 8, 60
 
 #: Largest deviation of varied paths in a picture, over the extent of the path.
@@ -105,12 +105,13 @@ def actions(motions: Motions, path: StationaryPath, variation: Variation, sizes:
     """Integrate the actions of q + ε η for some ε, less that of the path; NaN where L is not
     known."""
     shot = path.shot
-    own, _ = path.panels.integral(motions.action_values(shot.t, shot.q, shot.v).lagrangian)
+    lagrangian = motions.action_values(shot.t, shot.q, shot.v).lagrangian
+    stationary, _ = path.panels.integral(lagrangian)
     changed = []
     for size in sizes:
         q, v = shot.q + size * variation.values, shot.v + size * variation.rates
         action, _ = path.panels.integral(motions.action_values(shot.t, q, v).lagrangian)
-        changed.append(action - own)
+        changed.append(action - stationary)
     return np.array(changed)
 
 
@@ -133,7 +134,7 @@ def picture_of_paths(motions: Motions, solutions: Sequence[StationaryPath]) -> P
 
 
 def _shown_modes(motions: Motions, path: StationaryPath) -> Sequence[Variation]:
-    """Choose modes: the lowest; of a saddle the last that lowers the action, and those after."""
+    """Return the lowest modes; of a saddle the last that lowers the action, and the next ones."""
     first = max((path.conjugacy.index or 0) - 1, 0)
     return modes(motions, path)[first : first + _VARIATIONS]
 
@@ -144,11 +145,11 @@ def _path_panel(
     number: int,
     variations: Sequence[Variation],
 ) -> Panel:
-    """Draw one coordinate of all paths, and of what the first is varied to."""
+    """Draw one coordinate of all paths, and of the variations of the first."""
     labels, name = motions.models.motion.labels, motions.coordinates[number]
     first = solutions[0]
     largest = deviation(first)
-    beside = (
+    varied = (
         Line(_NO_LABEL, first.shot.t, q[:, number], faint=True)
         for variation in variations
         for share in _DRAWN
@@ -162,7 +163,7 @@ def _path_panel(
     axis = Label(f"${symbol.latex}$", symbol.plain)
     if unit is not None:
         axis = Label(f"{axis.latex} in ${unit.latex}$", f"{axis.plain} in {unit.plain}")
-    return Panel((*lines, *beside), _time_label(motions), axis, over_time=False, equal=False)
+    return Panel((*lines, *varied), _time_label(motions), axis, over_time=False, equal=False)
 
 
 def _time_label(motions: Motions) -> Label:
@@ -183,8 +184,10 @@ def _action_panel(
     """Draw the action over the size of variations."""
     sizes = deviation(path) * np.linspace(-1, 1, _POINTS)
     lines = tuple(_action_lines(motions, path, variations, sizes))
-    own = f"q_{{{number}}}"
-    label = Label(rf"$S[{own} + \varepsilon\eta] - S[{own}]$", f"S[q{number} + εη] − S[q{number}]")
+    symbol = f"q_{{{number}}}"
+    label = Label(
+        rf"$S[{symbol} + \varepsilon\eta] - S[{symbol}]$", f"S[q{number} + εη] − S[q{number}]"
+    )
     units = [motions.models.motion.labels.unit(name) for name in ("energy", "t")]
     energy, time = units
     if energy is not None and time is not None:

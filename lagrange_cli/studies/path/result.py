@@ -42,12 +42,11 @@ class Paths:
     turnable
         Coordinates of which L is the same a whole turn further.
     turns
-        Whole turns more or less that ends of these were given.
+        Largest number of whole turns by which ends of these were turned.
     motions
-        What evaluates motions and actions.
+        Evaluates motions and actions.
     scan
-        The initial velocities that were looked at one after the other, with one degree of freedom;
-        else None.
+        Scan over the initial velocities, with one degree of freedom; else None.
     deflated
         Number of the paths that were found by deflation of others.
     """

@@ -30,7 +30,7 @@ _FIRST, _MOST = 65, 3000
 #: Accuracy of motions, and distance from the foretold end, over the scale, that is resolved.
 _ROUGH, _RESOLVED = 1e-6, 0.03
 
-#: Least width of an interval, over the reach: one that is not resolved then is not.
+#: Least width of an interval, over the reach: one so narrow counts as not resolved.
 _LEAST_WIDTH = 1e-10
 
 #: Halvings of a bracket, after which Newton's method goes on.
@@ -39,7 +39,7 @@ _HALVINGS = 12
 
 @dataclass(frozen=True)
 class Ending:
-    """How a motion ends: its initial velocity, where it is, and the derivative of that."""
+    """The end of a motion: its initial velocity, its position, and the derivative of the latter."""
 
     v: float
     q: float
@@ -104,10 +104,10 @@ def scan(motions: Motions, first: End, last: End, scale: float) -> Scan | None:
     return Scan(reach, energy, shooter.count, resolved, tuple(intervals))
 
 
-def scanned(motions: Motions, first: End, last: End, found: Scan, scale: float) -> Iterator[Array]:
+def scanned(motions: Motions, first: End, last: End, whole: Scan, scale: float) -> Iterator[Array]:
     """Yield initial velocities near which a motion comes to an end, in ascending order."""
-    shooter, goal = _Shooter(motions, first, last, scale, found.reach), float(last.q[0])
-    for a, b in found.intervals:
+    shooter, goal = _Shooter(motions, first, last, scale, whole.reach), float(last.q[0])
+    for a, b in whole.intervals:
         if (a.q - goal) * (b.q - goal) <= 0:
             yield np.array([_bisected(shooter, a, b, goal)])
         elif a.slope * b.slope < 0:

@@ -80,8 +80,8 @@ def candidates(motions: Motions, first: End, last: End, starts: int) -> Iterator
 
 
 def scales_of(motions: Motions, first: End, last: End) -> Array:
-    """Return sizes by which coordinates are bent: 1 of angles; of others what the ends, a fall
-    between them and the scene's start have, or else 1."""
+    """Return sizes by which coordinates are bent: 1 of angles; of others the largest of the ends, a
+    fall between them and the scene's start, or else 1."""
     model, span = motions.models.motion, last.t - first.t
     middle, mean = (first.q + last.q) / 2, (last.q - first.q) / span
     falls = motions.accelerations(np.array([first.t]), middle[None], mean[None])[0] * span**2 / 8
@@ -89,10 +89,10 @@ def scales_of(motions: Motions, first: End, last: End) -> Array:
     if model.initial is not None:
         sizes = np.maximum(sizes, np.abs(model.initial[: len(sizes)]))
     kinds = np.array(model.kinds)
-    found = np.ones(len(sizes))
+    scales = np.ones(len(sizes))
     for kind in {*model.kinds} - {"angle"}:
-        found[kinds == kind] = np.max(sizes[kinds == kind]) or 1.0
-    return found
+        scales[kinds == kind] = np.max(sizes[kinds == kind]) or 1.0
+    return scales
 
 
 def _waves(motions: Motions, first: End, last: End) -> int:
@@ -106,7 +106,7 @@ def _waves(motions: Motions, first: End, last: End) -> int:
 
 
 def _bend(number: int, size: int, waves: int, s: Array) -> Array:
-    """Return what bends a start, shape (m, size); the main waves take turns."""
+    """Return the bend of a start, shape (m, size); the main waves take turns."""
     if number == 0:
         return np.zeros((len(s), size))
     chance = random.Random(number)
@@ -119,8 +119,8 @@ def _bend(number: int, size: int, waves: int, s: Array) -> Array:
 
 
 def _flown(problem: TwoPointProblem, s: Array, bend: Array) -> Array | None:
-    """Return the motion that begins as the straight path with a bend does, with what it misses the
-    end by taken off evenly; None if it does not come so far."""
+    """Return the motion that begins like the straight path with a bend, less its miss of the end in
+    proportion to the time; None if it does not come so far."""
     first, last, scales = problem.first, problem.last, problem.scales
     v = (last.q - first.q + (bend[1] - bend[0]) / s[1] * scales) / problem.span
     times = first.t + problem.span * s[:, 0]

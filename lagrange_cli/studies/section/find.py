@@ -35,14 +35,15 @@ _PANELS = 128
 #: Steps that panels may have in the mean: there are as many nodes.
 _STEPS = DEGREE
 
-#: Runs of a motion; set by hand.
+#: Runs of a motion, each over panels that may be a quarter as long as before: twelve come to a
+#: millionth of the first length. Not tuned.
 _MOST_RUNS = 12
 
 #: Numbers of all columns at the samples of a run.
 _MOST_NUMBERS = 2**24
 
-#: What polynomials may leave out, over the accuracy; over a tolerance where nothing is promised,
-#: since steps then differ by it from one smooth motion.
+#: Error that polynomials may leave out, over the accuracy; over the tolerance where no accuracy is
+#: promised, since steps then differ by it from one smooth motion.
 _SHARE, _OF_TOLERANCE = 0.1, 10.0
 
 #: How much higher an accuracy is tried for the sake of flat crossings.
@@ -56,7 +57,7 @@ class _Runs:
     Attributes
     ----------
     model, options, context
-        The motion, and how it is asked for.
+        The model of the motion, its options, and the means of its runs.
     deadline
         Moment of the monotonic clock after which no run begins; None without a budget.
     count
@@ -107,7 +108,7 @@ class _Runs:
             mesh = finer
 
     def _finer(self, followed: FollowedMotion) -> Mesh | None:
-        """Return a finer mesh, None if this one resolves the section or as much as can be."""
+        """Return a finer mesh; None if this one resolves the section as far as possible."""
         mesh, steps = followed.mesh, followed.run.steps
         count = len(mesh.edges) - 1
         wanted = -(-steps // _STEPS)
@@ -139,13 +140,13 @@ class _Runs:
         raise InputError(Problem(message, hint=f"--until {possible:.3g}", rule="section"))
 
     def _as_far_as(self, run: Trajectory, mesh: Mesh, tolerance: float) -> FollowedMotion | None:
-        """Return what a run shows of the panels that it has completed."""
+        """Return the motion over the panels that a run has completed; None if there are none."""
         panels = (len(run.t) - 1) // DEGREE
         if panels < 1:
             return None
-        kept = slice(panels * DEGREE + 1)
-        columns = {name: values[kept] for name, values in run.columns.items()}
-        cut = replace(run, t=run.t[kept], columns=columns, energy=run.energy[kept])
+        complete = slice(panels * DEGREE + 1)
+        columns = {name: values[complete] for name, values in run.columns.items()}
+        cut = replace(run, t=run.t[complete], columns=columns, energy=run.energy[complete])
         return FollowedMotion(self.model, cut, Mesh(mesh.edges[: panels + 1]), tolerance)
 
 
@@ -166,14 +167,14 @@ def section_points(
     context: RunContext,
     deadline: float | None = None,
 ) -> SectionPoints:
-    """Find the points at which the motion of a model meets its section.
+    """Compute the points at which the motion of a model meets its section.
 
     Parameters
     ----------
     model
-        With the outputs of :func:`.simulate.model.requested_outputs.with_section`.
+        Model with the outputs of :func:`.simulate.model.requested_outputs.with_section`.
     options
-        What is asked for of the motion.
+        Simulation options of the motion.
     context
         Means and listeners of the runs.
     deadline
@@ -229,7 +230,7 @@ def _result(
     accuracy: float | None,
     seconds: float,
 ) -> SectionPoints:
-    """Gather the points and what is known of the motion."""
+    """Gather the points and the figures of the motion."""
     last = runs.ended or (None if followed is None else followed.run)
     assert last is not None
     names = _columns(last)
@@ -257,9 +258,9 @@ def _result(
 
 
 def _columns(run: Trajectory) -> Sequence[str]:
-    """Names of the columns that a trajectory has without a section."""
+    """Return the names of the columns that a trajectory has without a section."""
     return [name for name in run.columns if not name.startswith("section ")]
 
 
 def _at(followed: FollowedMotion | None, name: str) -> Array:
-    return np.empty(0) if followed is None else followed.of(name, followed.points).values
+    return np.empty(0) if followed is None else followed.column_at(name, followed.points).values

@@ -1,4 +1,4 @@
-"""A motion over panels of time: its polynomials there, and what they show of a section."""
+"""A motion over panels of time, with its polynomials there and its points in a section."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from lagrange_cli.studies.chebyshev import (
 )
 from lagrange_cli.studies.section.roots import Zeros, zeros_of
 
-#: Parts into which a panel is divided; set by hand.
+#: Parts into which a panel is divided: more of them need fewer runs, and more samples. Not tuned.
 PARTS = 4
 
-#: What polynomials may leave out, over the size of a number, where nothing is asked of them but to
-#: show where it goes; set by hand.
+#: Part of the size of a number that polynomials may leave out where they only show its course
+#: between nodes. Not tuned.
 _BLURRED = 1e-3
 
 
@@ -61,14 +61,14 @@ class Mesh:
 
 @dataclass(frozen=True)
 class FollowedMotion:
-    """A run over a mesh, and what it shows of the section.
+    """A run over a mesh, and its points in the section.
 
     Attributes
     ----------
     model, run, mesh
         The motion.
     tolerance
-        What polynomials may leave out of the state, over scales.
+        Part of the state that polynomials may leave out, over scales.
     """
 
     model: Model
@@ -111,8 +111,8 @@ class FollowedMotion:
     def zeros(self) -> Zeros:
         return zeros_of(self.series, self.errors(0))
 
-    def of(self, name: str, t: Array) -> Interpolated:
-        """Return a column at some times; at the start it is known exactly."""
+    def column_at(self, name: str, t: Array) -> Interpolated:
+        """Interpolate a column at some times; at the start it is exact."""
         values = self.run.energy if name == "energy" else self.run.columns[name]
         known = interpolated(self.edges, values, self.series.panels_of(t), t)
         at_start = t == self.edges[0]
@@ -122,11 +122,11 @@ class FollowedMotion:
         )
 
     def satisfied(self, t: Array) -> tuple[Flags, Flags]:
-        """Tell at which times all inequalities hold, and at which that is open."""
+        """Return at which times all inequalities hold, and at which that is open."""
         holds, is_open, start = np.ones(len(t), bool), np.zeros(len(t), bool), self.edges[0]
         panels = self.series.panels_of(t)
         for condition in range(1, len(self.names)):
-            value = self.of(self.names[condition][0], t)
+            value = self.column_at(self.names[condition][0], t)
             error = np.where(t == start, 0.0, self.errors(condition)[panels]) + value.left_out
             is_open = is_open & (value.values >= -error) | holds & (np.abs(value.values) < error)
             holds &= value.values >= error
@@ -149,21 +149,21 @@ class FollowedMotion:
 
     @cached_property
     def states(self) -> list[Interpolated]:
-        """Each number of the state at the points."""
-        return [self.of(name, self.points) for name in self.model.state_names]
+        """Each component of the state at the points."""
+        return [self.column_at(name, self.points) for name in self.model.state_names]
 
     @cached_property
     def delays(self) -> tuple[Array, Array]:
-        """Errors of the times of points: from the run's, and from what polynomials leave out."""
+        """Errors of the times of points: from the run, and from the polynomials."""
         t, start = self.points, self.edges[0]
-        crossing = self.of(self.names[0][0], t)
+        crossing = self.column_at(self.names[0][0], t)
         with np.errstate(divide="ignore"):
             steepness = np.where(t == start, np.inf, np.abs(crossing.slopes))
             of_run = self.errors(0)[self.series.panels_of(t)] / steepness
             return of_run, crossing.left_out / steepness
 
     def point_errors(self) -> tuple[Array, Array]:
-        """Errors of points over scales, of the run and of polynomials, both of shape (m,)."""
+        """Return the errors of points over scales, of the run and of polynomials, both (m,)."""
         of_run, of_polynomials = self.delays
         span = self.edges[-1] - self.edges[0]
         errors = np.where(self.points == self.edges[0], 0.0, self.estimated)
@@ -177,7 +177,7 @@ class FollowedMotion:
 
     @cached_property
     def blurred(self) -> Flags:
-        """Tell in which panels polynomials are no picture of the motion, or of a condition.
+        """Panels in which polynomials do not show the course of the motion, or of a condition.
 
         A passage that is shorter than the time between nodes shows there in velocities.
         """
@@ -194,7 +194,7 @@ class FollowedMotion:
             yield names[0], float(np.abs(self.run.columns[names[0]]).max())
 
     def to_divide(self) -> Flags:
-        """Tell which panels are too long for what they have to show."""
+        """Return which panels are too long to resolve points, or their number."""
         wanted = self.blurred.copy()
         _, left_out = self.point_errors()
         panels = self.series.panels_of
@@ -202,7 +202,7 @@ class FollowedMotion:
         at = panels(self.open)
         wanted[at] |= self.series.left_out[at] > self.errors(0)[at]
         for condition in range(1, len(self.names)):
-            value = self.of(self.names[condition][0], self.open)
+            value = self.column_at(self.names[condition][0], self.open)
             wanted[at] |= value.left_out > self.errors(condition)[at]
         return wanted
 

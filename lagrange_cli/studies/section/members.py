@@ -1,4 +1,4 @@
-"""Sections of one motion, and of the motions of an ensemble, on several cores."""
+"""Models with the condition of a section, and sections of one motion or of an ensemble's."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SectionModel:
     Attributes
     ----------
     condition
-        As it was written.
+        The condition as it was written.
     model
         The model.
     free, turning
@@ -83,15 +83,15 @@ def section_model(equations: Equations, condition: WrittenCondition) -> SectionM
 
 @dataclass(frozen=True)
 class _Task:
-    """A member whose points are to be found.
+    """A member whose points are to be computed.
 
     Attributes
     ----------
     number
         Its number.
     model
-        Its model, or why there is none.
-    given
+        Its model, or the refusal of it.
+    texts
         Its values, as texts.
     options, deadline
         As :func:`.find.section_points` has them.
@@ -99,13 +99,13 @@ class _Task:
 
     number: int
     model: Model | InputError
-    given: Mapping[str, str]
+    texts: Mapping[str, str]
     options: SimulationOptions
     deadline: float | None
 
 
 def single_section(known: SectionModel, options: SimulationOptions, context: RunContext) -> Section:
-    """Find the section of the motion of a model; refuses as :func:`.find.section_points`."""
+    """Compute the section of the motion of a model; refuse as :func:`.find.section_points`."""
     points = section_points(known.model, options, context, _deadline(options))
     return _section(known, (points,))
 
@@ -119,14 +119,14 @@ def section_of_members(
     jobs: int | None = 1,
     progress: Callable[[float], None] | None = None,
 ) -> Section:
-    """Find the section of the motions of all members.
+    """Compute the section of the motions of all members.
 
     Parameters
     ----------
     known
-        What all members have in common.
+        Model of the scene's own values, with the section.
     models
-        Where their models come from, with the outputs of the section.
+        Source of their models, which have the outputs of the section.
     members, options
         As for :func:`.simulate.ensemble.run.run.simulate_members`. The budget is that of all
         members together.
@@ -150,9 +150,8 @@ def section_of_members(
         points[number] = result
         if progress is not None:
             progress(len(points) / len(members))
-    found = [points[number] for number in range(len(members))]
-    pairs = zip(found, range(len(members)), strict=True)
-    return _section(known, tuple(_refused(x, members.values(k)) for x, k in pairs))
+    numbers = range(len(members))
+    return _section(known, tuple(_refused(points[k], members.values(k)) for k in numbers))
 
 
 def _tasks(
@@ -166,15 +165,15 @@ def _tasks(
     scene = plan.recipe.scene()
     numeric = NumericMembers(plan.recipe, plan.member, plan.model) if plan.alone else None
     for number in range(len(members)):
-        given = members.values(number)
-        values = MemberValues.of(given, scene)
+        texts = members.values(number)
+        values = MemberValues.for_scene(texts, scene)
         model: Model | InputError | None = None
         try:
-            model = None if numeric is None else numeric.of(values)
-            model = models.of(values) if model is None else model
+            model = None if numeric is None else numeric.model_of(values)
+            model = models.model_of(values) if model is None else model
         except InputError as refusal:
             model = refusal
-        yield _Task(number, model, given, options, deadline)
+        yield _Task(number, model, texts, options, deadline)
 
 
 def _deadline(options: SimulationOptions) -> float | None:
@@ -195,27 +194,27 @@ def _section(known: SectionModel, points: tuple[SectionPoints, ...]) -> Section:
 
 
 @cache
-def _kept() -> KeptFunctions:
-    """What compiles for the members that this process runs."""
+def _shared_functions() -> KeptFunctions:
+    """Return the compiled functions that the members of this process share."""
     return KeptFunctions()
 
 
 def _member(task: _Task) -> tuple[int, SectionPoints | InputError]:
-    """Find the points of a member, or why there are none."""
+    """Compute the points of a member, or return its refusal."""
     if isinstance(task.model, InputError):
         return task.number, task.model
     try:
-        context = RunContext(kept_functions=_kept())
+        context = RunContext(kept_functions=_shared_functions())
         points = section_points(task.model, task.options, context, task.deadline)
     except InputError as refusal:
         return task.number, refusal
-    return task.number, replace(points, given=task.given)
+    return task.number, replace(points, given=task.texts)
 
 
-def _refused(found: SectionPoints | InputError, given: Mapping[str, str]) -> SectionPoints:
-    """Put a member without points in the place of one that cannot be begun."""
-    if isinstance(found, SectionPoints):
-        return found
+def _refused(points: SectionPoints | InputError, texts: Mapping[str, str]) -> SectionPoints:
+    """Return the points of a member; none of one that cannot be begun."""
+    if isinstance(points, SectionPoints):
+        return points
     return SectionPoints(
         t=np.empty(0),
         columns={},
@@ -223,7 +222,7 @@ def _refused(found: SectionPoints | InputError, given: Mapping[str, str]) -> Sec
         error=None,
         open=(),
         status=REFUSED,
-        reason=found.problems[0].message,
+        reason=points.problems[0].message,
         requested=None,
         estimated=None,
         scales={},
@@ -232,5 +231,5 @@ def _refused(found: SectionPoints | InputError, given: Mapping[str, str]) -> Sec
         method="",
         runs=0,
         seconds=0.0,
-        given=given,
+        given=texts,
     )

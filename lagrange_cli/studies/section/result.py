@@ -42,11 +42,11 @@ class SectionPoints:
         Times at which the motion touches the section, or comes so close to it, or to the border
         of an inequality, that its error decides whether there are points; ascending.
     status, reason, requested, estimated, scales, holds_until, energy_drift, method
-        Those of the motion, as of :class:`.simulate.results.trajectory.Trajectory`.
+        As of the motion's :class:`.simulate.results.trajectory.Trajectory`.
     runs
         Number of times that the motion was run.
     seconds
-        Seconds that all this took.
+        Seconds of the whole computation.
     given
         Values in which this member differs from others, as texts; empty for a single motion.
     """
@@ -88,9 +88,9 @@ class Section:
     Attributes
     ----------
     name
-        The scene's.
+        Name of the scene.
     condition
-        As it was written.
+        The condition as it was written.
     members
         Points of each motion; one for a single motion.
     coordinates
@@ -115,8 +115,8 @@ class Section:
         return sum(len(points.t) for points in self.members)
 
     def __repr__(self) -> str:
-        of = f" of {len(self.members)} motions" if len(self.members) > 1 else ""
-        return f"<Section of {self.name} where {self.condition}: {len(self)} points{of}>"
+        motions = f" of {len(self.members)} motions" if len(self.members) > 1 else ""
+        return f"<Section of {self.name} where {self.condition}: {len(self)} points{motions}>"
 
     @property
     def t(self) -> Array:
@@ -146,7 +146,7 @@ class Section:
         return 0 if all(points.complete for points in self.members) else 1
 
     def table(self, extra: Collection[str] = ()) -> dict[str, Array]:
-        """Column name → values of all points: ``t``, the state, ``error``.
+        """Return column name → values of all points: ``t``, the state, ``error``.
 
         Several motions have a first column ``member``. ``extra`` may have ``energy``.
 
@@ -238,17 +238,17 @@ def _summary(points: SectionPoints) -> dict[str, Any]:
 # Pictures.
 
 
-def section_panels(section: Section, of: str | None, source: str) -> Panels:
-    """Return what is drawn: as ``of`` says, or a phase portrait of each free coordinate.
+def section_panels(section: Section, names: str | None, source: str) -> Panels:
+    """Return the panels to draw: of some names, or a phase portrait of each free coordinate.
 
     Raises
     ------
     InputError
         Located: nothing has a name that is asked for.
     """
-    if of is None:
+    if names is None:
         return tuple((Curve(f"dot({name})", name),) for name in section.free)
-    return read_panels(of, ("t", *section.columns, "energy"), source)
+    return read_panels(names, ("t", *section.columns, "energy"), source)
 
 
 def picture_of_section(section: Section, panels: Panels) -> Picture:
@@ -279,10 +279,10 @@ def _points(section: Section, place: int, points: SectionPoints, curve: Curve) -
 
 
 def _label(section: Section, place: int, points: SectionPoints, curve: Curve) -> Label:
-    """Name the points of a motion by the numbers that set it apart, else by what they show."""
+    """Label the points of a motion by the numbers that set it apart, else by their curve."""
     if points.given and all(map(DECIMAL_NUMBER.fullmatch, points.given.values())):
-        given = points.given.items()
-        pairs = [(section.labels.symbol(name), f"{float(text):.6g}") for name, text in given]
+        texts = points.given.items()
+        pairs = [(section.labels.symbol(name), f"{float(text):.6g}") for name, text in texts]
         latex = ", ".join(f"${symbol.latex} = {number}$" for symbol, number in pairs)
         return Label(latex, ", ".join(f"{symbol.plain} = {number}" for symbol, number in pairs))
     if len(section.members) > 1:

@@ -38,13 +38,13 @@ class Zeros:
 
 
 def zeros_of(series: Series, errors: Array) -> Zeros:
-    """Find the zeros of a function.
+    """Compute the zeros of a function.
 
     Parameters
     ----------
     errors
-        How far it may be off in each panel, beside what its series leaves out, shape (panels,).
-        At its first edge it is exact but for rounding.
+        Errors of the function in each panel, besides that of its series, shape (panels,). At its
+        first edge it is exact but for rounding.
     """
     errors = errors + series.left_out
     inner = _extrema(series, series.least() <= errors)
@@ -71,14 +71,14 @@ def zeros_of(series: Series, errors: Array) -> Zeros:
 
 
 def _rounding(series: Series) -> Array:
-    """Return how far the function may be off by rounding, of the time too, at both ends."""
+    """Return the rounding errors of the function, of the time too, at both ends."""
     ends = series.edges[[0, -1]]
     sizes = np.abs(series.coefficients[[0, -1]]).sum(axis=1)
     return np.asarray(DEGREE * np.finfo(float).eps * (sizes + np.abs(ends * series.slope.at(ends))))
 
 
 def _turning(series: Series) -> Flags:
-    """Tell at which edges the slope changes its sign."""
+    """Return at which edges the slope changes its sign."""
     panels = np.arange(len(series.edges) - 1)
     before = series.slope.within(panels, series.edges[1:])[:-1]
     behind = series.slope.within(panels, series.edges[:-1])[1:]
@@ -108,7 +108,7 @@ def _extrema(series: Series, near: Flags) -> Array:
 
 
 def _refined(series: Series, left: Array, right: Array) -> Array:
-    """Halve intervals at whose ends a function has different signs, until nothing is left."""
+    """Halve intervals at whose ends a function has different signs, down to the last place."""
     sign = np.sign(series.at(left))
     for _ in range(_HALVINGS):
         middle = left + (right - left) / 2

@@ -80,7 +80,7 @@ def stress(
     Parameters
     ----------
     recipe
-        The scene, and what options say of it.
+        The scene with the options that all points share.
     axes
         Names of :data:`~.points.STRESS_AXES`; by default all.
     accuracy
@@ -123,7 +123,7 @@ def stress(
 def _run(
     tasks: list[StressTask], model: Model, jobs: int | None, cluster: Cluster | None
 ) -> Iterator[StressRun]:
-    """Run points here or on a cluster, which is sent what files the scene names."""
+    """Run points here or on a cluster, which is sent the files that the scene names."""
     if cluster is None:
         return in_any_order(run_point, tasks, jobs)
     cluster.admit()
@@ -143,14 +143,14 @@ class _PointWork:
     files: Mapping[Recording, CarriedFile]
 
     def prepare(self) -> None:
-        """Nothing is compiled for all points: they differ in their equations."""
+        """Compile nothing ahead: points differ in their equations."""
 
     def __call__(self, task: StressTask) -> StressRun:
         with _one_by_one, reading_carried(self.files):
             return run_point(task)
 
 
-#: Threads of a worker run points in turn: most of that is Python's.
+#: Lock of the runs of points, most of which is Python: threads of a worker take turns.
 _one_by_one = threading.Lock()
 
 

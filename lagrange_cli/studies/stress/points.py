@@ -3,7 +3,8 @@
 The dimension of a parameter tells its kind (:mod:`lagrange_cli.scene.dimensions`). An axis is a
 function of a scene's :class:`Ground` that yields points; to add one, write the function and list it
 in :data:`STRESS_AXES`. The first line of its docstring says what it sets, the second what the
-``value`` of its points is. Values along the axes are set by hand.
+``value`` of its points is. The values along the axes span the range of doubles rather than of
+scenes: they are chosen by decades, not tuned.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from lagrange_cli.simulate.system.singular_guard import singular_factors
 from lagrange_cli.simulate.system.tracing import functions_of
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.dimensions import Base, Dimensions, Exponent
+    from lagrange_cli.scene.dimensions import Base, Dimensions
     from lagrange_cli.scene.model import Scene
 
 #: Most parameters, or coordinates, of one kind that an axis goes through.
@@ -97,7 +98,7 @@ class StressPoint:
 
 @dataclass(frozen=True)
 class Ground:
-    """The start of all axes.
+    """The numbers that all axes start from.
 
     Attributes
     ----------
@@ -110,7 +111,7 @@ class Ground:
     initial
         Name → initial value, ``dot(NAME)`` for velocities.
     dimensions
-        Those of all names of the scene.
+        Dimensions of all names of the scene.
     """
 
     scene: Scene
@@ -120,15 +121,13 @@ class Ground:
     dimensions: Dimensions
 
     def alike(self, mass: int, length: int, time: int) -> list[str]:
-        """The first parameters of a dimension that are not 0; none if dimensions are unclear."""
+        """Return the first parameters of a dimension that are not 0; none if it is unclear."""
         wanted = mass, length, time
         if not self.dimensions.complete:
             return []
-        names = [name for name, x in self.parameters.items() if x and self.of(name) == wanted]
+        exponents_of = self.dimensions.exponents_of
+        names = [name for name, x in self.parameters.items() if x and exponents_of(name) == wanted]
         return names[:_MOST_OF_A_KIND]
-
-    def of(self, name: str) -> tuple[Exponent, ...]:
-        return self.dimensions.exponents_of(name)
 
     @cached_property
     def angles(self) -> list[str]:
@@ -137,8 +136,8 @@ class Ground:
         names = [name for name, kind in kinds if kind == "angle" and name in self.initial]
         return names[:_MOST_OF_A_KIND]
 
-    def felt(self, name: str) -> bool:
-        """Say whether accelerations at the start depend on a coordinate; True with recordings."""
+    def is_felt(self, name: str) -> bool:
+        """Return if accelerations at the start depend on a coordinate; True with recordings."""
         model, start = self.model, self.model.initial
         if start is None or model.recordings:
             return start is not None
@@ -168,22 +167,25 @@ def _changed(axis: str, name: str, value: float, number: float) -> StressPoint:
     return StressPoint(axis, value, {name: f"{number:.15g}"})
 
 
+def _ratios(
+    ground: Ground, axis: str, names: Sequence[str], ratios: Sequence[float]
+) -> Iterator[StressPoint]:
+    """Yield points at which each parameter has some ratios to the largest of the others."""
+    for name in names if len(names) > 1 else ():
+        largest = max(abs(ground.parameters[n]) for n in names if n != name)
+        yield from (_changed(axis, name, ratio, ratio * largest) for ratio in ratios)
+
+
 def _mass_ratio(ground: Ground) -> Iterator[StressPoint]:
     """One mass beside the largest other.
     the ratio"""
-    masses = ground.alike(1, 0, 0)
-    for name in masses if len(masses) > 1 else ():
-        largest = max(abs(ground.parameters[m]) for m in masses if m != name)
-        yield from (_changed("mass_ratio", name, x, x * largest) for x in _MASS_RATIOS)
+    return _ratios(ground, "mass_ratio", ground.alike(1, 0, 0), _MASS_RATIOS)
 
 
 def _length_ratio(ground: Ground) -> Iterator[StressPoint]:
     """One length beside the largest other.
     the ratio"""
-    lengths = ground.alike(0, 1, 0)
-    for name in lengths if len(lengths) > 1 else ():
-        largest = max(abs(ground.parameters[m]) for m in lengths if m != name)
-        yield from (_changed("length_ratio", name, x, x * largest) for x in _LENGTH_RATIOS)
+    return _ratios(ground, "length_ratio", ground.alike(0, 1, 0), _LENGTH_RATIOS)
 
 
 def _stiffness(ground: Ground) -> Iterator[StressPoint]:
@@ -236,7 +238,7 @@ def _speed(ground: Ground) -> Iterator[StressPoint]:
 def _separatrix(ground: Ground) -> Iterator[StressPoint]:
     """An angle released just before pi.
     the distance from pi"""
-    for name in filter(ground.felt, ground.angles):
+    for name in filter(ground.is_felt, ground.angles):
         for distance in _DISTANCES:
             start = {**ground.at_rest, name: repr(math.pi - distance)}
             yield StressPoint("separatrix", distance, initial=start)

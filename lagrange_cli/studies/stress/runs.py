@@ -27,7 +27,8 @@ from lagrange_cli.studies.reference import Motion, errors, reference
 from lagrange_cli.studies.stress.points import StressPoint
 
 #: Part of a trajectory → seconds that each run of a reference for it may take, in budgets of a
-#: point. The parts are tried in turn until one has a reference. Set by hand.
+#: point. The parts are tried in turn until one has a reference; less time for shorter parts bounds
+#: the seconds of a point without any. Not tuned.
 _PATIENCE = {1.0: 2.0, 0.5: 1.0, 0.1: 0.5}
 
 #: Accuracy that is asked for over that of the other formulation that it is compared with.
@@ -151,11 +152,11 @@ class _Forms:
             self.first, options, self._with_multipliers, context, formulation=formulation
         )
 
-    def of(self, formulation: str) -> Model:
+    def in_formulation(self, formulation: str) -> Model:
         """Return the model of a formulation."""
         return self.first if formulation == self.first.formulation else self._with_multipliers()
 
-    def but(self, formulation: str) -> Model | None:
+    def not_in_formulation(self, formulation: str) -> Model | None:
         """Return the model of another formulation; None if there is none."""
         if formulation != self.first.formulation:
             return None
@@ -191,7 +192,7 @@ def _recipe(task: StressTask) -> Recipe:
 
 
 def _judged(task: StressTask, trajectory: Trajectory, compared: _Compared | None) -> StressRun:
-    """Judge the outcome; ``compared`` is None if there is no reference."""
+    """Return the outcome; ``compared`` is None if there is no reference."""
     promised = trajectory.requested or 0.0
     outcome: _Outcome = "holds" if trajectory.status == "ok" else "degraded"
     run = StressRun(
@@ -221,12 +222,12 @@ def _judged(task: StressTask, trajectory: Trajectory, compared: _Compared | None
 
 def _compared(forms: _Forms, trajectory: Trajectory, budget: float) -> _Compared | None:
     """Compare with a reference, else with another formulation; None if there is neither."""
-    model = forms.of(trajectory.formulation)
+    model = forms.in_formulation(trajectory.formulation)
     for part, patience in _PATIENCE.items():
         times = trajectory.t[: max(2, round(part * len(trajectory.t)))]
         with suppress(AccuracyError, StoppedError):
             return _by_reference(model, trajectory, times, patience * budget)
-    other_model = forms.but(trajectory.formulation)
+    other_model = forms.not_in_formulation(trajectory.formulation)
     return None if other_model is None else _by_formulation(other_model, trajectory, budget)
 
 

@@ -45,7 +45,8 @@ from lagrange_cli.studies.tradeoff.runs import (
 if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
 
-#: Seconds that each run of the reference may take, in budgets of a run; set by hand.
+#: Seconds that each run of the reference may take, in budgets of a run: it has much finer
+#: tolerances, in wider arithmetic. Not tuned.
 _PATIENCE = 30.0
 
 #: Times the seconds of another run that is no less accurate from which on a run is of no use.
@@ -54,7 +55,8 @@ _USELESS = 100.0
 #: Useless runs in a row after which a method ends: a first one may have been slow by chance.
 _USELESS_RUNS = 2
 
-#: Seconds that repetitions of one run may take, and longest run that is repeated; set by hand.
+#: Seconds that repetitions of one run may take, and longest run that is repeated: so that some two
+#: hundred runs are timed in ten seconds. Not tuned.
 _TIMED = 0.05
 
 #: Largest error on a front, relative to scales: beyond, a run shows nothing of the motion.
@@ -77,8 +79,7 @@ def trade(
     Parameters
     ----------
     methods
-        Names of :data:`~lagrange_cli.simulate.integrators.INTEGRATORS`, and ``auto``; by
-        default all that can run here, but for those that are known or seen to be far behind.
+        Names of integrators, and ``auto``; by default all that can run here and are not far behind.
     repeat
         Largest number of times that a run is timed; long ones are timed once.
     until
@@ -98,15 +99,14 @@ def trade(
     options = SimulationOptions(until=until, method="DOP853", rtol=1e-6, budget=budget)
     request = resolve(model, options)
     chosen, left_out = _fitting(model, methods)
-    stages = _Stages(progress)
-    functions = functions or right_hand_side(model, cache)
-    bench = _bench(model, functions, request, budget, stages.part(0.2))
-    if methods is None and functions.native and not bench.coarse.stiff:
+    part = _Stages(progress).part
+    bench = _bench(model, functions or right_hand_side(model, cache), request, budget, part(0.2))
+    if methods is None and bench.functions.native and not bench.coarse.stiff:
         left_out |= _stepped_from_python(chosen)
         chosen = [name for name in chosen if name not in left_out]
     with np.errstate(all="ignore"), _no_garbage():
-        points, behind = explored_points(bench, chosen, methods is not None, stages.part(0.8))
-        timed = timed_points(bench, points, repeat, stages.part(1.0))
+        points, behind = explored_points(bench, chosen, methods is not None, part(0.8))
+        timed = timed_points(bench, points, repeat, part(1.0))
     compared = _with_fronts([p for p in timed if p.setting.method != AUTO])
     automatic = [p for p in timed if p.setting.method == AUTO]
     return Trade(
@@ -114,7 +114,7 @@ def trade(
         until=bench.problem.until,
         samples=len(bench.problem.times),
         formulation=model.formulation,
-        implementation=functions.implementation,
+        implementation=bench.functions.implementation,
         stiff=bench.coarse.stiff,
         reference=bench.reference,
         points=tuple(compared),
@@ -203,7 +203,7 @@ class _Stages:
         return tell
 
 
-# Which runs.
+# The runs.
 
 
 def explored_points(
@@ -249,7 +249,7 @@ def explored_points(
 def _far_behind(
     mine: Sequence[WorkPrecisionPoint], points: Mapping[str, Sequence[WorkPrecisionPoint]]
 ) -> str | None:
-    """Say how far the last runs of a method are behind; None if one of them is of use."""
+    """Return in words how far the last runs of a method are behind; None if one is of use."""
     known = [p for name, run in points.items() if name != AUTO for p in run if p.seconds]
     for point in mine[-_USELESS_RUNS:]:
         as_good = [p for p in known if p.distance <= point.distance]
@@ -262,7 +262,7 @@ def _far_behind(
     )
 
 
-# How long they take.
+# Their seconds.
 
 
 @contextmanager
@@ -306,7 +306,7 @@ def _turns(point: WorkPrecisionPoint, repeat: int) -> int:
     return min(repeat, math.ceil(limit / point.spent))
 
 
-# What they are worth.
+# Fronts and ratios.
 
 
 def _with_fronts(points: Sequence[WorkPrecisionPoint]) -> list[WorkPrecisionPoint]:

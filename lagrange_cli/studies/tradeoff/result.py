@@ -116,12 +116,13 @@ class Trade:
 
 _Run = TypeVar("_Run")
 
-#: Runs whose seconds differ by less than this part are equally fast; set by hand.
+#: Runs whose seconds differ by less than this part are equally fast: timings of one run are spread
+#: as far. Not tuned.
 _EQUALLY_FAST = 0.1
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[bool]:
-    """Tell for each point (error, cost) if it is on the front.
+    """Return for each point (error, cost) if it is on the front.
 
     It is if no other point is better in one of the two without being worse in the other. Equal
     points are on the front together; infinite ones are not on it.
@@ -136,7 +137,7 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[bool]:
 
 
 def cost_ratio(error: float, cost: float, points: Iterable[tuple[float, float]]) -> float | None:
-    """Cost relative to the cheapest point with error ≤ ``error``; None if there is none."""
+    """Return the cost over that of the cheapest point with error ≤ ``error``, or None."""
     good = [c for e, c in points if e <= error]
     return None if not good else cost / min(good)
 
@@ -159,7 +160,7 @@ _HEADS = ("method", "setting", "error", "seconds", "right-hand sides")
 
 
 def trade_html(trade: Trade) -> str:
-    """Two tables: runs on a front, and the run to take for each accuracy."""
+    """Return two tables: runs on a front, and the run to take for each accuracy."""
     name = f"<b>{html_text(trade.name)}</b>"
     front = [p for p in trade.points if p.pareto or p.pareto_evaluations]
     caption = f"{name} until t = {trade.until:.9g}: best of {len(trade.points)} runs"

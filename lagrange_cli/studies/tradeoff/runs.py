@@ -42,13 +42,16 @@ _FINEST = 15
 #: Largest number of different steps that a method of fixed step is tried with.
 _MOST_STEPS_TRIED = 30
 
-#: Errors below this many of the reference's cannot be told from it; set by hand.
+#: Errors below this many of the reference's are not resolved: at three of them the true error is
+#: from two to four.
 RESOLVED = 3.0
 
-#: Runs in a row that are no better than one before, after which a method ends; set by hand.
+#: Runs in a row that are no better than one before, after which a method ends: one or two may be so
+#: by chance. Not tuned.
 _STAGNANT = 3
 
-#: Largest ratio of the errors of a better run and a worse one; set by hand.
+#: Largest ratio of the errors of a better run and a worse one: smaller gains may be chance. Not
+#: tuned.
 _BETTER = 0.5
 
 #: Error relative to scales from which on runs are not compared: it is only known to be large.
@@ -99,7 +102,7 @@ class WorkPrecisionPoint:
     outcome
         ``ok``, ``given_up`` after the budget, or ``failed``.
     reason
-        Why the run did not end; empty if it did.
+        Reason why the run did not end; empty if it did.
     error
         Largest error at any sample, relative to scales; None if the run did not end.
     resolved
@@ -107,9 +110,9 @@ class WorkPrecisionPoint:
     steps, evaluations
         Number of steps and of right-hand sides that it took.
     drift
-        Of the energy; None if no energy is conserved.
+        Drift of the energy; None if no energy is conserved.
     seconds
-        Wall clock of each repetition.
+        Seconds of each repetition by the wall clock.
     chosen
         Method that ``auto`` took; None for other runs.
     pareto, pareto_evaluations
@@ -293,13 +296,13 @@ def ladder(bench: Bench, name: str) -> Iterator[Setting]:
 
 
 def _parts(first: int, method: type[Integrator]) -> list[int]:
-    """Numbers of steps between two samples: each makes the error about ten times smaller."""
+    """Return numbers of steps between two samples: each makes errors some ten times smaller."""
     factor = 10.0 ** (1.0 / method.order)
     return list(dict.fromkeys(round(first * factor**k) for k in range(_MOST_STEPS_TRIED)))
 
 
 def has_stagnated(points: Sequence[WorkPrecisionPoint]) -> bool:
-    """Say whether finer runs of a method have nothing to add."""
+    """Decide whether finer runs of a method have nothing to add."""
     last = points[-1]
     if last.outcome == "given_up" or last.distance <= FINE_ENOUGH:
         return True

@@ -80,7 +80,7 @@ def recipe(text, **more):
 
 def plan_of(text, names, first, **more):
     found = recipe(text)
-    own = MemberValues.of(dict(zip(names, first, strict=True)), found.scene())
+    own = MemberValues.for_scene(dict(zip(names, first, strict=True)), found.scene())
     model = found.model(own)
     alone = differ_in_numbers(found, own, model)
     samples = model.defaults.samples
@@ -126,7 +126,7 @@ def test_members_are_single_runs(names):
     plan = plan_of(PENDULUM, names, rows[0])
     assert plan.alone
     for block, row in zip(blocks_of(plan, rows), rows, strict=True):
-        own = MemberValues.of(dict(zip(names, row, strict=True)), plan.recipe.scene())
+        own = MemberValues.for_scene(dict(zip(names, row, strict=True)), plan.recipe.scene())
         assert_is(block, 0, simulate(plan.recipe.model(own)))
 
 
@@ -146,7 +146,7 @@ def test_members_of_shipped_scenes_are_single_runs(scene, values, alone, togethe
     path = SYSTEMS / f"{scene}.yaml"
     found = Recipe(SceneText(str(path), path.read_bytes()))
     first, own = (
-        MemberValues.of({name: both[k] for name, both in values.items()}, found.scene())
+        MemberValues.for_scene({name: both[k] for name, both in values.items()}, found.scene())
         for k in (0, 1)
     )
     model = found.model(first)
@@ -166,7 +166,7 @@ def test_members_of_shipped_scenes_are_single_runs(scene, values, alone, togethe
 def test_what_rests_on_a_parameter_changes_with_it():
     plan = plan_of(PENDULUM, ["l"], ["2"])
     numbers = NumericMembers(plan.recipe, plan.member, plan.model)
-    found = numbers.of(MemberValues({"l": "3"}))
+    found = numbers.model_of(MemberValues({"l": "3"}))
     assert {p.name: p.value for p in found.parameters}["k"] == 0.75
     assert found.initial == (0.75, 0.0)
     assert found == plan.recipe.model(MemberValues({"l": "3"}))
@@ -198,7 +198,7 @@ NUMBERS: dict[str, NumericMembers] = {}
 def test_another_sign_is_derived_anew(value):
     plan = plan_of(PENDULUM, ["g"], ["9.81"])
     numbers = NumericMembers(plan.recipe, plan.member, plan.model)
-    assert numbers.of(MemberValues({"g": value})) is None
+    assert numbers.model_of(MemberValues({"g": value})) is None
     (block,) = blocks_of(plan, [(value,)])
     alone = simulate(plan.recipe.model(MemberValues({"g": value})))
     assert block.columns["theta"][0].tobytes() == alone.columns["theta"].tobytes()

@@ -28,7 +28,7 @@ def plan():
 
 def drawn(plan, members, names, value):
     """The map of a function of both numbers, as if it were what became of members."""
-    plane = Plane.of(members, names)
+    plane = Plane.of_axes(members, names)
     rows = np.array([[float(text) for text in row] for row in members.rows()])
     given = {name: rows[:, k] for k, name in enumerate(members.names)}
     arrays = {f"given/{name}": values for name, values in given.items()}
@@ -86,7 +86,7 @@ def test_an_image_is_not_written_for_tex(plan, ending):
 
 
 def test_what_can_be_drawn(plan):
-    plane = Plane.of(grid(["theta=[1,2]", "m=[1,2]"]), ("theta", "m"))
+    plane = Plane.of_axes(grid(["theta=[1,2]", "m=[1,2]"]), ("theta", "m"))
     assert plane.drawn(plan, None) == plane.drawn(plan, "first(theta < 0)")
     assert plane.drawn(plan, "dot(theta)") == "final/dot(theta)"
     with pytest.raises(InputError, match="'thata' is no reduction") as refusal:
@@ -113,13 +113,13 @@ def test_what_can_be_drawn(plan):
 )
 def test_what_is_no_plane(members, names, said):
     with pytest.raises(InputError, match=said):
-        Plane.of(members, names)
+        Plane.of_axes(members, names)
 
 
 def test_a_value_that_no_member_has(plan):
     """An expression whose number is known of members alone, all of which are refused."""
     members = grid(["theta=[1,2]", "m=[1,2]"])
-    plane = Plane.of(members, ("theta", "m"))
+    plane = Plane.of_axes(members, ("theta", "m"))
     values = np.ones(4)
     arrays = {"given/theta": np.array([1, 1, np.nan, np.nan]), "given/m": np.array([1, 2, 1, 2.0])}
     with pytest.raises(InputError, match="some value of 'theta'"):

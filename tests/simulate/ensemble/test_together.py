@@ -100,7 +100,7 @@ def plan_of(name, how=HOW, **more):
     found = Recipe(SceneText("scene.yaml", f"name: {title}\n{SCENES.get(name, name)}".encode()))
     names = tuple(VARIED.get(name, ("x",)))
     first = dict(zip(names, (row[0] for row in rows_of(name, 2)[:1]), strict=False))
-    own = MemberValues.of(first, found.scene())
+    own = MemberValues.for_scene(first, found.scene())
     model = found.model(MemberValues())
     assert differ_in_numbers(found, MemberValues(), model)
     return Plan(
@@ -116,7 +116,7 @@ def rows_of(name, members):
 
 
 def single_of(plan, row):
-    own = MemberValues.of(dict(zip(plan.names, row, strict=True)), plan.recipe.scene())
+    own = MemberValues.for_scene(dict(zip(plan.names, row, strict=True)), plan.recipe.scene())
     return simulate(plan.recipe.model(own), **vars(plan.options))
 
 

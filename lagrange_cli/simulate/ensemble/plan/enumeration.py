@@ -26,7 +26,7 @@ MOST_LISTED = 100_000
 #: Rule of the problems with members.
 RULE = "ensemble"
 
-#: A text and its place.
+#: Text of a value, and its place.
 Cell = tuple[str, Mark]
 
 
@@ -36,7 +36,7 @@ def refused(message: str, mark: Mark, hint: str = "") -> InputError:
 
 
 def too_many(mark: Mark, most: int) -> InputError:
-    """Return the refusal of more members than can be."""
+    """Return the refusal of more than ``most`` members."""
     return refused(f"more than {most:,} members", mark, "divide them among several runs")
 
 
@@ -71,8 +71,8 @@ class Members(ABC):
         """Yield for each member from ``first`` to before ``last`` a text for each name."""
 
     def numbers(self, first: int, last: int) -> list[Array] | None:
-        """Return what the rows of members stand for, an array for each name; None where a text is
-        no plain number."""
+        """Return the numbers in the rows of members, an array for each name; None if a text is no
+        plain number."""
         return None
 
     @abstractmethod
@@ -85,14 +85,14 @@ class Members(ABC):
 
     @abstractmethod
     def identity(self) -> object:
-        """Return plain values that tell these members from all others."""
+        """Return an identity key: plain values that only equal members have."""
 
     @abstractmethod
     def description(self) -> dict[str, object]:
-        """Say in a few JSON values where members come from."""
+        """Describe the source of the members in a few JSON values."""
 
     def without_places(self) -> Members:
-        """Return members of the same values, to be sent elsewhere."""
+        """Return members of the same values without places, for other processes."""
         return self
 
     def values(self, member: int) -> dict[str, str]:
@@ -164,11 +164,11 @@ class GridMembers(Members):
     def numbers(self, first: int, last: int) -> list[Array] | None:
         if self._axis_numbers is None:
             return None
-        members, found = np.arange(first, min(last, len(self))), []
+        members, columns = np.arange(first, min(last, len(self))), []
         for axis in reversed(self._axis_numbers):
             members, k = np.divmod(members, len(axis))
-            found.append(axis[k])
-        return found[::-1]
+            columns.append(axis[k])
+        return columns[::-1]
 
     @cached_property
     def _axis_numbers(self) -> list[Array] | None:
@@ -200,7 +200,7 @@ class GridMembers(Members):
 
 
 def listed(names: Sequence[str], heads: Sequence[Mark], table: Sequence[Sequence[Cell]]) -> Members:
-    """Return members one by one; refuses names that are alike and values that are none."""
+    """Return members that are listed one by one; refuse equal names, and texts without a value."""
     rows = tuple(tuple(cell(text, mark) for text, mark in row) for row in table)
     return ListedMembers(tuple(names), tuple(heads), rows)
 
@@ -210,7 +210,7 @@ Axis = tuple[str, Mark, Sequence[Cell]]
 
 
 def combined(axes: Sequence[Axis]) -> Members:
-    """Return all combinations of the values of axes; refuses as :func:`listed`, and too many."""
+    """Return all combinations of the values of axes; refuse as :func:`listed`, and too many."""
     if math.prod(len(cells) for _, _, cells in axes) > MOST_MEMBERS:
         raise too_many(axes[-1][1], MOST_MEMBERS)
     values = tuple(tuple(cell(*each) for each in cells) for _, _, cells in axes)

@@ -1,6 +1,6 @@
-"""Members of an ensemble in blocks, and what they share.
+"""The plan of an ensemble: the model and options that all members share, and blocks of members.
 
-How members are divided does not depend on where they are run.
+The division into blocks does not depend on where they are run.
 """
 
 from __future__ import annotations
@@ -32,16 +32,19 @@ from lagrange_cli.simulate.system.inputs import digest_of_files
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Scene
 
-#: Members of the largest block that is run one by one; set by hand.
+#: Members of the largest block that is run one by one: an interrupted run loses the blocks that it
+#: is at work on, and a large one takes minutes. Not tuned.
 _LARGEST_BLOCK = 32
 
-#: Members of the largest block that is run batched; set by hand.
+#: Members of the largest block that is run batched: more of them, since lanes run empty at the end
+#: of a block, but no more samples than a few megabytes. Not tuned.
 _LARGEST_BATCHED = 256
 
-#: The same where nothing is kept of every sample; set by hand.
+#: The same where no samples are stored, whose blocks are small; benchmarks/ensemble_scale.py
+#: measures blocks of this size.
 _LARGEST_OF_NUMBERS = 8192
 
-#: Blocks into which fewer members are divided; set by hand.
+#: Blocks into which fewer members are divided, so that several cores have work. Not tuned.
 _FEWEST_BLOCKS = 16
 
 #: Members that are tried until one can be derived.
@@ -50,7 +53,7 @@ _MOST_TRIED = 3
 
 @dataclass(frozen=True)
 class MemberMotion:
-    """A motion of a member, for functions of it.
+    """The motion of a member, as functions of Python take it.
 
     Attributes
     ----------
@@ -64,22 +67,22 @@ class MemberMotion:
     columns: Mapping[str, Array]
 
 
-#: A number of a motion.
+#: Function of Python that makes a number of a motion.
 MotionFunction = Callable[[MemberMotion], float]
 
 
 @dataclass(frozen=True)
 class Selection:
-    """What is kept of each member beside its figures.
+    """Columns and numbers to store of each member, beside its figures.
 
     Attributes
     ----------
     columns
-        Names of the columns that are kept, None for all that there are.
+        Names of the columns to store at every sample; None for all.
     final
-        All columns are kept at the last sample.
+        All columns are stored at the last sample.
     reductions
-        Numbers of the motion that are kept, each with an estimate of its error.
+        Reductions of the motion to store, each with an estimate of its error.
     functions
         Further numbers of the motion by name, without an estimate.
     """
@@ -91,13 +94,13 @@ class Selection:
 
     @property
     def key(self) -> object:
-        """Plain values that tell it from others; with functions it is like no other."""
+        """Identity key; unique if there are functions of Python."""
         texts = [reduction.text for reduction in self.reductions]
         return self.columns, self.final, texts, self._token
 
     @cached_property
     def _token(self) -> str | None:
-        """Return what no other has: that two functions of one name are the same cannot be told."""
+        """A random token if there are functions, of which two cannot be compared; else None."""
         return uuid4().hex if self.functions else None
 
 
@@ -110,7 +113,7 @@ class Plan:
     key
         Hash of all that results depend on.
     recipe
-        The scene, and what options say of it.
+        The scene with the options that all members share.
     names
         Parameters and initial values that differ.
     member, model
@@ -120,11 +123,11 @@ class Plan:
     samples
         Number of samples of each.
     options
-        What is asked for of each.
+        Simulation options of each member.
     extra
         Further columns.
     selection
-        What is kept of each beside figures.
+        Columns and numbers to store of each member.
     """
 
     key: str
@@ -212,17 +215,17 @@ def blocks_of(plan: Plan, members: Members) -> Blocks:
 
 
 class MemberModels(Protocol):
-    """Models of a scene with the values of members, made or kept from before."""
+    """Models of a scene with the values of members, new or remembered."""
 
     @property
     def recipe(self) -> Recipe:
-        """The scene, and what options say of all members."""
+        """The scene with the options that all members share."""
 
-    def of(self, member: MemberValues) -> Model:
-        """Return the model of a member; refuses as :meth:`.recipe.Recipe.model`."""
+    def model_of(self, member: MemberValues) -> Model:
+        """Return the model of a member; refuse as :meth:`.recipe.Recipe.model`."""
 
     def differ_in_numbers(self, member: MemberValues, model: Model) -> bool:
-        """Answer :func:`.variants.differ_in_numbers` for the model that :meth:`of` returned."""
+        """Answer :func:`.variants.differ_in_numbers` for a model from :meth:`model_of`."""
 
 
 def plan_members(
@@ -238,15 +241,16 @@ def plan_members(
     Parameters
     ----------
     models
-        Where models come from.
+        Source of the models.
     members
         Values of all members.
     options
-        What is asked for of each. The budget is that of all together, and no part of the plan.
+        Simulation options of each member. The budget is that of all members together, and no part
+        of the plan.
     extra
         Further columns.
     selection
-        What is kept of each beside figures.
+        Columns and numbers to store of each member.
 
     Raises
     ------
@@ -256,7 +260,7 @@ def plan_members(
     recipe = models.recipe
     scene = recipe.scene()
     require_known_names(members, scene)
-    _require_common_times(scene, MemberValues.of(members.values(0), scene), members)
+    _require_common_times(scene, MemberValues.for_scene(members.values(0), scene), members)
     values, model = _first_model(models, members, scene)
     options = replace(options, budget=None)
     _require_columns(selection, model, extra)
@@ -322,9 +326,9 @@ def _first_model(
     """
     refusals = []
     for member in list(dict.fromkeys((0, len(members) - 1, len(members) // 2)))[:_MOST_TRIED]:
-        values = MemberValues.of(members.values(member), scene)
+        values = MemberValues.for_scene(members.values(member), scene)
         try:
-            return values, models.of(values)
+            return values, models.model_of(values)
         except InputError as refusal:
             refusals.append(_located(refusal, members, member, scene))
     raise refusals[0]

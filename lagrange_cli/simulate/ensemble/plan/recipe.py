@@ -1,11 +1,4 @@
-"""Scene → models of the members of an ensemble.
-
-If members differ in numbers alone, a model is made once: the scene's equations are derived again
-without any value, and if that changes nothing they are those of all members. Then a member is the
-model with other parameters and another start. Each member is derived by itself if its values
-change the equations (one chooses among the solutions of a constraint), if a start is given in
-other names than the coordinates, or if a parameter has another sign.
-"""
+"""Scene and options → the model of a member of an ensemble, derived with the member's values."""
 
 from __future__ import annotations
 
@@ -34,7 +27,7 @@ class MemberValues:
     initial: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, values: Mapping[str, str], scene: Scene) -> MemberValues:
+    def for_scene(cls, values: Mapping[str, str], scene: Scene) -> MemberValues:
         """Divide values between parameters of a scene (and sizes) and initial values."""
         return cls.divided(
             values, {p.name for p in scene.parameters} | {size.name for size in scene.sizes}
@@ -56,7 +49,7 @@ class MemberValues:
 
 @dataclass(frozen=True)
 class Recipe:
-    """A scene, and what options say of all members.
+    """A scene with the options that all members share.
 
     Attributes
     ----------
@@ -67,7 +60,7 @@ class Recipe:
     formulation
         Formulation of the equations; None for the scene's.
     driven
-        Names of inputs whose values whoever simulates gives.
+        Names of inputs whose values the caller of a simulation gives.
     reductions
         Numbers of motions for which the model has outputs.
     section
@@ -90,7 +83,7 @@ class Recipe:
         Raises
         ------
         InputError
-            Located: what is wrong with it.
+            Located: the scene with these values is refused.
         """
         member = member or MemberValues()
         return self.text.read(member.parameters, member.initial)
@@ -101,27 +94,27 @@ class Recipe:
         Raises
         ------
         InputError
-            Located: what is wrong with it.
+            Located: the scene with these values is refused.
         """
         scene = self.scene(member)
         wanted = scene.simulate.formulation_for(formulation or self.formulation)
         return self.derived(scene, wanted)
 
     def derived(self, scene: Scene, formulation: Formulation) -> Model:
-        """Derive the model of a scene that was read; refuses as :meth:`model`."""
+        """Derive the model of a scene that was read; refuse as :meth:`model`."""
         from lagrange_cli.mechanics import derive
         from lagrange_cli.simulate.model.build import model_of
 
         return model_of(self.prepared(derive(scene, forces=self.forces, formulation=formulation)))
 
     def prepared(self, equations: Equations) -> Equations:
-        """Return equations with what a model of this recipe has beside those of the scene.
+        """Return equations with the driven inputs and the further outputs of this recipe.
 
         Raises
         ------
         InputError
-            Located: a reduction or a section is of nothing that the equations have; or a driven
-            input is none.
+            Located: a reduction or a section names no value of the equations, or a driven input is
+            no input of the scene.
         """
         from lagrange_cli.simulate.model.inputs import with_driven_inputs
         from lagrange_cli.simulate.model.requested_outputs import (

@@ -23,12 +23,13 @@ from lagrange_cli.simulate.ensemble.plan.enumeration import (
 )
 from lagrange_cli.simulate.ensemble.plan.sources import call_of, constant, split_at_commas
 
-#: Largest seed, and one.
+#: Number of seeds: the largest seed plus one.
 SEEDS = 2**64
 
-#: Members whose values are drawn at a time, a multiple of the numbers that a count yields.
+#: Members whose values are drawn at a time, a multiple of :data:`_NUMBERS_A_COUNT`.
 _AT_A_TIME = 4096
 
+#: Numbers that the generator yields for each count.
 _NUMBERS_A_COUNT = 4
 
 _EXAMPLE = "'theta ~ uniform(-pi, pi)', loguniform(0.1, 10) or normal(0, 0.1): mean and deviation"
@@ -51,7 +52,7 @@ _DRAWS: dict[str, Callable[[float, float, Array], Array]] = {
     "normal": _normal,
 }
 
-#: Name → what its arguments must be.
+#: Name → condition on its arguments, and the refusal of others.
 _NEEDS: dict[str, tuple[Callable[[float, float], bool], str]] = {
     "uniform": (lambda a, b: a < b, "uniform takes its least and its largest value"),
     "loguniform": (lambda a, b: 0 < a < b, "loguniform takes two positive ends, the least first"),
@@ -76,7 +77,7 @@ class Distribution:
     second: float
 
     def drawn(self, uniform: Array) -> Array:
-        """Return the numbers that stand at some quantiles."""
+        """Return the quantiles at some uniform numbers between 0 and 1."""
         with np.errstate(all="ignore"):
             return _DRAWS[self.kind](self.first, self.second, uniform)
 
@@ -88,11 +89,11 @@ class SampledMembers(Members):
     Attributes
     ----------
     distributions
-        That of each name.
+        Distribution of each name.
     number
         Number of members.
     seed
-        What they are drawn by, below :data:`SEEDS`.
+        Key of the generator, below :data:`SEEDS`.
     """
 
     distributions: tuple[Distribution, ...]
@@ -132,7 +133,7 @@ class SampledMembers(Members):
 
 
 def _uniform(seed: int, stream: int, first: int, last: int) -> Array:
-    """Return the uniform numbers of some members, between 0 and 1 and neither of them."""
+    """Return the uniform numbers of some members, in the open interval from 0 to 1."""
     count, skipped = divmod(first, _NUMBERS_A_COUNT)
     key = np.array([seed, stream], dtype=np.uint64)
     generator = np.random.Philox(key=key, counter=np.array([count, 0, 0, 0], dtype=np.uint64))

@@ -1,4 +1,4 @@
-"""Members of an ensemble: what differs between them, from a file, as ranges, or from Python.
+"""Members of an ensemble from a file, as ranges of values, or from Python.
 
 A CSV file has a header of names, ``m``, ``theta``, ``dot(theta)``, and a row a member; a
 YAML file is a list of mappings with the same names. Values are expressions of the scene
@@ -45,7 +45,7 @@ _EXAMPLE = "linspace(0.1,10,100), logspace(-1,1,5), geomspace(0.1,10,5) or a lis
 
 
 def _without_blanks(name: str) -> str:
-    """``dot(x)`` and ``x[1,2]`` as scenes have them."""
+    """Return a name as scenes have it, without blanks in ``dot(x)`` and ``x[1,2]``."""
     return re.sub(r"\s+", "", name) if re.search(r"[\[(]", name) else name.strip()
 
 
@@ -58,7 +58,7 @@ def read_members(path: str) -> Members:
     Raises
     ------
     InputError
-        Located: the file cannot be read, or what is wrong with it.
+        Located: the file cannot be read, or a row is wrong.
     """
     readers = {".csv": _csv, ".yaml": _yaml, ".yml": _yaml}
     mark, ending = Mark(path, 1, 1), ending_of(path)
@@ -150,7 +150,7 @@ def grid(specifications: Sequence[str]) -> Members:
 
 
 def _axis(text: str) -> Axis:
-    """Name, place and values of one range."""
+    """Read a range: its name, the place of the name, and its values."""
     name, equals, written = text.partition("=")
     head = Mark("--vary", 1, 1, text, max(1, len(name)))
     if not (equals and name.strip() and written.strip()):
@@ -168,13 +168,13 @@ def _axis(text: str) -> Axis:
 
 
 def call_of(written: str) -> tuple[str, str] | None:
-    """Return the name and the arguments of ``name(arguments)``; None if it is none."""
+    """Return the name and the arguments of ``name(arguments)``; None of another text."""
     called = _CALL.fullmatch(written)
     return None if called is None else (called[1], called[2])
 
 
 def split_at_commas(text: str, mark: Mark) -> list[str]:
-    """Split at commas that stand in no parentheses; refuses where nothing stands between them."""
+    """Split at commas outside parentheses; refuse empty parts."""
     parts, depth = [""], 0
     for character in text:
         depth += (character == "(") - (character == ")")
@@ -206,7 +206,7 @@ def _range(kind: str, arguments: Sequence[str], mark: Mark) -> list[float]:
 
 
 def constant(text: str, mark: Mark) -> float:
-    """Evaluate a constant expression; refuses what is none."""
+    """Evaluate a constant expression; refuse other texts."""
     written, _ = cell(text, mark)
     if DECIMAL_NUMBER.fullmatch(written):
         return float(written)
@@ -228,7 +228,7 @@ def members_of(
     Raises
     ------
     InputError
-        There is none, or members have different names.
+        There is no member, or members have different names.
     """
     if isinstance(values, Mapping):
         members = combined([_axis_of(name, texts) for name, texts in values.items()])

@@ -1,4 +1,11 @@
-"""Models of one scene with other values: what one of them needed serves those that follow."""
+"""Models of one scene with other values, derived as seldom as possible.
+
+If members differ in numbers alone, a model is made once: the scene's equations are derived again
+without any value, and if that changes nothing they are those of all members. Then a member is the
+model with other parameters and another start. Each member is derived by itself if its values
+change the equations (one chooses among the solutions of a constraint), if a start is given in
+other names than the coordinates, or if a parameter has another sign.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +36,7 @@ if TYPE_CHECKING:
 
 
 def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> bool:
-    """Tell if members differ from the ``model`` of one of them in numbers alone."""
+    """Decide whether members differ from the ``model`` of one of them in numbers alone."""
     scene = recipe.scene(member)
     initial_names = [(value.name, value.order) for value in scene.initial]
     if not {size.name for size in scene.sizes}.isdisjoint(member.parameters):
@@ -41,7 +48,7 @@ def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> boo
         return False  # a constant of integration follows the start
     if model.initial is None or not {(name, 0) for name in model.coordinates} <= set(initial_names):
         return False
-    if NumericMembers(recipe, member, model).of(member) != model:
+    if NumericMembers(recipe, member, model).model_of(member) != model:
         return False
     try:
         without = recipe.derived(_without_values(scene), "minimal")
@@ -51,7 +58,7 @@ def differ_in_numbers(recipe: Recipe, member: MemberValues, model: Model) -> boo
 
 
 def _without_values(scene: Scene) -> Scene:
-    """Remove the values of a scene, so that none can choose anything."""
+    """Remove the values of a scene, so that none can choose among solutions."""
     from lagrange_cli.scene.conditions import WrittenDefaults
 
     parameters = tuple(replace(p, value=None) for p in scene.parameters)
@@ -59,7 +66,7 @@ def _without_values(scene: Scene) -> Scene:
 
 
 def _equations(model: Model) -> Model:
-    """Remove the numbers of a model, and labels, which say of values what units they are in."""
+    """Remove the numbers of a model, and its labels, since units follow from values."""
     return replace(
         model,
         parameters=(),
@@ -76,7 +83,7 @@ class NumericMembers:
     Parameters
     ----------
     recipe
-        That of all of them.
+        Recipe of all members.
     member, model
         Values and model of one member.
     """
@@ -88,18 +95,19 @@ class NumericMembers:
         self._parameters = {p.name: k for k, p in enumerate(model.parameters)}
         self._place = {name: k for k, name in enumerate(model.coordinates)}
         varied = varied_parameters(self._scene, member)
-        resting = varied - set(member.parameters)
+        dependent = varied - set(member.parameters)
         referenced = set[str]().union(*(used_names(value.value) for value in self._scene.initial))
-        self._plain = not resting and not referenced & set(member.parameters)
+        self._plain = not dependent and not referenced & set(member.parameters)
         self._timed = any(used_names(entry) & varied for entry in self._scene.simulate.numbers)
 
-    def of(self, member: MemberValues) -> Model | None:
-        """Make the model of a member; None if a parameter has another sign, which may matter.
+    def model_of(self, member: MemberValues) -> Model | None:
+        """Return the model of a member; None if a parameter has another sign, with which the
+        equations may be others.
 
         Raises
         ------
         InputError
-            Located: a value that is none.
+            Located: a text without a value.
         """
         numbers = self.values(member)
         if numbers is None:
@@ -112,7 +120,7 @@ class NumericMembers:
             for p, value in pairs
         )
         named = zip(self._model.state_names, self._model.initial_decimals, strict=False)
-        decimals = () if texts is None else tuple(texts.get(name, kept) for name, kept in named)
+        decimals = () if texts is None else tuple(texts.get(name, text) for name, text in named)
         return replace(
             self._model,
             parameters=parameters,
@@ -137,48 +145,51 @@ class NumericMembers:
     def values(
         self, member: MemberValues
     ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
-        """Evaluate the parameters and the start of a member; None as in :meth:`of`.
+        """Evaluate the parameters and the start of a member; None as in :meth:`model_of`.
 
         Raises
         ------
         InputError
-            Located: a value that is none.
+            Located: a text without a value.
         """
         if self._is_plain(member):
             parameters = {name: float(text) for name, text in member.parameters.items()}
             initial = {name: float(text) for name, text in member.initial.items()}
         else:
             parameters, initial = self._evaluated(member)
-        return self._with(parameters, initial)
+        return self._with_numbers(parameters, initial)
 
-    def of_all(self, given: Mapping[str, Array]) -> tuple[NDArray[np.int64], Array, Array] | None:
-        """Find the parameters and the starts of members that are given by plain numbers.
+    def plain_numbers(
+        self, columns: Mapping[str, Array]
+    ) -> tuple[NDArray[np.int64], Array, Array] | None:
+        """Return the parameters and the starts of members whose values are plain numbers.
 
         Parameters
         ----------
-        given
+        columns
             Name → number of each member, shape (members,).
 
         Returns
         -------
-        Which members have them, as :meth:`of`; their parameters, shape (m, parameters); and their
-        starts, (m, 2n). None if further values depend on these.
+        Numbers of the members that :meth:`model_of` has models of, their parameters, shape
+        (m, parameters), and their starts, (m, 2n); None if further values depend on these.
         """
         if not self._plain:
             return None
-        count = len(next(iter(given.values())))
-        own = np.ones(count, bool)
+        count = len(next(iter(columns.values())))
+        same_sign = np.ones(count, bool)
         values = np.tile([value or 0.0 for value in self._values], (count, 1))
         starts = np.tile(np.array(self._start, dtype=float), (count, 1))
-        for name, numbers in given.items():
+        for name, numbers in columns.items():
             if name in self._parameters:
                 k = self._parameters[name]
-                own &= np.sign(numbers) == np.sign(values[:, k])
-                own &= self._values[k] is not None
+                same_sign &= np.sign(numbers) == np.sign(values[:, k])
+                same_sign &= self._values[k] is not None
                 values[:, k] = numbers
             else:
                 starts[:, self._number(name)] = numbers
-        return np.flatnonzero(own).astype(np.int64), values[own], starts[own]
+        members = np.flatnonzero(same_sign).astype(np.int64)
+        return members, values[same_sign], starts[same_sign]
 
     def _evaluated(self, member: MemberValues) -> tuple[dict[str, float], dict[str, float]]:
         """Evaluate all values as the scene's expressions give them."""
@@ -199,7 +210,7 @@ class NumericMembers:
         problems.raise_if_any()
         return scene
 
-    def _with(
+    def _with_numbers(
         self, parameters: Mapping[str, float], initial: Mapping[str, float]
     ) -> tuple[tuple[float | None, ...], tuple[float, ...]] | None:
         values, start = list(self._values), list(self._start)
@@ -213,7 +224,7 @@ class NumericMembers:
         return tuple(values), tuple(start)
 
     def _number(self, name: str) -> int:
-        """Return the number of ``q`` or ``dot(q)`` in a state."""
+        """Return the index of ``q`` or ``dot(q)`` in a state."""
         if name in self._place:
             return self._place[name]
         return len(self._place) + self._place[name.removeprefix("dot(").removesuffix(")")]
@@ -229,14 +240,14 @@ class Variants:
     Parameters
     ----------
     recipe
-        The scene, and what options say of all models.
+        The scene with the options that all models share.
     make
         Makes the model of the scene's own values.
     """
 
     def __init__(self, recipe: Recipe, make: Callable[[], Model]) -> None:
         self.recipe, self._make = recipe, make
-        # By the names of values: what makes further models, None if values are more than numbers.
+        # Names of values → maker of further models; None if these values change more than numbers.
         self._numeric: dict[frozenset[str], NumericMembers | None] = {}
 
     @cached_property
@@ -248,14 +259,14 @@ class Variants:
     def _multiplier_model(self) -> Model:
         return self.recipe.model(MemberValues(), "multiplier")
 
-    def of(self, member: MemberValues) -> Model:
-        """Return the model of other values; refuses as :meth:`.recipe.Recipe.model`."""
+    def model_of(self, member: MemberValues) -> Model:
+        """Return the model of other values; refuse as :meth:`.recipe.Recipe.model`."""
         names = member.names
         if not names:
             return self.model
         if names in self._numeric:
             numeric = self._numeric[names]
-            model = None if numeric is None else numeric.of(member)
+            model = None if numeric is None else numeric.model_of(member)
             return self.recipe.model(member) if model is None else model
         model = self.recipe.model(member)
         if model.code == self.model.code:
@@ -269,11 +280,11 @@ class Variants:
         return self.recipe.model(member, "multiplier") if member.names else self._multiplier_model
 
     def differ_in_numbers(self, member: MemberValues, model: Model) -> bool:
-        """Answer :func:`differ_in_numbers` for the model that :meth:`of` returned."""
+        """Answer :func:`differ_in_numbers` for a model from :meth:`model_of`."""
         numeric = self._numeric[member.names]
         if numeric is None or numeric.values(member) is not None:
             return numeric is not None
-        # Other signs than those that were asked about may lead to other equations.
+        # Signs for which this is not decided yet may lead to other equations.
         return differ_in_numbers(self.recipe, member, model)
 
 
@@ -283,9 +294,9 @@ def variants_of(equations: Equations, recipe: Recipe, make: Callable[[], Model])
     Parameters
     ----------
     equations
-        If the choice of their formulation was the program's, the scene's comes first.
+        If ``auto`` is to choose their formulation, one that the scene names comes first.
     recipe
-        With the inputs that are driven, numbers of motions, a section, and further outputs.
+        Names the inputs that are driven, reductions, a section, and further outputs.
     make
         Makes their model if there are none of these.
 

@@ -26,7 +26,7 @@ def _refused(message: str, hint: str = "") -> InputError:
 
 @dataclass(frozen=True)
 class Plane:
-    """What is drawn over which names.
+    """The plane of two varied names over which a number of the members is drawn.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Plane:
     y: str
 
     @classmethod
-    def of(cls, members: Members, names: tuple[str, ...]) -> Plane:
+    def of_axes(cls, members: Members, names: tuple[str, ...]) -> Plane:
         """Return the plane of two names.
 
         Raises
@@ -71,7 +71,7 @@ class Plane:
         Parameters
         ----------
         plan
-            Says what is kept.
+            Plan of the runs, which says what is stored.
         wanted
             A reduction, or a column whose end is meant; None for the only reduction.
 
@@ -96,16 +96,16 @@ class Plane:
         raise _refused(f"'{wanted}' is no reduction and no column whose end is kept", hint)
 
     def map_of(self, arrays: Mapping[str, Any], name: str, plan: Plan, until: float) -> PlaneMap:
-        """Gather what is drawn of a result.
+        """Return the map of a result.
 
         Parameters
         ----------
         arrays
-            Of the result, by their names.
+            Arrays of the result by name.
         name
-            Of what is drawn.
+            Name of the array that is drawn.
         plan
-            That of the runs.
+            Plan of the runs.
         until
             The end of the motions.
 
@@ -117,7 +117,7 @@ class Plane:
         labels = plan.model.labels
         x, y = (self._axis(arrays, name) for name in (self.x, self.y))
         values = self._over_plane(arrays[name])
-        if self.members.names.index(self.x) < self.members.names.index(self.y):
+        if self._is_first(self.x):
             values = values.T
         ordered = np.argsort(x), np.argsort(y)
         units = {labels.unit(name) for name in (self.x, self.y)}
@@ -140,24 +140,27 @@ class Plane:
     def _axis(self, arrays: Mapping[str, Any], name: str) -> Array:
         """Return the numbers that the values of a name stand for."""
         across = 1 if self._is_first(name) else 0
-        given = self._over_plane(arrays[f"given/{name}"])
-        known = np.where(np.isnan(given), -np.inf, given).max(axis=across)
+        values = self._over_plane(arrays[f"given/{name}"])
+        known = np.where(np.isnan(values), -np.inf, values).max(axis=across)
         if not np.isfinite(known).all():
             raise _refused(f"no member with some value of '{name}' could be begun")
         return np.asarray(known)
 
     def _is_first(self, name: str) -> bool:
-        other = self.y if name == self.x else self.x
+        second_axis = self.y if name == self.x else self.x
         names = self.members.names
-        return names.index(name) < names.index(other)
+        return names.index(name) < names.index(second_axis)
 
 
 def _label(labels: Labels, name: str, plan: Plan, until: float) -> Label:
-    """Name what is drawn, with its unit."""
-    kind, _, own = name.partition("/")
+    """Label the array that is drawn, with its unit."""
+    kind, _, written = name.partition("/")
     if kind == "final":
-        label = axis_label(labels, [own])
+        label = axis_label(labels, [written])
         at = f" at t = {until:g}"
         return Label(label.latex + at, label.plain + at)
-    unit = unit_of(name, labels, {of.text: of for of in plan.selection.reductions})
-    return Label(own, own) if unit is None else Label(f"{own} in {unit}", f"{own} in {unit}")
+    unit = unit_of(
+        name, labels, {reduction.text: reduction for reduction in plan.selection.reductions}
+    )
+    text = written if unit is None else f"{written} in {unit}"
+    return Label(text, text)

@@ -1,8 +1,8 @@
 """Numbers of motions from their samples, each with an estimate of its error.
 
-Between samples a value is the polynomial through the twelve around it; how far those through ten
-and eight are from it, an overestimate, is what interpolation is off by. The errors that the
-accuracy of the samples allows come on top.
+Between samples a value is the polynomial through the twelve around it. Its distance from those
+through ten and eight, an overestimate, is the estimated error of interpolation, to which the errors
+that the accuracy of the samples allows are added.
 """
 
 from __future__ import annotations
@@ -24,10 +24,12 @@ _PLACES, _REFINEMENTS = 9, 40
 #: Halvings of the bracket of a root: to the last place.
 _HALVINGS = 60
 
-#: Units in the last place by which a polynomial may miss a sample; set by hand.
+#: Units in the last place by which a polynomial may miss a sample, through the rounding of twelve
+#: terms. Not tuned.
 _LAST_PLACES = 8
 
-#: Error of a root, as a part of the time between samples, from which on it is open; set by hand.
+#: Error of a root, as a part of the time between samples, from which on it is open: a line through
+#: the root, by which the error is estimated, holds near it alone. Not tuned.
 _OPEN = 1 / 16
 
 #: Largest samples beside which the value between samples may be the largest of all.
@@ -43,9 +45,9 @@ class Sampled:
     Attributes
     ----------
     times
-        Of the samples, shape (samples,).
+        Times of the samples, shape (samples,).
     values
-        Of the expression, shape (members, samples).
+        Values of the expression, shape (members, samples).
     allowed
         Errors of these that the accuracy of the states allows, shape (members, samples); NaN where
         nothing is promised.
@@ -56,7 +58,7 @@ class Sampled:
     allowed: Array
 
 
-#: What a reduction gives: numbers and estimates of their errors, each of shape (members,).
+#: Result of a reduction: numbers and estimates of their errors, each of shape (members,).
 Reduced = tuple[Array, Array]
 
 
@@ -66,11 +68,11 @@ def _largest(sampled: Sampled) -> Reduced:
     best, off = values.max(axis=1), np.zeros(len(values))
     at = values.argmax(axis=1)
     for places in _highest_peaks(values):
-        top, doubt = _peak(sampled, places)
-        # By a few last places polynomials miss the samples that they go through.
+        top, doubt, _ = _peak(sampled, places)
+        # Polynomials miss the samples that they go through by a few last places.
         higher = np.nan_to_num(top, nan=-np.inf) > best + _LAST_PLACES * np.spacing(np.abs(best))
         best, at = np.where(higher, top, best), np.where(higher, places, at)
-        # A peak that may be the highest counts with all that it is not known by.
+        # Each peak that may be the highest contributes its whole error.
         off = np.maximum(off, np.where(top + doubt >= best, doubt, 0.0))
     return best, off + sampled.allowed[members, at]
 
@@ -97,32 +99,30 @@ def _first(sampled: Sampled) -> Reduced:
     holds = values > 0
     ever = holds.any(axis=1)
     place = np.where(ever, holds.argmax(axis=1), last)
-    found, off = np.full(members, np.nan), np.zeros(members)
+    first, off = np.full(members, np.nan), np.zeros(members)
     at_once = ever & (place == 0)
-    found[at_once] = sampled.times[0]
+    first[at_once] = sampled.times[0]
     # A value that the accuracy does not tell from zero leaves open whether the condition held.
     off[at_once] = np.where(np.abs(values[at_once, 0]) <= sampled.allowed[at_once, 0], np.inf, 0.0)
     later = np.flatnonzero(ever & (place > 0))
     if len(later):
         chosen = _only(sampled, later)
         crossings = _crossing(chosen, place[later] - 1, chosen.times[place[later]])
-        found[later], off[later] = crossings
+        first[later], off[later] = crossings
     for member in range(members):
-        _look_between(sampled, member, int(place[member]), found, off)
+        _look_between(sampled, member, int(place[member]), first, off)
     off[np.isnan(sampled.allowed).any(axis=1)] = np.nan
-    return found, off
+    return first, off
 
 
-def _look_between(sampled: Sampled, member: int, place: int, found: Array, off: Array) -> None:
-    """Look for a passage above zero between two samples that are not, before sample ``place``."""
+def _look_between(sampled: Sampled, member: int, place: int, first: Array, off: Array) -> None:
+    """Look before sample ``place`` for a passage above zero between two samples below it."""
     values = sampled.values[member]
     inner = np.arange(1, min(place, len(values) - 1))
     if len(inner) == 0:
         return
     before, here, after = values[inner - 1], values[inner], values[inner + 1]
-    bent = before - 2 * here + after
-    with np.errstate(all="ignore"):
-        rise = np.where(bent < 0, (after - before) ** 2 / (-8 * bent), 0.0)
+    rise = _rise(before, here, after)
     allowed = np.nan_to_num(sampled.allowed[member, inner])
     near = inner[(here >= before) & (here >= after) & (here + 2 * rise + allowed >= 0)].tolist()
     if _may_rise(values[:3]):
@@ -131,11 +131,11 @@ def _look_between(sampled: Sampled, member: int, place: int, found: Array, off: 
         near.append(place - 1)
     for k in near:
         one = _only(sampled, np.array([member]))
-        (top,), (doubt,), (at,) = _peak_at(one, np.array([k]))
+        (top,), (doubt,), (at,) = _peak(one, np.array([k]))
         doubt += 0.0 if np.isnan(one.allowed[0, k]) else one.allowed[0, k]
         if top > doubt:
             low = k - 1 if at <= sampled.times[k] else k
-            (found[member],), (off[member],) = _crossing(one, np.array([low]), np.array([at]))
+            (first[member],), (off[member],) = _crossing(one, np.array([low]), np.array([at]))
             return
         if top >= -doubt:
             off[member] = np.inf
@@ -143,7 +143,7 @@ def _look_between(sampled: Sampled, member: int, place: int, found: Array, off: 
 
 
 def _may_rise(values: Array) -> bool:
-    """Tell if values may come above zero between the first two of three, of which it is higher."""
+    """Decide whether values may be above zero between the first two of three falling samples."""
     if len(values) < 3 or values[0] < values[1]:
         return False
     slope = (4 * values[1] - 3 * values[0] - values[2]) / 2
@@ -151,7 +151,7 @@ def _may_rise(values: Array) -> bool:
     return bool(values[0] * bent + 2 * slope**2 >= 0)
 
 
-#: Kind of a reduction → what it makes of motions that reach the end.
+#: Kind of a reduction → function of motions that reach the end.
 _REDUCTIONS: dict[str, Callable[[Sampled], Reduced]] = {
     "max": _largest,
     "min": _least,
@@ -168,10 +168,10 @@ def reduced(kind: str, times: Array, values: Array, allowed: Array) -> Reduced:
     kind
         One of :data:`.model.requested_outputs.KINDS`.
     times
-        Of the samples, shape (samples,).
+        Times of the samples, shape (samples,).
     values
-        Of the expression, shape (members, samples); NaN after the end of what is known of a motion,
-        which then has no number, unless a condition holds before.
+        Values of the expression, shape (members, samples); NaN after the end of what is known of a
+        motion, which then has no number, unless a condition holds before.
     allowed
         As for :class:`Sampled`.
     """
@@ -191,7 +191,7 @@ def _first_known(times: Array, values: Array, allowed: Array, end: int) -> tuple
     """Return the first time of a motion that is known at its first samples alone."""
     sampled = Sampled(times[:end], values[None, :end], allowed[None, :end])
     (number,), (error,) = _first(sampled)
-    # It may hold after the end of what is known.
+    # The condition may hold after the end of what is known.
     return float(number), float(np.inf if np.isnan(number) else error)
 
 
@@ -235,12 +235,12 @@ class _Polynomials:
 
 
 def _doubt(value: Array, coarser: Sequence[Array]) -> Array:
-    """Return what interpolation is off by: near an end, or by chance, one of two may be close."""
-    return np.asarray(np.max([np.abs(value - other) for other in coarser], axis=0))
+    """Return the larger of two distances, since near an end or by chance one may be small."""
+    return np.asarray(np.max([np.abs(value - coarse) for coarse in coarser], axis=0))
 
 
 def _through(sampled: Sampled, places: _Numbers, width: int) -> _Polynomials:
-    """Return the polynomials through so many samples around one of each member."""
+    """Return the polynomials through ``width`` samples around one of each member."""
     times, count = sampled.times, len(sampled.times)
     width = min(width, count)
     first = np.clip(places - (width - 1) // 2, 0, count - width)
@@ -254,31 +254,30 @@ def _through(sampled: Sampled, places: _Numbers, width: int) -> _Polynomials:
     return _Polynomials(coefficients, origin, unit)
 
 
+def _rise(before: Array, here: Array, after: Array) -> Array:
+    """Return how far the vertex of a parabola through three samples is above the middle one."""
+    bent = before - 2 * here + after
+    with np.errstate(all="ignore"):
+        return np.where(bent < 0, (after - before) ** 2 / (-8 * bent), 0.0)
+
+
 def _highest_peaks(values: Array) -> list[_Numbers]:
     """Return samples of each member beside which the largest value may be: the highest ones by the
     parabolas through three."""
     count = values.shape[1]
     inner = np.arange(1, count - 1)
     before, here, after = values[:, :-2], values[:, 1:-1], values[:, 2:]
-    bent = before - 2 * here + after
-    with np.errstate(all="ignore"):
-        rise = np.where(bent < 0, (after - before) ** 2 / (-8 * bent), 0.0)
+    rise = _rise(before, here, after)
     is_peak = (here >= before) & (here >= after)
     heights = np.where(is_peak, here + rise, -np.inf)
     best = np.argsort(-heights, axis=1)[:, :_CANDIDATES]
     peaks = [inner[best[:, k]] for k in range(best.shape[1])] if len(inner) else []
-    # Beside the first and the last sample three are not there to tell.
+    # At the first and the last sample there are no three samples to compare.
     return [*peaks, *(np.full(len(values), k) for k in (0, count - 1))]
 
 
-def _peak(sampled: Sampled, places: _Numbers) -> Reduced:
-    """Return the largest values beside some samples, and what interpolation leaves open."""
-    top, doubt, _ = _peak_at(sampled, places)
-    return top, doubt
-
-
-def _peak_at(sampled: Sampled, places: _Numbers) -> tuple[Array, Array, Array]:
-    """The same with the times of these values."""
+def _peak(sampled: Sampled, places: _Numbers) -> tuple[Array, Array, Array]:
+    """Return the largest values beside some samples, the error of interpolation, and the times."""
     times, count = sampled.times, len(sampled.times)
     finer, *coarser = (_through(sampled, places, width) for width in _WIDTHS)
     low, high = times[np.maximum(places - 1, 0)], times[np.minimum(places + 1, count - 1)]
@@ -314,7 +313,7 @@ def _crossing(sampled: Sampled, below: _Numbers, above: Array) -> Reduced:
         slopes = [np.abs(each.rate()(right)) for each in (finer, *coarser)]
         off = doubt / np.min(slopes, axis=0)
     apart = sampled.times[below + 1] - sampled.times[below]
-    # Where interpolation is off by so much, a line through the root says nothing of how far.
+    # With so large an error a line through the root does not estimate the distance.
     return right, np.where(off > _OPEN * apart, np.inf, off)
 
 

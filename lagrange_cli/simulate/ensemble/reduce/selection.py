@@ -1,4 +1,4 @@
-"""What is kept of each member beside its figures: columns, its end, numbers of its motion."""
+"""Selection of the columns and numbers that an ensemble stores of each member."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from lagrange_cli.simulate.request import Request
 
 @dataclass(frozen=True)
 class Selector:
-    """Picks what is kept of members' columns.
+    """Selects from the columns of members what an ensemble stores.
 
     Attributes
     ----------
     selection
-        The columns and numbers to store.
+        Columns and numbers to store.
     times
-        Of the samples, shape (samples,).
+        Times of the samples, shape (samples,).
     accuracy
-        What is promised of coordinates and velocities; None if nothing is.
+        Accuracy of coordinates and velocities; None if none is promised.
     state
         Names of the coordinates and velocities, 2n.
     """
@@ -38,21 +38,21 @@ class Selector:
     state: tuple[str, ...]
 
     @classmethod
-    def of(cls, request: Request, model: Model, selection: Selection) -> Selector:
-        """Return what picks ``kept`` of motions of a model, as they were asked for."""
+    def for_model(cls, request: Request, model: Model, selection: Selection) -> Selector:
+        """Return the selector of motions of a model that were requested in some way."""
         return cls(selection, np.asarray(request.times[:]), request.accuracy, model.state_names)
 
     def written(self, names: Iterable[str]) -> list[str]:
-        """Return the names of columns that are kept at every sample."""
+        """Return the names of the columns to store at every sample."""
         wanted = self.selection.columns
-        return [name for name in self.own(names) if wanted is None or name in wanted]
+        return [name for name in self.without_reductions(names) if wanted is None or name in wanted]
 
-    def own(self, names: Iterable[str]) -> list[str]:
-        """Return the names of columns, without what is evaluated for reductions alone."""
+    def without_reductions(self, names: Iterable[str]) -> list[str]:
+        """Return the names of columns without those that are evaluated for reductions alone."""
         return [name for name in names if name not in self._for_reductions]
 
     def needed(self, names: Iterable[str]) -> list[str]:
-        """Return the names of columns that something is kept of, but for the end."""
+        """Return the names of the columns that are needed at every sample."""
         if self.selection.functions:
             return list(names)
         written = self.written(names)
@@ -67,36 +67,36 @@ class Selector:
     def numbers(
         self, columns: Mapping[str, Array], scales: Mapping[str, Array]
     ) -> dict[str, Array]:
-        """Return the kept numbers of motions: name → values of shape (members,).
+        """Return the numbers to store of motions: name → values of shape (members,).
 
         Parameters
         ----------
         columns
             Shape (members, samples), NaN after the end of what is known.
         scales
-            Of coordinates and velocities, shape (members,).
+            Name of a coordinate or velocity → scale, shape (members,).
         """
-        found: dict[str, Array] = {}
+        numbers: dict[str, Array] = {}
         for k, reduction in enumerate(self.selection.reductions):
             value, *gradient = reduction_outputs(k, len(self.state) // 2)
             values = columns[value]
             allowed = self._allowed([columns[name] for name in gradient], values, scales)
             number, error = reduced(reduction.kind, self.times, values, allowed)
-            found[f"reduced/{reduction.text}"] = number
-            found[f"reduced_error/{reduction.text}"] = error
-        own = self.own(columns)
+            numbers[f"reduced/{reduction.text}"] = number
+            numbers[f"reduced_error/{reduction.text}"] = error
+        names = self.without_reductions(columns)
         for name, function in self.selection.functions.items():
             members = range(len(next(iter(columns.values()))))
-            rows = ({column: columns[column][k] for column in own} for k in members)
-            found[f"reduced/{name}"] = np.array(
+            rows = ({column: columns[column][k] for column in names} for k in members)
+            numbers[f"reduced/{name}"] = np.array(
                 [float(function(MemberMotion(self.times, row))) for row in rows]
             )
-        return found
+        return numbers
 
     def _allowed(
         self, gradient: Sequence[Array], values: Array, scales: Mapping[str, Array]
     ) -> Array:
-        """Return what the accuracy of the state leaves open of values, NaN if none is promised."""
+        """Bound the errors that the accuracy of the state allows; NaN if none is promised."""
         if self.accuracy is None:
             return np.full(values.shape, np.nan)
         allowed = np.zeros(values.shape)

@@ -115,8 +115,7 @@ class BatchedRuns:
 def batched_members(
     model: Model, problem: InitialValueProblem, cache: Cache
 ) -> BatchedMembers | None:
-    """Make what steps members that differ from a model in numbers alone; None if its equations
-    have no such form, or there is no compiler."""
+    """Create the batched stepper of members; None without a compiler or a Taylor form."""
     apart = (model.multipliers, model.contacts, model.surfaces, model.recordings)
     if any((*apart, model.singular, model.chart)) or not model.code.taylor:
         return None
@@ -196,7 +195,7 @@ class BatchedMembers:
 
     @cached_property
     def wider(self) -> BatchedTaylor | None:
-        """The same in numbers wider than doubles, None if there are none."""
+        """The same series in numbers wider than doubles; None if there are none."""
         if EXTENDED.epsilon >= DOUBLE.epsilon:
             return None
         try:
@@ -212,8 +211,8 @@ class BatchedMembers:
     def promised(
         self, eps: float, starts: Array, parameters: Array, between: Callable[[], None]
     ) -> Iterator[BatchedRuns]:
-        """Runs of those members whose error is measured to be below ``eps``; then of those for
-        which wider arithmetic shows that it is not.
+        """Yield the runs whose error is measured to be below ``eps``; then those for which wider
+        arithmetic shows that it is not.
 
         Parameters
         ----------
@@ -237,7 +236,7 @@ class BatchedMembers:
             left = missing.numbers
 
     def measured(self, eps: float, runs: BatchedRuns, k: int) -> Measured:
-        """Gather what is known of a run that misses an accuracy, number k of some."""
+        """Return the result of run k, which misses an accuracy."""
         states, *companions = (states[k] for states in (runs.states, *runs.companions))
         distances = (np.abs(companion - states) for companion in companions)
         errors = sum(w * far for w, far in zip(BATCHED.weights(2), distances, strict=True))
@@ -264,7 +263,7 @@ class BatchedMembers:
     def unpromised(
         self, rtol: float, starts: Array, parameters: Array, between: Callable[[], None]
     ) -> BatchedRuns:
-        """Runs of the members that reach the end with a local tolerance."""
+        """Return the runs that reach the end with a local tolerance."""
         steps, times = self._steps(rtol), self._times
         out = self._scratch.array("run", (len(starts), len(times), starts.shape[1]))
         run = self.motions.run("rhs", times, starts, parameters, steps, between, out)
@@ -291,11 +290,11 @@ class BatchedMembers:
         parameters: Array,
         between: Callable[[], None],
     ) -> Iterator[BatchedRuns]:
-        """Runs at one tolerance of those members that reach the end: first of those that one
-        companion shows to be accurate, then of the others, which have two."""
+        """Yield the runs at one tolerance that reach the end: first those that one companion shows
+        to be accurate, then the others, which have two or more."""
         steps = self._steps(tolerance)
         forgiven = max(BATCHED.forgiven * eps, BATCHED.least_forgiven)
-        # What happens between the times of expansion was looked at before.
+        # Slopes between the times of expansion were compared in doubles.
         glance = self._glance if motions is self.motions else 0.0
         looked = replace(steps, glance=glance, forgiven=forgiven)
         out = self._scratch.array("run", (len(starts), len(self._times), starts.shape[1]))
@@ -313,24 +312,21 @@ class BatchedMembers:
             """Return runs with a further companion perturbed by each pattern."""
             if len(runs.numbers) == 0:
                 return runs
-            perturbed_members = [
-                (
-                    each_off_by_one_ulp(starts[runs.numbers], (pattern,))[0],
-                    self._perturbed(parameters[runs.numbers], pattern, motions.real),
-                )
+            off = [
+                self._perturbed(parameters[runs.numbers], pattern, motions.real)
                 for pattern in patterns
             ]
             shape = (len(patterns) * len(runs.numbers), *runs.states.shape[1:])
             companions = motions.run(
                 "disturbed",
                 self._times,
-                np.concatenate([start for start, _ in perturbed_members]),
-                np.concatenate([values for _, values in perturbed_members]),
+                np.concatenate(each_off_by_one_ulp(starts[runs.numbers], tuple(patterns))),
+                np.concatenate(off),
                 companion_steps,
                 between,
                 self._scratch.array(f"companion {patterns[0]}", shape),
             )
-            return self._beside(runs, companions, companion_steps.order)
+            return self._with_companions(runs, companions, companion_steps.order)
 
         ended = followed(ended, [1], self._looser(steps))
         if tolerance >= BATCHED.least_of_one:
@@ -344,8 +340,10 @@ class BatchedMembers:
             ended = followed(ended.undecided(eps), BATCHED.more_patterns, perturbed)
         yield ended
 
-    def _beside(self, runs: BatchedRuns, motions: BatchedMotions, order: int) -> BatchedRuns:
-        """Runs with further companions, some of each, and what all tell."""
+    def _with_companions(
+        self, runs: BatchedRuns, motions: BatchedMotions, order: int
+    ) -> BatchedRuns:
+        """Return runs with further companions, and with the estimate by all companions."""
         count = len(runs.numbers)
         more = range(0, len(motions.states), count)
         companions = (*runs.companions, *(motions.states[k : k + count] for k in more))
@@ -386,7 +384,7 @@ class BatchedMembers:
         )
 
     def _above_floor(self, eps: float, starts: Array, scales: Array) -> _Flags:
-        """Tell of each member whether doubles can hold an accuracy."""
+        """Decide for each member whether doubles can hold an accuracy."""
         n = len(self.problem.kinds)
         floors = FLOOR_ULPS * ulps(starts[:, :n]) / scales[:, :n]
         least = FLOOR_ULPS * float(np.finfo(float).epsneg)
@@ -397,7 +395,7 @@ class BatchedMembers:
         extent = self.samples.extent(states, from_start=True)
         return scales_from(self.problem, extent[:, :n], extent[:, n:])
 
-    # What else is known of a motion.
+    # Functions along motions.
 
     def table(
         self, name: str, states: Array, parameters: Array, columns: int, moving: float = 1.0
@@ -434,7 +432,7 @@ class BatchedMembers:
 
     @cached_property
     def _at_once(self) -> dict[str, Any]:
-        """Functions at eight states at once, where there are such, by name."""
+        """Functions that are compiled for eight states at once, by name."""
         names = re.findall(r"^int system_(\w+)_lanes\(", self.model.code.tables, re.MULTILINE)
         return {name: self.motions.system[f"system_{name}_lanes"] for name in names}
 

@@ -56,13 +56,13 @@ class BatchedResults:
     model
         Model of one member.
     request
-        What is asked for of each.
+        Request that all members share.
     members
         Stepper of the members.
     extra
         Names of further columns.
     keeper
-        Picks what is kept.
+        Selects columns and numbers to store.
     """
 
     model: Model
@@ -96,7 +96,7 @@ class BatchedResults:
 
     @cached_property
     def _of_samples(self) -> bool:
-        """Whether something is found of every sample, but for what energies tell."""
+        """True if columns are evaluated at every sample, and not the energies of checks alone."""
         return "energy" in self.extra or bool(self.selector.needed(self.names))
 
     def _runs(
@@ -131,8 +131,8 @@ class BatchedResults:
     def _checked(
         self, runs: BatchedRuns, parameters: Array
     ) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Return the energies at the samples, if something is found of these, (members, samples);
-        their drifts, NaN if it is not conserved, and whether it leaves no doubt, (members,)."""
+        """Return energies at the samples if columns need them, shape (members, samples); drifts,
+        NaN if the energy is not conserved; and which members' energy leaves no doubt."""
         eps, conserved = self.request.accuracy, energy_is_conserved(self.model)
         drifts, sure = np.full(len(runs.numbers), np.nan), np.ones(len(runs.numbers), bool)
         energy = np.empty((len(runs.numbers), 0))
@@ -142,7 +142,7 @@ class BatchedResults:
             some = slice(first, first + _AT_A_TIME)
             energies = self._energies(runs.states[some], parameters[some])
             if self._of_samples:
-                # So few members that these are all of them.
+                # Then there are so few members that these are all of them.
                 energy = energies[0]
             if conserved:
                 drifts[some] = energy_drifts(*energies)
@@ -155,13 +155,13 @@ class BatchedResults:
     def _selected(
         self, states: Array, parameters: Array, energy: Array, scales: Mapping[str, Array]
     ) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Return the columns and the numbers that are kept, no others are evaluated."""
+        """Return the columns and the numbers to store; no others are evaluated."""
         selector, names = self.selector, self.names
         columns = self._columns(selector.needed(names), states, parameters, energy)
         numbers = selector.numbers(columns, scales)
         if selector.selection.final:
             at_end = states[:, -1:], parameters, energy[:, -1:]
-            ends = self._columns(selector.own(names), *at_end, at_end=True)
+            ends = self._columns(selector.without_reductions(names), *at_end, at_end=True)
             numbers |= {f"final/{name}": values[:, 0].copy() for name, values in ends.items()}
         return {name: columns[name] for name in selector.written(names)}, numbers
 
@@ -277,12 +277,12 @@ def batched_results(
     extra: tuple[str, ...],
     selection: Selection = Selection(),  # noqa: B008
 ) -> BatchedResults | None:
-    """Return the batched runs of a model's members; None if that cannot be.
+    """Return the batched runs of a model's members; None if they cannot be batched.
 
     Parameters
     ----------
     options
-        What is asked for of each.
+        Request that all members share.
     extra
         Further columns.
     selection
@@ -303,4 +303,6 @@ def batched_results(
     members = batched_members(model, problem, open_cache())
     if members is None:
         return None
-    return BatchedResults(model, request, members, extra, Selector.of(request, model, selection))
+    return BatchedResults(
+        model, request, members, extra, Selector.for_model(request, model, selection)
+    )

@@ -82,11 +82,11 @@ class _BlockWork:
 
     def __call__(self, number: int) -> FinishedBlock | None:
         with reading_carried(self.files):
-            block = run_block(self.blocks.task(number), _Now(self.running))
+            block = run_block(self.blocks.task(number), _Throttled(self.running))
         return None if block is None else self.writer(block)
 
 
-class _Now:
+class _Throttled:
     """Calls a function, but not more often than every second."""
 
     def __init__(self, function: Callable[[], None]) -> None:
@@ -116,13 +116,13 @@ class ClusterEngine:
     def __call__(
         self, blocks: Blocks, numbers: Iterable[int], store: Store
     ) -> Generator[FinishedBlock | None, None, None]:
-        """Yield the blocks of some numbers as they are kept.
+        """Yield the blocks of some numbers as they are stored.
 
         Raises
         ------
         ClusterError
             Workers are unlike this process, do not see the folder of the blocks, or were lost with
-            their scheduler. What is finished is kept.
+            their scheduler. Finished blocks stay in the store.
         InputError
             A worker cannot write a block.
         """
@@ -143,7 +143,7 @@ class ClusterEngine:
 
 @contextmanager
 def _hinted(place: str | None) -> Iterator[None]:
-    """Say in a refusal amid the run how it goes on."""
+    """Add to a refusal during the run the hint how it goes on."""
     try:
         yield
     except InputError as error:

@@ -72,7 +72,7 @@ REFUSED = "refused"
 
 
 class _Runner:
-    """Means of a process to run members of a plan, made once."""
+    """Models and functions of a process that run the members of a plan, made once."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
@@ -80,7 +80,7 @@ class _Runner:
         self._numbers = NumericMembers(plan.recipe, plan.member, plan.model) if plan.alone else None
         self.functions = KeptFunctions()
         request = resolve(plan.model, plan.options)
-        self._selector = Selector.of(request, plan.model, plan.selection)
+        self._selector = Selector.for_model(request, plan.model, plan.selection)
         sizes = {size.name for size in self.scene.sizes}
         self._parameters = sizes | {p.name for p in self.scene.parameters}
 
@@ -125,10 +125,10 @@ class _Runner:
         """Return the numbers of members that differ in numbers alone, parameters and starts."""
         assert self._numbers is not None
         if task.numbers is not None:
-            given = dict(zip(self.plan.names, task.numbers, strict=True))
-            found = self._numbers.of_all(given)
-            if found is not None:
-                return found
+            numbers = dict(zip(self.plan.names, task.numbers, strict=True))
+            evaluated = self._numbers.plain_numbers(numbers)
+            if evaluated is not None:
+                return evaluated
         members = {k: x for k, row in enumerate(task.rows) if (x := self._values(row)) is not None}
         parameters = [[x or 0.0 for x in values] for values, _ in members.values()]
         starts = [start for _, start in members.values()]
@@ -140,11 +140,11 @@ class _Runner:
         """Evaluate parameters and start of a member; None if it differs in more than numbers."""
         assert self._numbers is not None
         try:
-            return self._numbers.values(self._own(texts))
+            return self._numbers.values(self._values_of(texts))
         except InputError:
             return None
 
-    def _own(self, texts: Sequence[str]) -> MemberValues:
+    def _values_of(self, texts: Sequence[str]) -> MemberValues:
         return MemberValues.divided(
             dict(zip(self.plan.names, texts, strict=True)), self._parameters
         )
@@ -154,7 +154,7 @@ class _Runner:
     ) -> BlockPart:
         """Return the part of a member whose accuracy was measured to be missed."""
         assert self._numbers is not None
-        model = self._numbers.of(self._own(texts))
+        model = self._numbers.model_of(self._values_of(texts))
         assert model is not None
         request = replace(batched.request, initial=np.array(model.initial, dtype=float))
         result = trajectory_of(model, request, self.functions(model), measured)
@@ -162,9 +162,9 @@ class _Runner:
 
     def single(self, number: int, texts: Sequence[str]) -> BlockPart:
         """Run a member by itself."""
-        member = self._own(texts)
+        member = self._values_of(texts)
         try:
-            model = None if self._numbers is None else self._numbers.of(member)
+            model = None if self._numbers is None else self._numbers.model_of(member)
             functions = None if model is None else self.functions(model)
             model = model or self.plan.recipe.model(member)
             result = self._simulated(member, model, functions)
@@ -195,14 +195,14 @@ class _Runner:
     def _of_motion(
         self, columns: Mapping[str, Array], scales: Mapping[str, Array]
     ) -> dict[str, Array]:
-        """Return the kept numbers of a motion, whose columns may end before the last sample."""
+        """Return the numbers to store of a motion, whose columns may end before the last sample."""
         whole = {name: np.full((1, self.plan.samples), np.nan) for name in columns}
         for name, column in columns.items():
             whole[name][0, : len(column)] = column
         numbers = self._selector.numbers(whole, scales)
         if self.plan.selection.final:
-            own = self._selector.own(columns)
-            numbers |= {f"final/{name}": whole[name][:, -1] for name in own}
+            names = self._selector.without_reductions(columns)
+            numbers |= {f"final/{name}": whole[name][:, -1] for name in names}
         return numbers
 
     def _varied(self, texts: Sequence[str], values: Mapping[str, float | None]) -> dict[str, Array]:
@@ -237,12 +237,12 @@ def _runner(plan: Plan) -> _Runner:
     return _Runner(plan)
 
 
-#: Threads of a process run members by themselves in turn: most of that is Python's.
+#: Lock of the runs of single members, most of which is Python: threads take turns.
 _one_by_one = threading.Lock()
 
 
 def compile_ahead(plan: Plan) -> None:
-    """Compile what the members of a plan are run by, as far as that is known before they are."""
+    """Compile the code that runs the members of a plan, as far as it is known before."""
     runner = _runner(plan)
     if runner.batched is None and plan.alone:
         runner.functions(plan.model)
@@ -251,7 +251,7 @@ def compile_ahead(plan: Plan) -> None:
 def run_block(task: Task, between: Callable[[], None] = lambda: None) -> MemberBlock | None:
     """Run the members of a task; None if an interrupt reached it.
 
-    ``between``: called now and then; what it raises ends the run.
+    ``between``: called now and then; an exception that it raises ends the run.
     """
     runner = _runner(task.plan)
     builder = runner.gathering(task)
@@ -272,7 +272,7 @@ def run_block(task: Task, between: Callable[[], None] = lambda: None) -> MemberB
 def _run_in_thread(
     keep: Callable[[MemberBlock], _Result], both: tuple[Task, BlockBuilder], aside: Aside
 ) -> _Result | None:
-    """Run and keep the members of a task, those by themselves in other processes."""
+    """Run and store the members of a task, single ones in other processes."""
     task, builder = both
 
     def between() -> None:
@@ -299,7 +299,7 @@ def _run_single(task: Task) -> BlockPart:
     return _runner(task.plan).single(task.number, texts)
 
 
-# All of them.
+# All members.
 
 
 class Engine(Protocol):
@@ -308,7 +308,7 @@ class Engine(Protocol):
     def __call__(
         self, blocks: Blocks, numbers: Iterable[int], store: Store, /
     ) -> Generator[FinishedBlock | None, None, None]:
-        """Yield the blocks of some numbers as they are kept; None for one that was interrupted."""
+        """Yield blocks as they are stored, by their numbers; None for one that was interrupted."""
 
 
 def run_members(
@@ -320,12 +320,12 @@ def run_members(
     budget: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> bool:
-    """Run the blocks that are not in the store; whether all of them are there now.
+    """Run the blocks that are not in the store; return whether all of them are there now.
 
     Parameters
     ----------
     jobs
-        How many blocks at a time, see :func:`.simulate.parallel.in_any_order`.
+        Number of blocks at a time, see :func:`.simulate.parallel.in_any_order`.
     engine
         Runs blocks elsewhere than on this machine, in place of ``jobs``.
     budget
@@ -335,14 +335,20 @@ def run_members(
     """
     started = time.perf_counter()
     waiting = (k for k in range(len(blocks)) if k not in store.finished)
-    run = (engine or partial(_run_here, jobs))(blocks, waiting, store)
+    if engine is not None:
+        run = engine(blocks, waiting, store)
+    else:
+        run = run_blocks(blocks.plan, map(blocks.task, waiting), jobs, store.writer)
     try:
-        for block in _finished(run):
-            store.finish(block)
-            if progress is not None:
-                progress(len(store.finished) / len(blocks))
-            if budget is not None and time.perf_counter() - started > budget:
-                break
+        with closing(run):
+            for block in run:
+                if block is None:
+                    return False
+                store.finish(block)
+                if progress is not None:
+                    progress(len(store.finished) / len(blocks))
+                if budget is not None and time.perf_counter() - started > budget:
+                    break
     except KeyboardInterrupt:
         return False
     return len(store.finished) == len(blocks)
@@ -351,14 +357,15 @@ def run_members(
 def run_blocks(
     plan: Plan, tasks: Iterable[Task], jobs: int | None, keep: Callable[[MemberBlock], _Result]
 ) -> Generator[_Result | None, None, None]:
-    """Yield what ``keep`` makes of the blocks of a plan's tasks, as they are finished, where they
-    are run; None for one that an interrupt reached. Tasks are asked for as they can be begun.
+    """Yield the results of ``keep`` for the blocks of a plan's tasks, as they are finished; None
+    for a block that an interrupt reached.
 
-    Members that are stepped side by side are run by threads of this process, others by
+    ``keep`` is called where a block is run, and a task is asked for when it can be begun. Members
+    that are stepped side by side are run by threads of this process, others by
     :func:`.simulate.parallel.in_any_order`.
     """
     if jobs not in (None, 1) and _runner(plan).batched is not None:
-        # Memory is taken here: what one thread takes and another leaves is not used again.
+        # Memory is taken here: what one thread takes and another frees is not used again.
         both = ((task, _runner(task.plan).gathering(task)) for task in tasks)
         yield from in_threads(partial(_run_in_thread, keep), both, jobs)
     else:
@@ -368,22 +375,6 @@ def run_blocks(
 def _run_and_keep(keep: Callable[[MemberBlock], _Result], task: Task) -> _Result | None:
     block = run_block(task)
     return None if block is None else keep(block)
-
-
-def _run_here(
-    jobs: int | None, blocks: Blocks, numbers: Iterable[int], store: Store
-) -> Generator[FinishedBlock | None, None, None]:
-    """Run blocks on this machine."""
-    return run_blocks(blocks.plan, map(blocks.task, numbers), jobs, store.writer)
-
-
-def _finished(run: Generator[FinishedBlock | None, None, None]) -> Iterator[FinishedBlock]:
-    """Yield each block as soon as it is stored; an interrupted one raises KeyboardInterrupt."""
-    with closing(run) as blocks:
-        for block in blocks:
-            if block is None:
-                raise KeyboardInterrupt
-            yield block
 
 
 def simulate_members(

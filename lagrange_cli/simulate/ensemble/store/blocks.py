@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -52,7 +52,7 @@ class MemberBlock:
     words: Mapping[str, list[str]]
 
 
-#: Kind of a block's arrays → how their names begin in its file.
+#: Kind of a block's arrays → prefix of their names in its file.
 KINDS = {
     "columns": "c/",
     "numbers": "n/",
@@ -64,7 +64,7 @@ KINDS = {
 
 COLUMN = KINDS["columns"]
 
-#: The same → how they begin in the result.
+#: Prefix of a name in a block's file → prefix in the result.
 WRITTEN = {"c/": "", "n/": "", "g/": "given/", "s/": "scale/", "f/": "member/", "w/": "member/"}
 
 #: Names of arrays of texts.
@@ -106,16 +106,16 @@ class BlockPart:
 
 
 class BlockBuilder:
-    """Parts, put together as they come.
+    """Builder of a block from its parts, in any order.
 
     Parameters
     ----------
     names
-        Of what members are given.
+        Names of the values in which members differ.
     members, samples
-        How many there are.
+        Numbers of members and of samples.
     columns
-        Those that are expected.
+        Columns that parts are expected to have.
     """
 
     def __init__(
@@ -157,7 +157,7 @@ class BlockBuilder:
             column[members, values.shape[1] :] = np.nan
 
     def _add(self, names: Iterable[str]) -> None:
-        """Make columns of those that are new."""
+        """Make the columns that are new."""
         # Members of earlier parts do not have these.
         without = ~self._is_left
         for name in names:
@@ -189,7 +189,7 @@ class Failure:
     member
         Its number.
     status, reason
-        What became of it, and why.
+        Its status, and the reason in words.
     holds_until
         Time until which it is known, NaN if it could not be begun.
     """
@@ -217,24 +217,24 @@ class NumberRange:
     known: int
 
     @classmethod
-    def of(cls, values: Array) -> NumberRange:
+    def of_values(cls, values: Array) -> NumberRange:
         """Return the range of values that are not NaN."""
         known = values[~np.isnan(values)]
         if len(known) == 0:
             return cls(math.nan, math.nan, 0)
         return cls(float(known.min()), float(known.max()), len(known))
 
-    def with_other(self, other: NumberRange) -> NumberRange:
+    def union(self, second: NumberRange) -> NumberRange:
         """Return the range over the members of both."""
-        if not (self.known and other.known):
-            return self if self.known else other
-        least, largest = min(self.least, other.least), max(self.largest, other.largest)
-        return NumberRange(least, largest, self.known + other.known)
+        if not (self.known and second.known):
+            return self if self.known else second
+        least, largest = min(self.least, second.least), max(self.largest, second.largest)
+        return NumberRange(least, largest, self.known + second.known)
 
 
 @dataclass(frozen=True)
 class BlockSummary:
-    """What reports say of a finished block.
+    """Summary of a finished block for reports.
 
     Attributes
     ----------
@@ -245,7 +245,7 @@ class BlockSummary:
     estimated
         Largest estimated error, NaN if there is none.
     ranges
-        Name of a kept number → range of its values.
+        Name of a stored number → range of its values.
     """
 
     counts: Mapping[str, int]
@@ -254,8 +254,8 @@ class BlockSummary:
     ranges: Mapping[str, NumberRange]
 
     @classmethod
-    def of(cls, block: MemberBlock, first: int) -> BlockSummary:
-        """Sum up a block whose first member has this number."""
+    def of_block(cls, block: MemberBlock, first: int) -> BlockSummary:
+        """Summarize a block whose first member has the number ``first``."""
         rows = zip(
             block.words["status"], block.words["reason"], block.figures["holds_until"], strict=True
         )
@@ -265,21 +265,21 @@ class BlockSummary:
             if status != "ok"
         )
         counts = Counter(block.words["status"])
-        largest = NumberRange.of(block.figures["estimated"]).largest
-        ranges = {name: NumberRange.of(values) for name, values in block.numbers.items()}
+        largest = NumberRange.of_values(block.figures["estimated"]).largest
+        ranges = {name: NumberRange.of_values(values) for name, values in block.numbers.items()}
         return cls(counts, tuple(failures), largest, ranges)
 
 
 @dataclass(frozen=True)
 class FinishedBlock:
-    """A block that is finished and kept.
+    """A block that is finished and stored.
 
     Attributes
     ----------
     number
         The block's number in its ensemble.
     summary
-        What reports say of it.
+        Its summary for reports.
     results
         Results of its members; None if they are in a file, or not wanted.
     """
@@ -289,40 +289,9 @@ class FinishedBlock:
     results: MemberBlock | None = None
 
     @classmethod
-    def of(cls, block: MemberBlock, size: int) -> FinishedBlock:
-        """Sum up a block; ``size`` is that of all blocks but the last."""
-        return cls(block.number, BlockSummary.of(block, block.number * size))
-
-
-@dataclass(frozen=True)
-class Summarized:
-    """Keeps nothing of blocks but their summaries.
-
-    Attributes
-    ----------
-    size
-        Members of each block but the last.
-    """
-
-    size: int
-
-    def __call__(self, block: MemberBlock) -> FinishedBlock:
-        """Sum up a block."""
-        return FinishedBlock.of(block, self.size)
-
-
-@dataclass(frozen=True)
-class InMemory:
-    """Keeps blocks in memory.
-
-    Attributes
-    ----------
-    size
-        Members of each block but the last.
-    """
-
-    size: int
-
-    def __call__(self, block: MemberBlock) -> FinishedBlock:
-        """Sum up a block and keep it."""
-        return replace(FinishedBlock.of(block, self.size), results=block)
+    def of_block(
+        cls, block: MemberBlock, size: int, *, with_results: bool = False
+    ) -> FinishedBlock:
+        """Summarize a block; ``size`` is that of all blocks but the last."""
+        summary = BlockSummary.of_block(block, block.number * size)
+        return cls(block.number, summary, block if with_results else None)

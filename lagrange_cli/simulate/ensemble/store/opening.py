@@ -41,16 +41,15 @@ def open_store(output: str | None, blocks: Blocks, *, resume: bool) -> Store:
     Parameters
     ----------
     output
-        What the result is to be: a file, or a Zarr store by its path or its address. None if
-        nothing but summaries is kept.
+        Path of a file, or path or address of a Zarr store; None to store nothing but summaries.
     blocks
-        All that are to be.
+        All blocks of the ensemble.
 
     Raises
     ------
     InputError
-        There are blocks and they are not to be used, or they are of another ensemble; the ending
-        is of no result.
+        There are blocks that may not be used, or that are of another ensemble; or no result has
+        this ending.
     """
     if output is None:
         return SummaryStore(blocks.size)

@@ -18,18 +18,18 @@ from lagrange_cli.simulate.ensemble.store.store import refused, require_package
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.plan.plan import Blocks
 
-#: Key in the table's metadata of what it says of itself.
+#: Key of the facts in the table's metadata.
 _FACTS = "lagrange"
 
 
 @dataclass
 class ParquetStore(PartsStore):
-    """Blocks that become a table.
+    """Blocks that become a Parquet table.
 
     Attributes
     ----------
     description
-        What the table says of itself.
+        Facts and units that the table's metadata hold.
     """
 
     description: Description = field(kw_only=True)
@@ -38,7 +38,7 @@ class ParquetStore(PartsStore):
         return Ensemble(name, ParquetArrays(self.output, t))
 
     def _write(self, stream: BinaryIO, t: Array) -> None:
-        """Write the rows of one block after the other, nothing where a number is not known."""
+        """Write the rows of one block after the other, nothing where a number is NaN."""
         from pyarrow import parquet
 
         files, numbers = self._files, sorted(self.finished)
@@ -80,7 +80,7 @@ class ParquetArrays(Mapping[str, Any]):
     Attributes
     ----------
     path
-        Of the file.
+        Path of the file.
     t
         Times of the samples.
     """
@@ -111,12 +111,12 @@ class ParquetArrays(Mapping[str, Any]):
 
 
 def parquet_store(output: str, blocks: Blocks) -> ParquetStore:
-    """Return the store of a table that is to be.
+    """Return the store of blocks that are to become a table.
 
     Raises
     ------
     InputError
-        pyarrow is not installed, or samples are kept, of which a row has no place.
+        pyarrow is not installed, or samples are stored, for which a row has no place.
     """
     require_package("pyarrow", ".parquet", "pyarrow")
     if blocks.plan.selection.columns != ():
@@ -124,4 +124,4 @@ def parquet_store(output: str, blocks: Blocks) -> ParquetStore:
             "a table has a row for each member, and no place for samples",
             "--final (from Python columns=[], final=True); -o ensemble.zarr has samples",
         )
-    return ParquetStore(blocks.size, output=output, description=Description.of(blocks))
+    return ParquetStore(blocks.size, output=output, description=Description.of_blocks(blocks))

@@ -45,7 +45,7 @@ _NOTE = "ensemble.json"
 
 
 def parts_of(output: str) -> Path:
-    """Name the folder of the blocks of a result."""
+    """Return the folder of the finished blocks of a result."""
     return Path(f"{output}.parts")
 
 
@@ -127,7 +127,7 @@ class NpzArrays(Mapping[str, Array]):
     Attributes
     ----------
     path
-        Of the file.
+        Path of the file.
     """
 
     path: str
@@ -153,7 +153,7 @@ def _serialized(block: MemberBlock) -> bytes:
     return file.getvalue()
 
 
-#: Exceptions that a file which is no archive of arrays leads to.
+#: Exceptions that a file leads to which is no archive of arrays.
 _UNREADABLE = (
     *(OSError, ValueError, KeyError, EOFError, RuntimeError, MemoryError),
     *(zipfile.BadZipFile, zlib.error),
@@ -161,7 +161,7 @@ _UNREADABLE = (
 
 
 def _deserialized(path: Path, number: int, size: int) -> MemberBlock | None:
-    """Read a block without its columns; None if the file is none, or has other members."""
+    """Read a block; None if the file is no block, or has another number of members."""
     try:
         with np.load(path, allow_pickle=False) as arrays:
             every = {name: arrays[name] for name in arrays.files}
@@ -181,16 +181,16 @@ def _deserialized(path: Path, number: int, size: int) -> MemberBlock | None:
 
 @dataclass(frozen=True)
 class BlockFiles:
-    """Files of blocks.
+    """Files of finished blocks in a folder.
 
     Attributes
     ----------
     folder
-        Where they are.
+        The folder.
     size
         Members of each block but the last.
     admit
-        Called before a block takes its place; what it raises keeps it out.
+        Called before a block takes its place; an exception of it keeps the block out.
     """
 
     folder: Path
@@ -206,20 +206,20 @@ class BlockFiles:
             It cannot be written.
         """
         write_file(self._path(block.number), _serialized(block), self.admit)
-        return FinishedBlock.of(block, self.size)
+        return FinishedBlock.of_block(block, self.size)
 
     def _path(self, number: int) -> Path:
         return self.folder / f"block-{number:09d}.npz"
 
     def finished(self, blocks: int, length: Callable[[int], int]) -> Iterator[FinishedBlock]:
-        """Yield what is known of the blocks that can be read.
+        """Yield the summaries of the blocks that can be read.
 
         Parameters
         ----------
         blocks
-            How many there are.
+            Number of blocks.
         length
-            Number of a block → members of it.
+            Number of a block → number of its members.
         """
         for path in sorted(self.folder.iterdir()):
             match = _BLOCK.fullmatch(path.name)
@@ -227,7 +227,7 @@ class BlockFiles:
             if number < blocks:
                 block = _deserialized(path, number, length(number))
                 if block is not None:
-                    yield FinishedBlock.of(block, self.size)
+                    yield FinishedBlock.of_block(block, self.size)
 
     def names(self, number: int) -> list[str]:
         """Return the names of the arrays of a block."""
@@ -258,7 +258,7 @@ def _put(
 
 
 def _has_begun(folder: Path) -> bool:
-    """Tell whether anything is in the way of a new run; a killed one can leave an empty folder."""
+    """Decide whether a run has begun here; a killed one can leave an empty folder."""
     try:
         return not all(is_temporary(path.name) for path in folder.iterdir())
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""The result of an ensemble: a frozen value with arrays over members, and its file."""
+"""The result of an ensemble: a frozen value with arrays over members, and its description."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Ensemble:
     Attributes
     ----------
     name
-        The scene's.
+        Name of the scene.
     arrays
         All arrays, by the names that ``lagrange simulate --ensemble`` gives them in an NPZ. Those
         of a file are read when they are asked for.
@@ -132,7 +132,7 @@ class Ensemble:
         return f"<Ensemble of {self.name}: {self._counts()}>"
 
     def _repr_html_(self) -> str:
-        """Return what notebooks show: a row for each member, as far as they are shown."""
+        """Return a table for notebooks, with a row for each of the first members."""
         figures = {name: self.figures[name] for name in ("status", "estimated", "method", "reason")}
         columns = {**self.given, **figures}
         rows = ([_html(values[i]) for values in columns.values()] for i in range(len(self)))
@@ -141,7 +141,7 @@ class Ensemble:
 
 
 def _html(value: Any) -> str:
-    """A cell: numbers in six digits, nothing for those that are not known."""
+    """Return the text of a cell: numbers in six digits, nothing for NaN."""
     if isinstance(value, str):
         return html_text(value)
     return "" if np.isnan(value) else f"{value:.6g}"
@@ -149,16 +149,16 @@ def _html(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Description:
-    """What is known of a result and of each of its arrays.
+    """Facts of a result, and units and symbols of its arrays.
 
     Attributes
     ----------
     facts
-        Of the result, as JSON values.
+        Facts of the result, as JSON values.
     labels
         Symbols and units of columns.
     reductions
-        By what was written for them.
+        Reductions by the texts that were written for them.
     """
 
     facts: Mapping[str, Any]
@@ -166,7 +166,7 @@ class Description:
     reductions: Mapping[str, Reduction]
 
     @classmethod
-    def of(cls, blocks: Blocks) -> Description:
+    def of_blocks(cls, blocks: Blocks) -> Description:
         """Describe the result of some members."""
         plan = blocks.plan
         text = plan.recipe.text
@@ -184,7 +184,11 @@ class Description:
             "samples": plan.samples,
             "versions": _versions(),
         }
-        return cls(facts, plan.model.labels, {of.text: of for of in plan.selection.reductions})
+        return cls(
+            facts,
+            plan.model.labels,
+            {reduction.text: reduction for reduction in plan.selection.reductions},
+        )
 
     def plain(self) -> dict[str, str | int | float]:
         """Return the facts as texts and numbers, which attributes are in every format."""
@@ -196,8 +200,9 @@ class Description:
 
     def of_array(self, name: str) -> dict[str, str]:
         """Return the unit and the symbol of an array, by its name in the result, where known."""
-        kind, _, own = name.partition("/") if "/" in name else ("", "", name)
-        known = {"long_name": own if kind not in _OF_COLUMNS else self.labels.symbol(own).plain}
+        kind, _, written = name.partition("/") if "/" in name else ("", "", name)
+        symbol = self.labels.symbol(written).plain if kind in _OF_COLUMNS else written
+        known = {"long_name": symbol}
         unit = unit_of(name, self.labels, self.reductions)
         if unit:
             known["units"] = unit.removesuffix("s") if unit in _CONVERTED else unit
@@ -212,12 +217,12 @@ def unit_of(name: str, labels: Labels, reductions: Mapping[str, Reduction]) -> s
     labels
         Units of columns.
     reductions
-        By what was written for them.
+        Reductions by the texts that were written for them.
     """
-    kind, _, own = name.partition("/") if "/" in name else ("", "", name)
+    kind, _, written = name.partition("/") if "/" in name else ("", "", name)
     if kind in _OF_COLUMNS:
-        return labels.units.get(own)
-    reduction = reductions.get(own) if kind.startswith("reduced") else None
+        return labels.units.get(written)
+    reduction = reductions.get(written) if kind.startswith("reduced") else None
     if name == "member/holds_until" or (reduction and reduction.kind == "first"):
         return labels.units.get("t")
     if reduction is None:
@@ -226,10 +231,10 @@ def unit_of(name: str, labels: Labels, reductions: Mapping[str, Reduction]) -> s
 
 
 def _versions() -> dict[str, str]:
-    found = {"lagrange-cli": __version__}
+    versions = {"lagrange-cli": __version__}
     for name in _LIBRARIES:
         try:
-            found[name] = version(name)
+            versions[name] = version(name)
         except PackageNotFoundError:
             continue
-    return found
+    return versions

@@ -1,8 +1,7 @@
-"""Finished blocks of an ensemble: kept one by one, and put together at the end.
+"""Stores of finished blocks, which are kept one by one and joined to an ensemble at the end.
 
-While members are run whose result is one file, a folder ``FILE.parts`` beside it has a file for
-each finished block. Otherwise they are kept in memory, or in a store of many files
-(:mod:`.zarr_store`). Blocks are written by whoever runs them; what is told of them comes back.
+Blocks stay in memory, go into files that become one file (:mod:`.part_files`), or into a store of
+many files (:mod:`.zarr_store`). The process that runs a block writes it; its summary comes back.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -25,10 +25,8 @@ from lagrange_cli.simulate.ensemble.store.blocks import (
     BlockSummary,
     Failure,
     FinishedBlock,
-    InMemory,
     MemberBlock,
     NumberRange,
-    Summarized,
     arrays_of,
     written_name,
 )
@@ -37,7 +35,7 @@ from lagrange_cli.simulate.ensemble.store.result import Ensemble
 #: Name, shape, and parts along the first axis, of an array.
 _Entry: TypeAlias = tuple[str, tuple[int, ...], Iterable[Array]]
 
-#: Keeps a block where it is run, in this process or another one; what is told of it comes back.
+#: Stores a block in the process that ran it; its summary comes back.
 BlockWriter: TypeAlias = Callable[[MemberBlock], FinishedBlock]
 
 
@@ -103,7 +101,7 @@ class Store(ABC):
     @property
     @abstractmethod
     def writer(self) -> BlockWriter:
-        """What keeps a block; it can be sent to other processes."""
+        """Callable that stores a block; it can be sent to other processes."""
 
     @property
     def place(self) -> str | None:
@@ -116,17 +114,17 @@ class Store(ABC):
         Parameters
         ----------
         admit
-            Called there before a block is kept; what it raises keeps it out.
+            Called there before a block is stored; an exception of it keeps the block out.
         """
         return self.writer
 
     def finish(self, block: FinishedBlock) -> None:
-        """Count a block as finished, which the writer has kept."""
+        """Count a block as finished that the writer has stored."""
         self.finished[block.number] = block.summary
 
     @abstractmethod
     def complete(self, t: Array) -> None:
-        """Put all blocks together in the result, once they are finished.
+        """Join all blocks to the result, once they are finished.
 
         Parameters
         ----------
@@ -146,13 +144,13 @@ class Store(ABC):
         Parameters
         ----------
         name
-            The scene's.
+            Name of the scene.
         t
             Times of the samples.
         """
 
     def give_up(self) -> None:
-        """Remove what was begun, while no block is finished."""
+        """Remove files that were begun, while no block is finished."""
         # Nothing is begun in memory.
         return
 
@@ -174,12 +172,12 @@ class Store(ABC):
         return max(known, default=None)
 
     def ranges(self) -> dict[str, NumberRange]:
-        """Return kept number → its range over the members of finished blocks."""
-        found: dict[str, NumberRange] = {}
+        """Return name of a stored number → its range over the members of finished blocks."""
+        ranges: dict[str, NumberRange] = {}
         for summary in self.finished.values():
             for name, extent in summary.ranges.items():
-                found[name] = extent.with_other(found[name]) if name in found else extent
-        return found
+                ranges[name] = extent.union(ranges[name]) if name in ranges else extent
+        return ranges
 
 
 class SummaryStore(Store):
@@ -187,13 +185,13 @@ class SummaryStore(Store):
 
     @property
     def writer(self) -> BlockWriter:
-        return Summarized(self.size)
+        return partial(FinishedBlock.of_block, size=self.size)
 
     def complete(self, t: Array) -> None:
         """Nothing is written."""
 
     def ensemble(self, name: str, t: Array) -> Ensemble:
-        """Return the times: nothing else is kept."""
+        """Return the times: nothing else is stored."""
         return Ensemble(name, {"t": t})
 
 
@@ -205,7 +203,7 @@ class MemoryStore(Store):
 
     @property
     def writer(self) -> BlockWriter:
-        return InMemory(self.size)
+        return partial(FinishedBlock.of_block, size=self.size, with_results=True)
 
     def finish(self, block: FinishedBlock) -> None:
         super().finish(block)
@@ -230,7 +228,7 @@ class JoinedArrays:
     Attributes
     ----------
     store
-        Which these are.
+        The store of these blocks.
     names
         Number of a block → names of its arrays.
     array
@@ -242,7 +240,7 @@ class JoinedArrays:
     array: Callable[[int, str], Array | None]
 
     def entries(self, t: Array) -> Iterator[_Entry]:
-        """Yield one array a name: times, columns (members, samples), and what members have one of.
+        """Yield one array a name: times, columns, and what members have one value of.
 
         Each is read from all blocks before the next one.
         """
@@ -256,13 +254,15 @@ class JoinedArrays:
     def _members(self, number: int) -> int:
         return sum(self.store.finished[number].counts.values())
 
-    def _parts(self, numbers: Sequence[int], name: str, rest: tuple[int, ...]) -> Iterator[Array]:
+    def _parts(
+        self, numbers: Sequence[int], name: str, trailing: tuple[int, ...]
+    ) -> Iterator[Array]:
         """Yield an array of each finished block, NaN in one that has none."""
         width = max(self._width(number, name) for number in numbers) if name in TEXTS else 0
         for number in numbers:
             part = self.array(number, name)
             if part is None:
-                part = np.full((self._members(number), *rest), np.nan)
+                part = np.full((self._members(number), *trailing), np.nan)
             yield part.astype(f"<U{width}") if width else part
 
     def _width(self, number: int, name: str) -> int:

@@ -13,7 +13,7 @@ import os
 import secrets
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 #: Names of the axes; ``t`` is also the array of sample times.
 _AXES = ("member", "t")
 
-#: Which blocks are finished.
+#: Name of the array of flags of finished blocks.
 _FINISHED = "block.finished"
 
 #: Flags that are written together.
@@ -56,7 +56,7 @@ _FLAGS = 4096
 #: Attribute of an array: its name in the result; of the store: what it must agree on to go on.
 _NAME, _NOTE = "npz_name", "lagrange_run"
 
-#: What stands for the slash in names, which would make a folder of them.
+#: Character for the slash in names, which would make a folder of them.
 _SLASH = "÷"
 
 
@@ -72,7 +72,7 @@ def array_name(name: str) -> str:
 
 @contextmanager
 def _writing(path: str) -> Iterator[None]:
-    """Refuse what the system refuses."""
+    """Turn errors of the system into refusals to write there."""
     try:
         yield
     except OSError as error:
@@ -101,7 +101,7 @@ def chunk(array: Any, number: int, values: NDArray[Any]) -> Chunk:
     Parameters
     ----------
     values
-        Those of the chunk, fewer of the last one: the array ends before its last chunk does.
+        Values of the chunk; fewer of the last one, before whose end the array ends.
     """
     from numcodecs import VLenUTF8, Zstd
 
@@ -141,15 +141,16 @@ class ZarrWriter:
     Attributes
     ----------
     path
-        Of the store, or its address.
+        Path or address of the store.
     token
-        Of the run, so that a process that opened an earlier store of this path opens it again.
+        Random name of the run, so that a process that opened an earlier store of this path opens
+        this one.
     members, size, samples
         Number of members, of those in each block but the last, and of samples.
     description
-        What is known of the arrays.
+        Units and symbols of the arrays.
     admit
-        Called before a block is written; what it raises keeps it out.
+        Called before a block is written; an exception of it keeps the block out.
     """
 
     path: str
@@ -176,20 +177,30 @@ class ZarrWriter:
             if self.admit is not None:
                 self.admit()
             put(_opened(self.path, self.token).group, chunks)
-        return FinishedBlock.of(block, self.size)
+        return FinishedBlock.of_block(block, self.size)
 
     def _array(self, name: str) -> Any:
-        """Open the array of a name in blocks, which is made if this is its first block."""
+        """Return the array of a name in blocks; make it if this is its first block."""
+        from zarr.errors import ContainsArrayError
+
         opened = _opened(self.path, self.token)
         if name not in opened.arrays:
-            opened.arrays[name] = opened.array(
-                written_name(name),
-                axes=2 if name.startswith(COLUMN) else 1,
-                shape=(self.members, self.samples),
-                chunks=(self.size, self.samples),
-                attributes=self.description.of_array(written_name(name)),
-                texts=name in TEXTS,
-            )
+            written, axes = written_name(name), 2 if name.startswith(COLUMN) else 1
+            stored_name, texts = array_name(written), name in TEXTS
+            if stored_name not in opened.group:
+                # Several processes may make it at a time.
+                with suppress(ContainsArrayError):
+                    opened.group.create_array(
+                        stored_name,
+                        shape=(self.members, self.samples)[:axes],
+                        chunks=(self.size, self.samples)[:axes],
+                        dtype=str if texts else "float64",
+                        fill_value="" if texts else np.nan,
+                        dimension_names=_AXES[:axes],
+                        attributes={**self.description.of_array(written), _NAME: written},
+                        **codecs(texts),
+                    )
+            opened.arrays[name] = opened.group[stored_name]
         return opened.arrays[name]
 
 
@@ -199,36 +210,6 @@ class _Opened:
 
     group: Any
     arrays: dict[str, Any] = field(default_factory=dict)
-
-    def array(
-        self,
-        name: str,
-        *,
-        axes: int,
-        shape: tuple[int, ...],
-        chunks: tuple[int, ...],
-        attributes: Mapping[str, str],
-        texts: bool,
-    ) -> Any:
-        """Open an array or make it; several processes may do so at a time."""
-        from zarr.errors import ContainsArrayError
-
-        own = array_name(name)
-        if own not in self.group:
-            try:
-                return self.group.create_array(
-                    own,
-                    shape=shape[:axes],
-                    chunks=chunks[:axes],
-                    dtype=str if texts else "float64",
-                    fill_value="" if texts else np.nan,
-                    dimension_names=_AXES[:axes],
-                    attributes={**attributes, _NAME: name},
-                    **codecs(texts),
-                )
-            except ContainsArrayError:
-                pass
-        return self.group[own]
 
 
 @lru_cache(maxsize=4)
@@ -246,9 +227,9 @@ class ZarrStore(Store):
     Attributes
     ----------
     path
-        Of the store, or its address.
+        Path or address of the store.
     writer_of_run
-        What writes blocks.
+        Writer of the blocks of this run.
     """
 
     path: str = ""
@@ -272,7 +253,7 @@ class ZarrStore(Store):
 
     @cached_property
     def _flags(self) -> tuple[Any, NDArray[np.bool_]]:
-        """The array in the store of which blocks are finished, and what it holds."""
+        """The array of flags in the store, and the flags."""
         array = self._group[_FINISHED]
         return array, array[:]
 
@@ -285,13 +266,13 @@ class ZarrStore(Store):
         super().finish(block)
 
     def complete(self, t: Array) -> None:
-        """Mark the store as complete, with all that there is to open it at once."""
+        """Mark the store as complete, with its metadata in one file."""
         import zarr
 
         if not is_address(self.path):
             remove_abandoned_files(self.path)
         with _writing(self.path), warnings.catch_warnings():
-            # Which readers of other languages do not look for.
+            # Zarr warns that other implementations do not read consolidated metadata.
             warnings.filterwarnings("ignore", message=".*[Cc]onsolidated")
             self._group.attrs["complete"] = 1
             zarr.consolidate_metadata(self._group.store, path=self._group.path)
@@ -305,10 +286,10 @@ class ZarrStore(Store):
         for number in np.flatnonzero(self._flags[1]).tolist():
             block = self._read(number, blocks.length(number))
             if block is not None:
-                super().finish(FinishedBlock.of(block, self.size))
+                super().finish(FinishedBlock.of_block(block, self.size))
 
     def _read(self, number: int, length: int) -> MemberBlock | None:
-        """Read of a block what reports say; None if it is not whole."""
+        """Read the parts of a block that its summary needs; None if they are not whole."""
         first = number * self.size
         arrays = _arrays_of(self._group)
 
@@ -338,7 +319,7 @@ class ZarrArrays(Mapping[str, Any]):
     Attributes
     ----------
     path
-        Of the store, or its address.
+        Path or address of the store.
     """
 
     path: str
@@ -374,7 +355,7 @@ def _arrays_of(group: Any) -> dict[str, Any]:
 def open_zarr_store(path: str, blocks: Blocks, *, resume: bool) -> ZarrStore:
     """Open the store of finished blocks, as :func:`.opening.open_store` does."""
     require_package("zarr", ".zarr", "'lagrange-cli[distributed]'")
-    description, plan = Description.of(blocks), blocks.plan
+    description, plan = Description.of_blocks(blocks), blocks.plan
     t = np.asarray(resolve(plan.model, plan.options).times)
     note = json.dumps(blocks.note)
     with _writing(path):
@@ -393,12 +374,12 @@ def open_zarr_store(path: str, blocks: Blocks, *, resume: bool) -> ZarrStore:
 
 
 def _attributes(path: str) -> Mapping[str, Any] | None:
-    """Return what a store says of itself, None if nothing is there.
+    """Return the attributes of a store; None if nothing is there.
 
     Raises
     ------
     InputError
-        There is something else.
+        There is no store of an ensemble, but something else.
     """
     import zarr
 
@@ -413,7 +394,7 @@ def _attributes(path: str) -> Mapping[str, Any] | None:
         raise InputError(Problem(f"cannot open '{path}': {error}", rule="output")) from error
     if _NOTE not in group.attrs:
         raise _other(path)
-    # A run that was killed before is no run.
+    # A run that was killed before it had flags is no run.
     return dict(group.attrs) if _FINISHED in group else None
 
 
@@ -431,11 +412,11 @@ def _require(attributes: Mapping[str, Any], note: object, path: str, resume: boo
 
 
 def _begin(path: str, blocks: Blocks, t: Array, note: str, description: Description) -> None:
-    """Make a store without members."""
+    """Make a store without results."""
     import zarr
 
-    given = " ".join(array_name(f"given/{name}") for name in blocks.plan.names)
-    attributes = {**description.plain(), _NOTE: note, "coordinates": given}
+    coordinates = " ".join(array_name(f"given/{name}") for name in blocks.plan.names)
+    attributes = {**description.plain(), _NOTE: note, "coordinates": coordinates}
     group = zarr.open_group(path, mode="a", zarr_format=3, attributes=attributes)
     group.update_attributes(attributes)
     times = group.create_array(
