@@ -22,7 +22,7 @@ def refusal(cache) -> str:
     assert not cache.put(KEY, b"x", ".so")
     assert cache.path(KEY) is None
     assert cache.entries() == []
-    assert cache.clear() == (0, 0)
+    assert cache.clear() == (0, 0, 0)
     return cache.reason
 
 
