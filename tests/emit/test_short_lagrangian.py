@@ -56,7 +56,7 @@ def test_what_alone_depends_on_time_stays():
     """T + V is not conserved then, which a reader of L without that term would not see."""
     derivation, row = _shown("m*g*(s - l0) + k*cos(t)")
     assert row == ""
-    assert "none among cyclic momenta and energy" in derivation.text()
+    assert "No cyclic momentum is conserved, and neither is the energy." in derivation.text()
 
 
 def test_reports_and_energies_are_whole():

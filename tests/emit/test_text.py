@@ -150,7 +150,7 @@ def test_account_wording():
     assert "  rod         x^2 + z^2 = l^2   (satisfied by the definitions)\n" in text
     assert "  again       z1 = 0   (redundant, implied by table, rope)\n" in text
     assert "  drive       x = A*cos(t)   (depends on t)\n" in text
-    assert "  (implied)   2 restrictions by definitions and position expressions\n" in text
+    assert "  (implied)   2 constraints built into the positions\n" in text
     assert "Coordinates   r, θ   (chosen automatically)" in text
 
 
@@ -158,7 +158,7 @@ def test_forces_and_dissipation():
     text = derivation_text(damped_driven())
     assert "D = ½ c ẋ²\n" in text
     assert "Generalized forces\n  Q_x = A t     push on x\n" in text
-    assert "Conserved   none among cyclic momenta and energy\n" in text
+    assert "Conserved   No cyclic momentum is conserved, and neither is the energy.\n" in text
 
 
 def test_generalized_potential_is_called_u():

@@ -210,7 +210,8 @@ class _Contents:
         found = self.analysis.symmetries
         symmetries = () if found is None else found.proven
         further = [self._symmetry(s) for s in symmetries]
-        lines = conserved(self.writer, further, searched(found, self.writer.say))
+        among = "" if found is None else searched(found, self.writer.say)
+        lines = conserved(self.writer, further, among)
         if lines is None or found is None or not found.unproven:
             return lines
         doubt = self.writer.say(

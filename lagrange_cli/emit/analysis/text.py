@@ -20,6 +20,7 @@ from lagrange_cli.emit.analysis.wording import (
     verdict_word,
 )
 from lagrange_cli.emit.forms.writer import with_momenta
+from lagrange_cli.emit.phrases.equations import none_conserved_line
 from lagrange_cli.emit.phrases.language import ENGLISH, Language, language
 from lagrange_cli.emit.text.conserved import conserved_row, energy
 from lagrange_cli.emit.text.writer import TextWriter
@@ -379,7 +380,10 @@ class _Writer:
         if found is not None:
             rows += [self.symmetry_row(symmetry) for symmetry in found.proven]
         if not rows:
-            return [Row(heading, "   ", words(f"{self.say('none')} {told}"), "heading")]
+            none = f"{self.say('none')} {told}"
+            if found is None:
+                none = none_conserved_line(self.analysis.equations, self.say)
+            return [Row(heading, "   ", words(none), "heading")]
         lines: list[Row | Block] = [
             Row(heading, " ", words(told), "heading"),
             Block(tuple(rows), "asides"),

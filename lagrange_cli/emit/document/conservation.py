@@ -13,6 +13,7 @@ from lagrange_cli.emit.phrases.equations import (
     energy_is_sum,
     energy_letter,
     loss_line,
+    none_conserved_line,
     only_between_impacts,
     sum_line,
     undecided,
@@ -63,10 +64,11 @@ def conserved(
     heading = say("Conserved quantities")
     names = ", ".join(letters.inline(_named(writer, name)) for name in undecided(equations))
     doubts = writer.told(say("Of {names} this is not decided.", names=names) if names else "")
-    searched = searched or say("among cyclic momenta and energy")
     if not equations.derivation.conserved and not further:
-        none = say("{text}.", text=f"{say('none')} {searched}")
-        return section(heading, Words(none[:1].upper() + none[1:]), doubts)
+        none = f"{say('none')} {searched}" if searched else none_conserved_line(equations, say)
+        text = none if none.endswith(".") else say("{text}.", text=none)
+        return section(heading, Words(text[:1].upper() + text[1:]), doubts)
+    searched = searched or say("among cyclic momenta and energy")
     told, rows = [], []
     for one in writer.with_families("momenta", len(equations.derivation.conserved)):
         quantity = equations.derivation.conserved[
@@ -121,7 +123,11 @@ def _sum(writer: DocumentWriter) -> Iterator[Block]:
     if found is None:
         return
     name, jacobi = f"{labels['T']} + {labels['V']}", labels["h"]
-    told = say("{name}: {value}", name=writer.letters.inline(name), value=sum_line(found, say))
+    told = say(
+        "{name}: {value}",
+        name=writer.letters.inline(name),
+        value=sum_line(writer.equations, found, say),
+    )
     rows = [writer.row(f"{name} - {jacobi}", found.difference)]
     if found.rate is not None:
         whole = writer.letters.group(name)

@@ -203,13 +203,13 @@ def remark_on(line: ConstraintLine, say: Language = ENGLISH) -> str:
 
 
 def implied_line(account: Account, say: Language = ENGLISH) -> str:
-    """Count the restrictions that no constraint states; empty if there are none."""
+    """Count the constraints that the positions imply and the scene does not state, or return ""."""
     if not account.implied:
         return ""
     return say.counted(
         account.implied,
-        "{count} restriction by definitions and position expressions",
-        "{count} restrictions by definitions and position expressions",
+        "{count} constraint built into the positions",
+        "{count} constraints built into the positions",
     )
 
 
@@ -228,6 +228,13 @@ def is_generalized_potential(equations: Equations) -> bool:
     return not equations.system.potential.free_symbols.isdisjoint(
         c.v for c in equations.system.coordinates
     )
+
+
+def none_conserved_line(equations: Equations, say: Language) -> str:
+    """Say that neither a cyclic momentum nor the energy is conserved; undecided ones are apart."""
+    if undecided(equations):
+        return f"{say('none')} {say('among cyclic momenta and energy')}"
+    return say("No cyclic momentum is conserved, and neither is the energy.")
 
 
 def undecided(equations: Equations) -> list[str]:
@@ -346,13 +353,24 @@ def _reasons(
         yield say("the constraint {name} moves", name=words(name))
 
 
-def sum_line(found: EnergySum, say: Language) -> str:
-    """Say whether T + V is conserved beside, or in place of, Jacobi's integral."""
-    if found.conserved is None:
+def sum_line(equations: Equations, energy: EnergySum, say: Language) -> str:
+    """Say whether T + V is conserved beside, or in place of, Jacobi's integral.
+
+    If it is not, the constraints of the scene that depend on time do work, or a motion that the
+    positions prescribe: of a constraint built into them, or of their axes.
+    """
+    if energy.conserved is None:
         return say("not decided whether this is conserved")
-    if found.conserved:
-        return say("conserved too") if found.with_jacobi else say("conserved")
-    return say("not conserved: what moves constraints or axes does work")
+    if energy.conserved:
+        return say("conserved too") if energy.with_jacobi else say("conserved")
+    moving = sum(line.rheonomic for line in equations.derivation.account.lines)
+    if moving:
+        return say.counted(
+            moving,
+            "not conserved: the moving constraint does work",
+            "not conserved: the moving constraints do work",
+        )
+    return say("not conserved: the prescribed motion does work")
 
 
 def operations_told(count: int, say: Language) -> str:

@@ -93,8 +93,8 @@ def force_notes(forces: ConstraintForces, say: Language = ENGLISH) -> list[str]:
         notes.append(
             say.counted(
                 len(forces.included),
-                "they pass on {listed}, which is written in coordinates and acts on no particle",
-                "they pass on {listed}, which are written in coordinates and act on no particle",
+                "these include the term {listed}, because it is written in coordinates",
+                "these include the terms {listed}, because they are written in coordinates",
                 listed=", ".join(forces.included),
             )
         )

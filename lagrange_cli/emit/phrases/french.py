@@ -61,11 +61,9 @@ FRENCH = {
     "{count} nonholonomic constraints": "{count} liaisons non holonomes",
     "{count} one-sided constraint": "{count} liaison unilatérale",
     "{count} one-sided constraints": "{count} liaisons unilatérales",
-    "{count} restriction by definitions and position expressions": (
-        "{count} restriction par les définitions et les expressions des positions"
-    ),
-    "{count} restrictions by definitions and position expressions": (
-        "{count} restrictions par les définitions et les expressions des positions"
+    "{count} constraint built into the positions": ("{count} liaison contenue dans les positions"),
+    "{count} constraints built into the positions": (
+        "{count} liaisons contenues dans les positions"
     ),
     "(implied)": "(implicites)",
     "Constraints": "Liaisons",
@@ -232,12 +230,11 @@ FRENCH = {
     "multipliers and accelerations are those of the equations of motion": (
         "les multiplicateurs et les accélérations sont ceux des équations du mouvement"
     ),
-    "they pass on {listed}, which is written in coordinates and acts on no particle": (
-        "elles transmettent {listed}, qui est écrit en coordonnées et n'agit sur aucune particule"
+    "these include the term {listed}, because it is written in coordinates": (
+        "elles comprennent le terme {listed}, parce qu'il est écrit en coordonnées"
     ),
-    "they pass on {listed}, which are written in coordinates and act on no particle": (
-        "elles transmettent {listed}, qui sont écrits en coordonnées et n'agissent sur"
-        " aucune particule"
+    "these include the terms {listed}, because they are written in coordinates": (
+        "elles comprennent les termes {listed}, parce qu'ils sont écrits en coordonnées"
     ),
     "multipliers that are not determined, or have no short form: {listed}": (
         "multiplicateurs indéterminés ou sans forme courte\u00a0: {listed}"
@@ -245,6 +242,9 @@ FRENCH = {
     "Conserved": "Conservés",
     "Conserved quantities": "Grandeurs conservées",
     "among cyclic momenta and energy": "parmi les impulsions cycliques et l'énergie",
+    "No cyclic momentum is conserved, and neither is the energy.": (
+        "Aucune impulsion cyclique n'est conservée, et l'énergie ne l'est pas non plus."
+    ),
     "{name} is cyclic": "{name} est cyclique",
     "{lagrangian} does not depend on {time}": "{lagrangian} ne dépend pas de {time}",
     "{lagrangian} does not depend on {time} (between impacts)": (

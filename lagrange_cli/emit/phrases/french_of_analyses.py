@@ -170,8 +170,14 @@ FRENCH_OF_ANALYSES = {
     "not decided whether this is conserved": "il n'est pas décidé si cela est conservé",
     "conserved too": "conservée aussi",
     "conserved": "conservée",
-    "not conserved: what moves constraints or axes does work": (
-        "non conservée\u00a0: ce qui meut liaisons ou axes travaille"
+    "not conserved: the moving constraint does work": (
+        "non conservée\u00a0: la liaison mobile travaille"
+    ),
+    "not conserved: the moving constraints do work": (
+        "non conservée\u00a0: les liaisons mobiles travaillent"
+    ),
+    "not conserved: the prescribed motion does work": (
+        "non conservée\u00a0: le mouvement imposé travaille"
     ),
     "not conserved: {reason}": "non conservée\u00a0: {reason}",
     "It is not conserved: {reason}.": "Elle n'est pas conservée\u00a0: {reason}.",

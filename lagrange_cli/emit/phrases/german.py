@@ -61,11 +61,11 @@ GERMAN = {
     "{count} nonholonomic constraints": "{count} nichtholonome Zwangsbedingungen",
     "{count} one-sided constraint": "{count} einseitige Zwangsbedingung",
     "{count} one-sided constraints": "{count} einseitige Zwangsbedingungen",
-    "{count} restriction by definitions and position expressions": (
-        "{count} Einschränkung durch Definitionen und Ortsangaben"
+    "{count} constraint built into the positions": (
+        "{count} in die Ortsangaben eingebaute Zwangsbedingung"
     ),
-    "{count} restrictions by definitions and position expressions": (
-        "{count} Einschränkungen durch Definitionen und Ortsangaben"
+    "{count} constraints built into the positions": (
+        "{count} in die Ortsangaben eingebaute Zwangsbedingungen"
     ),
     "(implied)": "(stillschweigend)",
     "Constraints": "Zwangsbedingungen",
@@ -230,13 +230,11 @@ GERMAN = {
     "multipliers and accelerations are those of the equations of motion": (
         "Multiplikatoren und Beschleunigungen sind die der Bewegungsgleichungen"
     ),
-    "they pass on {listed}, which is written in coordinates and acts on no particle": (
-        "sie geben weiter, was in Koordinaten angegeben ist und an keinem Teilchen angreift:"
-        " {listed}"
+    "these include the term {listed}, because it is written in coordinates": (
+        "darin enthalten ist der Term {listed}, weil er in Koordinaten angegeben ist"
     ),
-    "they pass on {listed}, which are written in coordinates and act on no particle": (
-        "sie geben weiter, was in Koordinaten angegeben ist und an keinem Teilchen angreift:"
-        " {listed}"
+    "these include the terms {listed}, because they are written in coordinates": (
+        "darin enthalten sind die Terme {listed}, weil sie in Koordinaten angegeben sind"
     ),
     "multipliers that are not determined, or have no short form: {listed}": (
         "Multiplikatoren, die nicht bestimmt sind oder keine kurze Form haben: {listed}"
@@ -245,6 +243,9 @@ GERMAN = {
     "Conserved": "Erhalten",
     "Conserved quantities": "Erhaltene Größen",
     "among cyclic momenta and energy": "unter zyklischen Impulsen und Energie",
+    "No cyclic momentum is conserved, and neither is the energy.": (
+        "Kein zyklischer Impuls ist erhalten und auch die Energie nicht."
+    ),
     "{name} is cyclic": "{name} ist zyklisch",
     "{lagrangian} does not depend on {time}": "{lagrangian} hängt nicht von {time} ab",
     "{lagrangian} does not depend on {time} (between impacts)": (

@@ -171,8 +171,14 @@ GERMAN_OF_ANALYSES = {
     "not decided whether this is conserved": "nicht entschieden, ob das erhalten ist",
     "conserved too": "auch erhalten",
     "conserved": "erhalten",
-    "not conserved: what moves constraints or axes does work": (
-        "nicht erhalten: Was Zwangsbedingungen oder Achsen bewegt, leistet Arbeit"
+    "not conserved: the moving constraint does work": (
+        "nicht erhalten: Die bewegte Zwangsbedingung leistet Arbeit"
+    ),
+    "not conserved: the moving constraints do work": (
+        "nicht erhalten: Die bewegten Zwangsbedingungen leisten Arbeit"
+    ),
+    "not conserved: the prescribed motion does work": (
+        "nicht erhalten: Die vorgegebene Bewegung leistet Arbeit"
     ),
     "not conserved: {reason}": "nicht erhalten: {reason}",
     "It is not conserved: {reason}.": "Sie ist nicht erhalten: {reason}.",

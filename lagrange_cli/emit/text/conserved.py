@@ -11,6 +11,7 @@ from lagrange_cli.emit.phrases.equations import (
     energy_is_sum,
     energy_letter,
     loss_line,
+    none_conserved_line,
     only_between_impacts,
     quantity_labels,
     sum_line,
@@ -41,7 +42,8 @@ def conserved(writer: TextWriter) -> list[Row | Block]:
     if rows:
         lines.append(Block(tuple(rows), "asides"))
     else:
-        lines = [Row(heading, "   ", words(writer.say("none") + f" {searched}"), "heading")]
+        none = none_conserved_line(writer.equations, writer.say)
+        lines = [Row(heading, "   ", words(none), "heading")]
     names = [
         "E" if n == "energy" else writer.printer.symbol(n) for n in undecided(writer.equations)
     ]
@@ -75,7 +77,7 @@ def _sum(writer: TextWriter) -> Iterator[Row | Block]:
     labels = quantity_labels(writer.equations)
     name, shown = f"{labels['T']} + {labels['V']}", writer.pieces(found.difference)
     whole = [Piece(labels["h"], columns(labels["h"])), *added(shown)]
-    yield formula(f"  {name}", " = ", whole, aside=sum_line(found, writer.say))
+    yield formula(f"  {name}", " = ", whole, aside=sum_line(writer.equations, found, writer.say))
     if found.rate is not None:
         yield writer.formula(f"  d({name})/dt", found.rate)
 
