@@ -73,7 +73,7 @@ def test_ascii_is_in_the_scene_language():
 
 def test_what_is_passed_on_is_said():
     shown = section(derivation_text(found(TORSION), width=100))
-    assert "pass on spring, bend, which are written in coordinates and act on no particle" in shown
+    assert "these include the terms spring, bend, because they are written in coordinates" in shown
 
 
 @pytest.mark.parametrize("text", [ANGLE, CARTESIAN, TORSION], ids=["angle", "cartesian", "torsion"])
