@@ -74,11 +74,11 @@ class Option:
 
     @property
     def shown_default(self) -> OptionValue:
-        """The default as help pages say it."""
+        """Return the default as help pages say it."""
         return self.default_text or self.default
 
     def wrong(self, value: OptionValue) -> str | None:
-        """The part of a value that the option does not take, None if it takes all of it."""
+        """Return the part of a value that the option does not take, None if it takes all of it."""
         if self.is_flag or isinstance(value, bool):
             return None if self.is_flag and isinstance(value, bool) else str(value)
         if self.accepted is not None:
@@ -87,7 +87,7 @@ class Option:
         return next((part for part in given if part not in self.choices), None)
 
     def expected(self) -> str:
-        """What the option takes, in words."""
+        """Return a phrase for the values that the option takes."""
         if self.accepted is not None:
             return self.metavar
         return ", ".join(self.choices) if self.choices else "true or false"

@@ -28,7 +28,7 @@ def is_width(text: str) -> bool:
 
 
 def length(text: str) -> float | None:
-    """The points of a length such as ``8.6cm``; None for other texts."""
+    """Return the points of a length such as ``8.6cm``; None for other texts."""
     match = _LENGTH.fullmatch(text)
     return float(match[1]) * _POINTS[match[2]] if match else None
 
@@ -86,7 +86,7 @@ _WRITTEN_OUT = Option(
 
 
 def _sections_without_sketch(why: str) -> Option:
-    """The parts of a document that holds no pictures."""
+    """Return the parts of a document that holds no pictures."""
     kept = tuple(name for name in SECTIONS if name != "sketch")
     return replace(_SECTIONS, choices=kept, refused={"sketch": why})
 
@@ -149,7 +149,7 @@ ANALYZED: dict[str, tuple[Option, ...]] = {
 
 
 def sections_of(options: Mapping[str, OptionValue], *, forces: bool) -> tuple[str, ...]:
-    """The parts of a document that its option ``sections`` asks for.
+    """Return the parts of a document that its option ``sections`` asks for.
 
     Parameters
     ----------

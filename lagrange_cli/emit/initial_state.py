@@ -25,7 +25,7 @@ _LARGEST_DENOMINATOR = 24
 
 
 def multiple_of_pi(value: float) -> Expr | None:
-    """An angle that is a simple fraction of π as that; None for others."""
+    """Return an angle that is a simple fraction of π as that; None for others."""
     import sympy
 
     near = Fraction(value / math.pi).limit_denominator(_LARGEST_DENOMINATOR)
@@ -75,12 +75,12 @@ def _position_label(closure: Closure, starts: str) -> str:
 
 
 def _start_names(equations: Equations) -> list[str]:
-    """Names of the parameters that are starts, in constants of integration."""
+    """Return names of the parameters that are starts, in constants of integration."""
     return [comment_text(p.name) for p in equations.system.parameters if p.start_of is not None]
 
 
 def rates_note(equations: Equations) -> list[str]:
-    """Lines that say which closures hold for one constant of integration only."""
+    """Return lines that say which closures hold for one constant of integration only."""
     names = [comment_text(c.name) for c in equations.system.closures if c.integral]
     if not names:
         return []

@@ -81,7 +81,7 @@ def derivation_report(
 
 
 def _report(equations: Equations, form: str, say: ExpressionPrinter) -> dict[str, Any]:
-    """The report, with expressions as they are said."""
+    """Return the report, with expressions as they are said."""
     forces = equations.derivation.constraint_forces
     account, unused = equations.derivation.account, equations.derivation.facts.unused_parameters
     return {
@@ -129,7 +129,7 @@ def _report(equations: Equations, form: str, say: ExpressionPrinter) -> dict[str
 
 
 def _in_form(equations: Equations, form: str, say: ExpressionPrinter) -> dict[str, Any]:
-    """The equations of motion in a form, with M and f of their rows."""
+    """Return the equations of motion in a form, with M and f of their rows."""
     if form == "routhian":
         from lagrange_cli.emit.forms.json_values import routhian_report
 
@@ -154,12 +154,12 @@ def _in_form(equations: Equations, form: str, say: ExpressionPrinter) -> dict[st
 
 
 def in_scene_language(equations: Equations, expression: Expr) -> str:
-    """An expression over the symbols of equations as the scene language writes it."""
+    """Return an expression over the symbols of equations as the scene language writes it."""
     return ExpressionPrinter(vocabulary(equations), ScenePrinter())(expression)
 
 
 def _steps(equations: Equations) -> dict[str, Any]:
-    """The steps, where they were asked for."""
+    """Return the steps, where they were asked for."""
     if equations.derivation.steps is None:
         return {}
     from lagrange_cli.emit.steps.json_values import steps_report
@@ -190,7 +190,7 @@ def _lagrange(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
 
 
 def _explicit(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
-    """The rows for coordinates, and those for the multipliers of closures."""
+    """Return the rows for coordinates, and those for the multipliers of closures."""
     explicit, right = explicit_form(equations), forcing_with_reactions(equations)
     rows = []
     for i, (c, value) in enumerate(
@@ -256,7 +256,7 @@ def _balance(equations: Equations, say: ExpressionPrinter) -> dict[str, str] | N
 
 
 def _input(source: Input, say: ExpressionPrinter) -> dict[str, Any]:
-    """An input: its expression, or the file and column of its values."""
+    """Return an input: its expression, or the file and column of its values."""
     record = source.recording
     if record is None:
         return {"name": source.name, "expression": say(source.expression)}

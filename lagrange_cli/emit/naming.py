@@ -86,7 +86,7 @@ def file_stem(name: str, reserved: frozenset[str] = frozenset()) -> str:
 
 
 def unique_identifiers(names: Iterable[str], reserved: frozenset[str]) -> list[str]:
-    """An identifier for each name, in order: reserved ones, ones that begin
+    """Return an identifier for each name, in order: reserved ones, ones that begin
     with an underscore and repeated ones get a tail of underscores and digits."""
     taken: set[str] = set()
     result = []
@@ -125,7 +125,7 @@ def comment_text(text: str) -> str:
 
 
 def domain_note(equations: Equations) -> list[str]:
-    """A line that says what the scene declares positive; none where it declares nothing."""
+    """Return a line that says what the scene declares positive; none where it declares nothing."""
     names = ", ".join(comment_text(name) for name, _ in equations.system.positive)
     return [f"All of this holds only where these are positive: {names}."] if names else []
 

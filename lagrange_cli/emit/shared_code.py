@@ -57,7 +57,7 @@ RECORDED_ROUNDING = 1e-9
 
 
 def recorded_inputs(equations: Equations) -> list[tuple[int, Polynomials]]:
-    """The recorded inputs by number.
+    """Return the recorded inputs by number.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def _refused(equations: Equations, message: str, hint: str) -> InputError:
 
 
 def momentum_names(equations: Equations) -> list[str]:
-    """Names of the momenta, in the order of the coordinates."""
+    """Return names of the momenta, in the order of the coordinates."""
     from lagrange_cli.analysis.forms.momenta import momentum_letter
 
     letter = momentum_letter(equations)

@@ -15,12 +15,12 @@ _PACKAGE = "lagrange_cli.emit"
 
 
 def c_template(name: str) -> str:
-    """The text of ``templates/c/NAME.c.in``."""
+    """Return the text of ``templates/c/NAME.c.in``."""
     return _text("c", f"{name}.c.in")
 
 
 def python_template(name: str) -> str:
-    """The text of ``templates/python/NAME.py.in``."""
+    """Return the text of ``templates/python/NAME.py.in``."""
     return _text("python", f"{name}.py.in")
 
 

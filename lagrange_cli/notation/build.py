@@ -80,19 +80,19 @@ def _whole(expression: sympy.Expr, words: Vocabulary) -> DisplayNode:
 
 
 def _left_out(parts: Sequence[sympy.Expr], words: Vocabulary) -> DisplayNode | None:
-    """What stands in place of a sum of parts that is too long to be read."""
+    """Return the note in place of a sum of parts that is too long to be read."""
     return None if words.omission is None else words.omission.instead(parts)
 
 
 def display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> DisplayNode:
-    """The sum of expressions, kept in the order given."""
+    """Return the sum of expressions, kept in the order given."""
     parts = tuple(expressions)
     left_out = _left_out(parts, words)
     return left_out or ordering.sum_of([_term(e, words) for e in parts], ordered=True)
 
 
 def display_row(shown: ShownEquation, words: Vocabulary) -> DisplayNode:
-    """The left side of an equation of motion: its terms in their order.
+    """Return the left side of an equation of motion: its terms in their order.
 
     Each coefficient and its factor print as one product. Terms without a
     factor (factor 1), which may be sums, are in the order of a sum; those with
@@ -113,7 +113,7 @@ def display_row(shown: ShownEquation, words: Vocabulary) -> DisplayNode:
 
 
 def _led(terms: list[SignedNode], own: Sequence[int]) -> list[SignedNode]:
-    """The terms, of which a positive acceleration comes first, if it can be the ``own``.
+    """Return the terms, of which a positive acceleration comes first, if it can be the ``own``.
 
     Unchanged if the first is positive.
     """
@@ -240,7 +240,7 @@ class _Factors:
             self.below.append(ordering.root_of(below))
 
     def term(self, literals: Mapping[Fraction, str]) -> SignedNode:
-        """The gathered product as a signed node."""
+        """Return the gathered product as a signed node."""
         self._take_letters()
         self._close_roots()
         self._place_coefficient(literals)
@@ -276,14 +276,14 @@ def _only_pi(factors: Sequence[DisplayNode]) -> bool:
 
 
 def _letter_power(node: DisplayNode) -> tuple[DisplayNode, Fraction]:
-    """A letter and its power; a node and 1 if it is no power of a letter by a number."""
+    """Return a letter and its power; a node and 1 if it is no power of a letter by a number."""
     if isinstance(node, DisplayPower) and isinstance(node.exponent, DisplayNumber):
         return node.base, Fraction(node.exponent.numerator, node.exponent.denominator)
     return node, Fraction(1)
 
 
 def _literal(value: Fraction, literals: Mapping[Fraction, str]) -> str | None:
-    """The decimal that the scene wrote for a value, where that reads better."""
+    """Return the decimal that the scene wrote for a value, where that reads better."""
     if value.denominator > 4 or (value.denominator == 1 and value.numerator >= _LONG_INTEGER):
         return literals.get(value)
     return None
@@ -408,7 +408,7 @@ def _parts(argument: sympy.Expr) -> int:
 
 
 def _called(name: str, arguments: list[DisplayNode], parts: int = 1) -> SignedNode:
-    """A function, with the sign of its argument taken out where it is odd or even.
+    """Return a function, with the sign of its argument taken out where it is odd or even.
 
     ``parts``: the argument is to be divided by this number.
     """

@@ -45,11 +45,11 @@ class FamilyNotation:
     words: Vocabulary
 
     def row(self, row: FamilyRow) -> DisplayNode:
-        """The left side of an equation of all elements."""
+        """Return the left side of an equation of all elements."""
         return display_row(row.shown, self.words_of(row))
 
     def whole(self, row: FamilyRow) -> DisplayNode:
-        """A definition or quantity of all elements."""
+        """Return a definition or quantity of all elements."""
         return self.part(row, row.shown.residual)
 
     def part(self, row: FamilyRow, expression: sympy.Expr) -> DisplayNode:
@@ -57,14 +57,14 @@ class FamilyNotation:
         return display(expression, self.words_of(row))
 
     def words_of(self, row: FamilyRow) -> Vocabulary:
-        """Names of all symbols that a row shows."""
+        """Return names of all symbols that a row shows."""
         shown = row.shown
         parts = [*(e for pair in shown.terms for e in pair), shown.residual, shown.divided_by]
         parts += [] if shown.momentum is None else [shown.momentum]
         return self._words(parts, row.series, row.ranges)
 
     def form(self, form: Form, ranges: tuple[Range, ...] = ()) -> DisplayNode:
-        """An expression with sums over indices."""
+        """Return an expression with sums over indices."""
         return display(form.expression, self._words([form.expression], form.series, ranges))
 
     # -- words --------------------------------------------------------------------
@@ -75,7 +75,7 @@ class FamilyNotation:
         series_of: Mapping[sympy.Symbol, Series],
         ranges: tuple[Range, ...],
     ) -> Vocabulary:
-        """Names of the symbols of some expressions, and what their series are."""
+        """Return names of the symbols of some expressions, and what their series are."""
         words = self._known(parts, ranges)
         named: dict[sympy.Expr, tuple[NamedFactor, ...]] = dict(words.named)
         for symbol, series in series_of.items():
@@ -128,7 +128,7 @@ class FamilyNotation:
     def _sums(
         self, totals: Iterable[sympy.Expr], ranges: tuple[Range, ...]
     ) -> Iterator[tuple[sympy.Expr, tuple[tuple[sympy.Expr, ...], bool]]]:
-        """Sums of indices, sizes first; others in the order in which the scene has them."""
+        """Return sums of indices, sizes first; others in the order in which the scene has them."""
         counters = {*self.families.letters, *self.families.sizes}
         at = self._example(ranges)
         for total in totals:
@@ -148,7 +148,7 @@ class FamilyNotation:
         return (0 if size else 1 if term.is_Integer else 2), str(term)
 
     def _example(self, ranges: tuple[Range, ...]) -> Mapping[sympy.Symbol, int]:
-        """Values of indices in the midst of their ranges, apart from each other."""
+        """Return values of indices in the midst of their ranges, apart from each other."""
         values: dict[sympy.Symbol, int] = dict(self.families.sizes)
         for k, span in enumerate(ranges):
             first, last = (index_at(end, values) for end in (span.first, span.last))
@@ -158,7 +158,7 @@ class FamilyNotation:
     def _rules(
         self, total: sympy.Expr, at: Mapping[sympy.Symbol, int]
     ) -> dict[sympy.Symbol, sympy.Symbol] | None:
-        """The elements of a sum at some indices; None if one of them is no symbol."""
+        """Return the elements of a sum at some indices; None if one of them is no symbol."""
         elements, rules = self.families.elements, {}
         for symbol in total.free_symbols:
             element = elements.meanings.get(symbol)
@@ -177,7 +177,7 @@ class FamilyNotation:
     # -- ranges ---------------------------------------------------------------------
 
     def _ranges(self, ranges: Sequence[Range]) -> Iterator[DisplayRange]:
-        """The indices of a sum; pairs i < j of all elements are told apart from others."""
+        """Return the indices of a sum; pairs i < j of all elements are told apart from others."""
         for k, span in enumerate(ranges):
             shown = DisplayRange(span.letter.name, str(span.first), str(span.last))
             if span.besides is not None:

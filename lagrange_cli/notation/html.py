@@ -16,14 +16,14 @@ def html_text(text: str) -> str:
 
 
 def html_formula(latex: str) -> str:
-    """A formula in LaTeX, which the notebook typesets."""
+    """Return a formula in LaTeX, which the notebook typesets."""
     return f"${escape(latex)}$"
 
 
 def html_table(
     caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], count: int
 ) -> str:
-    """A table of cells in HTML; of many rows the first ones, and how many others there are.
+    """Return a table of cells in HTML; of many rows the first ones, and how many others there are.
 
     Parameters
     ----------

@@ -95,7 +95,7 @@ class LatexPrinter(TypesetPrinter):
 
 
 def latex_number(literal: str) -> str:
-    """A decimal as the scene wrote it: ``9.81``, ``1e-31`` as a power of ten."""
+    """Return a decimal as the scene wrote it: ``9.81``, ``1e-31`` as a power of ten."""
     mantissa, _, exponent = literal.lower().partition("e")
     if not exponent:
         return mantissa

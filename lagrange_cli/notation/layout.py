@@ -54,12 +54,12 @@ class Line:
 
 
 def columns(text: str) -> int:
-    """The number of terminal columns of a text without wide characters."""
+    """Return the number of terminal columns of a text without wide characters."""
     return sum(1 for c in text if not unicodedata.combining(c))
 
 
 def joined(pieces: Sequence[Piece]) -> str:
-    """The formula on one line."""
+    """Return the formula on one line."""
     return "".join(p.separator + p.text for p in pieces)
 
 
@@ -68,7 +68,7 @@ def width(pieces: Sequence[Piece]) -> float:
 
 
 def deeper(pieces: Sequence[Piece], by: int = 1) -> list[Piece]:
-    """The same pieces within a further pair of parentheses."""
+    """Return the same pieces within a further pair of parentheses."""
     return [p if p.depth is None else replace(p, depth=p.depth + by) for p in pieces]
 
 
@@ -79,7 +79,7 @@ def prefixed(pieces: Sequence[Piece], text: str, width: float) -> list[Piece]:
 
 
 def added(pieces: Sequence[Piece]) -> list[Piece]:
-    """The pieces as further terms of a sum, with the sign of the first."""
+    """Return the pieces as further terms of a sum, with the sign of the first."""
     head = pieces[0]
     sign, text = ("-", head.text[1:]) if head.text.startswith("-") else ("+", head.text)
     return [Piece(text, head.width + 3, f" {sign} ", f"{sign} ", 0), *pieces[1:]]
@@ -119,7 +119,7 @@ def break_lines(
 
 
 def _line_end(pieces: Sequence[Piece], start: int, available: float) -> int:
-    """The index of the piece that begins the next line.
+    """Return the index of the piece that begins the next line.
 
     Of the breaks that fit, the outermost ones, of those the last; breaks that
     leave the line too empty only where there is no other.

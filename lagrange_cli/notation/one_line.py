@@ -37,12 +37,12 @@ def solid(text: str) -> list[Piece]:
 
 
 def group(pieces: list[Piece], opening: str = "(", closing: str = ")") -> list[Piece]:
-    """The pieces within parentheses."""
+    """Return the pieces within parentheses."""
     return suffixed(prefixed(deeper(pieces), opening, 1), closing, 1)
 
 
 def argument_list(arguments: list[list[Piece]]) -> list[Piece]:
-    """Arguments with commas between them, to be broken only after all else."""
+    """Return arguments with commas between them, to be broken only after all else."""
     pieces = [
         piece
         for index, argument in enumerate(arguments)
@@ -88,11 +88,11 @@ class OneLinePrinter(ABC):
 
     @abstractmethod
     def symbol(self, name: str, order: int = 0) -> str:
-        """A name with its dots."""
+        """Return a name with its dots."""
 
     @abstractmethod
     def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
-        """A function, to a power (``""``: none) where :meth:`takes_power`.
+        """Return a function, to a power (``""``: none) where :meth:`takes_power`.
 
         ``closed`` asks for parentheses around the argument.
         """
@@ -103,18 +103,18 @@ class OneLinePrinter(ABC):
 
     @abstractmethod
     def sigma(self, ranges: Sequence[DisplayRange]) -> tuple[str, float]:
-        """The signs of a sum over indices, and their width."""
+        """Return the signs of a sum over indices, and their width."""
 
     @abstractmethod
     def root(self, node: DisplayRoot) -> list[Piece]:
-        """A square root."""
+        """Return a square root."""
 
     @abstractmethod
     def exponent(self, node: DisplayNode) -> str:
-        """An exponent, with its sign of exponentiation."""
+        """Return an exponent, with its sign of exponentiation."""
 
     def number(self, node: DisplayNumber) -> str:
-        """A number, as a factor: as the scene wrote it, or exactly."""
+        """Return a number, as a factor: as the scene wrote it, or exactly."""
         if node.literal is not None:
             return node.literal
         if node.denominator == 1:
@@ -122,11 +122,11 @@ class OneLinePrinter(ABC):
         return f"{node.numerator}/{node.denominator}"
 
     def group(self, pieces: list[Piece]) -> list[Piece]:
-        """The pieces within parentheses."""
+        """Return the pieces within parentheses."""
         return group(pieces)
 
     def rate(self, node: DisplayNode) -> list[Piece]:
-        """The time derivative of a quantity, not carried out."""
+        """Return the time derivative of a quantity, not carried out."""
         return prefixed(self.group(self.pieces(node)), "d/dt ", 5)
 
     # -- structure --------------------------------------------------------------
@@ -177,7 +177,7 @@ class OneLinePrinter(ABC):
         return self.times
 
     def series(self, node: DisplayNode) -> list[Piece]:
-        """A sum over indices; what it sums reaches up to the next term."""
+        """Return a sum over indices; what it sums reaches up to the next term."""
         assert isinstance(node, DisplaySeries)
         text, size = self.sigma(node.ranges)
         body = self.pieces(node.body)
@@ -186,7 +186,7 @@ class OneLinePrinter(ABC):
         return prefixed(body, text, size)
 
     def factor(self, node: DisplayNode, *, closed: bool) -> list[Piece]:
-        """A part of a product, in parentheses where it needs them."""
+        """Return a part of a product, in parentheses where it needs them."""
         if isinstance(node, DisplaySeries):
             return self.series(node)
         if isinstance(node, (DisplaySum, DisplayFraction, DisplayProduct)):
@@ -255,7 +255,7 @@ class OneLinePrinter(ABC):
         return columns(exponent)
 
     def enclosed_call(self, node: DisplayCall) -> list[Piece]:
-        """A function that a power follows."""
+        """Return a function that a power follows."""
         return self.group(self.call(node, "", closed=False))
 
 

@@ -56,13 +56,13 @@ def symbol_of(
     latex: str | None = None,
     role: Role = Role.OTHER,
 ) -> DisplaySymbol:
-    """A symbol with its place in the order of declaration, and its role in products."""
+    """Return a symbol with its place in the order of declaration, and its role in products."""
     degree = 1 if level in (Dependence.TIME, Dependence.COORDINATE) else 0
     return DisplaySymbol(name, order, latex, OrderTraits(level, degree, 0, f"{rank:06d}"), role)
 
 
 def spelled_symbol(text: str, level: Dependence, rank: int) -> DisplaySymbol:
-    """A symbol that is in the letters of the format already."""
+    """Return a symbol that is in the letters of the format already."""
     return replace(symbol_of(text, level, rank), spelled=True)
 
 
@@ -75,7 +75,7 @@ def start_symbol(name: str, rank: int, latex: str | None = None) -> DisplaySymbo
 def abbreviation_of(
     name: str, level: Dependence, rank: int, latex: str | None = None
 ) -> DisplaySymbol:
-    """A symbol for an expression of some dependence; one that moves counts as a function."""
+    """Return a symbol for an expression of some dependence; one that moves counts as a function."""
     level = min(level, Dependence.COORDINATE)
     moves = int(level >= Dependence.TIME)
     # Behind the parameters.
@@ -125,7 +125,7 @@ def call_of(
 
 
 def series_of(body: DisplayNode, ranges: tuple[DisplayRange, ...]) -> DisplaySeries:
-    """The sum of a body over indices, which stands like a sum of its terms."""
+    """Return the sum of a body over indices, which stands like a sum of its terms."""
     inner = body.traits
     text = f"sum({inner.text},{','.join(r.letter + r.first for r in ranges)})"
     return DisplaySeries(body, ranges, OrderTraits(inner.level, inner.degree, 0, text))
@@ -140,7 +140,7 @@ def _is_zero(node: DisplayNode) -> bool:
 
 
 def product_of(factors: list[DisplayNode]) -> DisplayNode:
-    """The product of unsigned factors in textbook order; ones are dropped."""
+    """Return the product of unsigned factors in textbook order; ones are dropped."""
     flat = [f for factor in factors for f in factors_of(factor) if not is_one(f)]
     if not flat:
         return number_of(1)
@@ -187,7 +187,7 @@ def _ordered(terms: list[SignedNode], leading: bool) -> list[SignedNode]:
 
 
 def sum_of(terms: list[SignedNode], *, ordered: bool = False, leading: bool = True) -> DisplayNode:
-    """The sum of signed terms, in textbook order unless they are ``ordered``.
+    """Return the sum of signed terms, in textbook order unless they are ``ordered``.
 
     Sums among the terms are spliced in; no terms give 0. Terms that others precede, which are
     not ``leading``, need none that is positive to begin with.
@@ -216,7 +216,7 @@ def sum_of(terms: list[SignedNode], *, ordered: bool = False, leading: bool = Tr
 
 
 def signed(term: SignedNode) -> DisplayNode:
-    """A signed term as a node of its own."""
+    """Return a signed term as a node of its own."""
     return sum_of([term]) if term.negative else term.node
 
 

@@ -51,7 +51,7 @@ class ScenePrinter(OneLinePrinter):
         return self.call(node, "", closed=True)
 
     def series(self, node: DisplayNode) -> list[Piece]:
-        """A sum, or two beside each other where an index is left out between them."""
+        """Return a sum, or two beside each other where an index is left out between them."""
         assert isinstance(node, DisplaySeries)
         parts = _without_exceptions(node.ranges)
         sums = [[self.pieces(node.body), *(solid(_range(r)) for r in part)] for part in parts]
@@ -81,7 +81,7 @@ def _range(index: DisplayRange) -> str:
 
 
 def _without_exceptions(ranges: Sequence[DisplayRange]) -> list[tuple[DisplayRange, ...]]:
-    """Ranges before and after what an index is not equal to."""
+    """Return ranges before and after what an index is not equal to."""
     if not ranges:
         return [()]
     head, *others = ranges
@@ -112,7 +112,7 @@ LARGEST_DENSE = 64
 
 
 class ExpressionPrinter:
-    """Prints expressions and trees in one language."""
+    """Prints expressions and display trees with one vocabulary, in the language of its printer."""
 
     def __init__(self, words: Vocabulary, printer: OneLinePrinter) -> None:
         self.words = words
@@ -125,14 +125,14 @@ class ExpressionPrinter:
         return self._printer.inline(node)
 
     def knowing(self, words: Vocabulary) -> ExpressionPrinter:
-        """Speak with further symbols."""
+        """Return the printer with another vocabulary."""
         return ExpressionPrinter(words, self._printer)
 
 
 def matrix(
     rows: Sequence[Sequence[Expr]], say: ExpressionPrinter
 ) -> list[list[str]] | dict[str, Any]:
-    """All entries, or (row, column, entry) of those that are not 0, counted from 0."""
+    """Return all entries, or (row, column, entry) of those that are not 0, counted from 0."""
     if len(rows) <= LARGEST_DENSE:
         return [[say(entry) for entry in row] for row in rows]
     terms = [[i, j, say(entry)] for i, row in enumerate(rows) for j, entry in entries(row).items()]

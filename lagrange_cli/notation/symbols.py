@@ -190,7 +190,7 @@ class NameParts:
 
     @property
     def is_letter(self) -> bool:
-        """The base shows as one letter, so that a dot can stand over it."""
+        """Return the base shows as one letter, so that a dot can stand over it."""
         return len(self.base) == 1 or self.base in GREEK
 
 
@@ -241,14 +241,14 @@ _INDICES = re.compile(r"\[([^\]]+)\]|(?<=[^\W\d_]|[\u0307\u0308])(\d+)(?=[_)]|$)
 
 
 def below(text: str) -> str | None:
-    """An index below the line, ``ᵢ₊₁``; None if Unicode has not all of its letters there."""
+    """Return an index below the line, ``ᵢ₊₁``; None if Unicode has not all of its letters there."""
     lowered = text.translate(_BELOW)
     known = all(c in ",≠<" or c != d for c, d in zip(text, lowered, strict=True))
     return lowered if known else None
 
 
 def above(text: str) -> str | None:
-    """The end of a sum above the line, ``ⁿ⁻¹``; None as of :func:`below`."""
+    """Return the end of a sum above the line, ``ⁿ⁻¹``; None as of :func:`below`."""
     raised = text.translate(_ABOVE)
     return raised if all(c != d for c, d in zip(text, raised, strict=True)) else None
 
@@ -259,7 +259,7 @@ def with_indices_below(text: str) -> str:
 
 
 def text_name(name: str, order: int = 0) -> str:
-    """A name in Unicode text with ``order`` dots: ``θ̇1``, ``ẍ``, ``p_θ``, ``dot(angle)``.
+    """Return a name in Unicode text with ``order`` dots: ``θ̇1``, ``ẍ``, ``p_θ``, ``dot(angle)``.
 
     Words keep the scene's ``dot(...)``: a dot over one letter of a word reads
     as an accent.
@@ -279,7 +279,7 @@ def text_name(name: str, order: int = 0) -> str:
 
 
 def _latex_word(word: str, *, upright: bool = False) -> str:
-    """A base or subscript in math mode: letter, number, Greek macro or upright word."""
+    """Return a base or subscript in math mode: letter, number, Greek macro or upright word."""
     if word in GREEK:
         return "\\" + word
     if word in _NAMES_OF_GREEK:
@@ -298,7 +298,7 @@ _LETTER_BELOW = re.compile(r"(\\[A-Za-z]+|[A-Za-z])(_.+)")
 
 
 def latex_name(name: str, order: int = 0, override: str | None = None) -> str:
-    """A name in LaTeX math with ``order`` dots over its base: ``\\dot{\\theta}_{1}``.
+    """Return a name in LaTeX math with ``order`` dots over its base: ``\\dot{\\theta}_{1}``.
 
     ``override`` is the scene's ``latex:`` key, which its reader has checked
     against an allowlist of math macros.
@@ -318,7 +318,7 @@ def latex_name(name: str, order: int = 0, override: str | None = None) -> str:
 
 
 def _latex_subscript(part: str) -> str:
-    """A subscript may have one itself: that of ``p_theta1`` is θ₁."""
+    """Return a subscript, which may have one itself: that of ``p_theta1`` is θ₁."""
     if re.fullmatch(r"-\d+", part):
         return part
     moved = re.fullmatch(r"([^\W\d]\w*)([+-]\d+)", part)
@@ -333,7 +333,7 @@ UNIT_PART = re.compile(r"([^\W\d_]+)|(\d+)|\s*([*·]|\s)\s*|\^\(([-+\d/.]+)\)|\^
 
 
 def latex_unit(unit: str) -> str:
-    """A unit in LaTeX math: ``kg*m^2/s`` with upright symbols; other texts as they are."""
+    """Return a unit in LaTeX math: ``kg*m^2/s`` with upright symbols; other texts as they are."""
     parts: list[str] = []
     place = 0
     while place < len(unit):

@@ -116,7 +116,7 @@ def _place(node: DisplayNode) -> Place:
 
 
 def _leader(node: DisplaySum) -> DisplaySymbol | None:
-    """The parameter at whose place a sum of them stands: the first that is a term by itself.
+    """Return the parameter at whose place a sum of them stands: the first that is a term by itself.
 
     None of sums with a number, which stand behind the parameters: ``g (1 - e)``.
     """
@@ -129,7 +129,7 @@ def _leader(node: DisplaySum) -> DisplaySymbol | None:
 
 
 def _linear_symbol(node: DisplayNode) -> DisplaySymbol | None:
-    """The symbol of a term that is one, or a number times one."""
+    """Return the symbol of a term that is one, or a number times one."""
     *numbers, last = factors_of(node)
     is_linear = all(isinstance(n, DisplayNumber) for n in numbers)
     return last if is_linear and isinstance(last, DisplaySymbol) else None
@@ -169,7 +169,7 @@ def factor_key(node: DisplayNode) -> FactorKey:
 
 
 def key_beside(factors: list[DisplayNode]) -> Callable[[DisplayNode], FactorKey]:
-    """The key of factors of one product: g stands beside masses, else as declared."""
+    """Return the key of factors of one product: g stands beside masses, else as declared."""
     if any(_place(f) == Place.MASS for f in factors):
         return factor_key
 
@@ -185,7 +185,7 @@ def value_of(exponent: DisplayNumber) -> float:
 
 
 class TermKey(NamedTuple):
-    """What terms of a sum are compared by, the first entry first.
+    """Key by which the terms of a sum are ordered: the first entry decides first.
 
     Attributes
     ----------
@@ -230,7 +230,7 @@ class TermKey(NamedTuple):
     text: str
 
     def falling(self) -> TermKey:
-        """The key by which numbers and low powers are last."""
+        """Return the key by which numbers and low powers are last."""
         return self._replace(
             unlike_number=-self.unlike_number,
             functions=-self.functions,
@@ -267,7 +267,7 @@ def term_key(term: SignedNode) -> TermKey:
 
 
 def _speed(node: DisplayNode) -> float:
-    """The degree of a term in velocities and accelerations."""
+    """Return the degree of a term in velocities and accelerations."""
     if isinstance(node, DisplaySymbol):
         return float(node.traits.level >= Dependence.VELOCITY)
     if isinstance(node, DisplaySum):
@@ -281,7 +281,7 @@ def _speed(node: DisplayNode) -> float:
 
 
 def _functions(factors: Sequence[DisplayNode], moving: bool) -> float:
-    """The number of functions; those in coefficients of velocities do not count."""
+    """Return the number of functions; those in coefficients of velocities do not count."""
     counted = [f for f in factors if not moving or not _is_sum(f)]
     return sum(f.traits.functions for f in counted)
 
@@ -291,7 +291,7 @@ def _is_sum(node: DisplayNode) -> bool:
 
 
 def _ranks(keys: list[FactorKey]) -> tuple[str, ...]:
-    """The order of declaration of letters, not of sums of them."""
+    """Return the order of declaration of letters, not of sums of them."""
     return tuple(key[2] for key in keys if key[0] in SYMBOL_PLACES.values())
 
 
@@ -316,7 +316,7 @@ def _is_cross(keys: list[FactorKey]) -> bool:
 
 
 def _arguments(factors: Sequence[DisplayNode]) -> tuple[str, ...]:
-    """The arguments of a term that is one function: in sums they count before its name."""
+    """Return the arguments of a term that is one function: in sums they count before its name."""
     if len(factors) != 1:
         return ()
     node = factors[0]

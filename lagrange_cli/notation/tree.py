@@ -24,7 +24,7 @@ class Dependence(IntEnum):
 
 
 class Role(Enum):
-    """What a symbol stands for, where that decides on its place in a product."""
+    """Role of a symbol that decides on its place in a product."""
 
     COUPLING = "G"
     MASS = "a mass"
@@ -265,17 +265,17 @@ DisplayNode: TypeAlias = (
 
 
 def as_terms(node: DisplayNode) -> tuple[SignedNode, ...]:
-    """The terms of a sum, or the node as the only term."""
+    """Return the terms of a sum, or the node as the only term."""
     return node.terms if isinstance(node, DisplaySum) else (SignedNode(False, node),)
 
 
 def factors_of(node: DisplayNode) -> tuple[DisplayNode, ...]:
-    """The factors of a product, or the node as the only factor."""
+    """Return the factors of a product, or the node as the only factor."""
     return node.factors if isinstance(node, DisplayProduct) else (node,)
 
 
 def abbreviations_in(node: DisplayNode) -> set[str]:
-    """Names of the abbreviations in a tree."""
+    """Return names of the abbreviations in a tree."""
     if isinstance(node, DisplaySymbol):
         return {node.name} if node.abbreviates else set()
     return {name for child in _children(node) for name in abbreviations_in(child)}

@@ -90,35 +90,35 @@ class TypesetPrinter(OneLinePrinter):
 
     @abstractmethod
     def name(self, name: str, order: int = 0, latex: str | None = None) -> str:
-        """A name with dots over it; ``latex`` is what the scene gives for it."""
+        """Return a name with dots over it; ``latex`` is what the scene gives for it."""
 
     @abstractmethod
     def function(self, node: DisplayCall) -> str:
-        """The name of a function of the scene, with its primes."""
+        """Return the name of a function of the scene, with its primes."""
 
     @abstractmethod
     def decimal(self, literal: str) -> str:
-        """A decimal as the scene wrote it."""
+        """Return a decimal as the scene wrote it."""
 
     @abstractmethod
     def ratio(self, above: str, below: str) -> str:
-        """A fraction."""
+        """Return a fraction."""
 
     @abstractmethod
     def radical(self, body: str) -> str:
-        """A square root."""
+        """Return a square root."""
 
     @abstractmethod
     def stack(self, lines: Sequence[str]) -> str:
-        """A part of a fraction or root on several lines."""
+        """Return a part of a fraction or root on several lines."""
 
     @abstractmethod
     def big_sum(self, under: str, over: str) -> str:
-        """The sign of a sum with what stands under and over it, empty for nothing."""
+        """Return the sign of a sum with what stands under and over it, empty for nothing."""
 
     @abstractmethod
     def condition(self, index: DisplayRange) -> str:
-        """What stands under the sign of a sum where its ends need not be said."""
+        """Return the condition under the sign of a sum whose ends need not be said."""
 
     @abstractmethod
     def fenced(self, body: str) -> str:
@@ -126,19 +126,19 @@ class TypesetPrinter(OneLinePrinter):
 
     @abstractmethod
     def magnitude(self, body: str) -> str:
-        """An absolute value."""
+        """Return an absolute value."""
 
     @abstractmethod
     def exponential(self, exponent: str) -> str:
-        """A power of e."""
+        """Return a power of e."""
 
     @abstractmethod
     def slashed(self, node: DisplayNumber) -> str:
-        """A fraction as an exponent."""
+        """Return a fraction as an exponent."""
 
     @abstractmethod
     def raised(self, exponent: str) -> str:
-        """An exponent, with its sign of exponentiation."""
+        """Return an exponent, with its sign of exponentiation."""
 
     # -- structure ------------------------------------------------------------------
 
@@ -190,7 +190,7 @@ class TypesetPrinter(OneLinePrinter):
         return prefixed(group(inner, *self.tall), f"{self.ddt} ", 2)
 
     def fraction(self, node: DisplayNode) -> list[Piece]:
-        """A fraction; factors that move, and long ones, stand beside it."""
+        """Return a fraction; factors that move, and long ones, stand beside it."""
         assert isinstance(node, DisplayFraction)
         if isinstance(node.numerator, DisplaySeries):
             inverse = self.ratio("1", joined(self.pieces(node.denominator)))
@@ -211,7 +211,7 @@ class TypesetPrinter(OneLinePrinter):
     def _split(
         self, numerator: DisplayNode
     ) -> tuple[tuple[DisplayNode, ...], tuple[DisplayNode, ...]]:
-        """Factors over the line and factors beside the fraction."""
+        """Return factors over the line and factors beside the fraction."""
         factors = factors_of(numerator)
         moving = tuple(f for f in factors if _stands_beside(f))
         still = tuple(f for f in factors if not _stands_beside(f))
@@ -312,7 +312,7 @@ def _is_letter(symbol: DisplaySymbol) -> bool:
 
 
 def _is_bare(node: DisplayNode) -> bool:
-    """An argument that needs no parentheses: a letter, or a number times one."""
+    """Return an argument that needs no parentheses: a letter, or a number times one."""
     if isinstance(node, DisplayProduct) and len(node.factors) == 2:
         number, letter = node.factors
         return isinstance(number, DisplayNumber) and number.denominator == 1 and _is_bare(letter)

@@ -101,7 +101,7 @@ def typst_string(text: str) -> str:
 
 
 def typst_name(name: str, order: int = 0, override: str | None = None, primes: int = 0) -> str:
-    """A name in Typst's mathematics: ``dot(theta)_1``, ``x_"bob"``, ``V'_1``.
+    """Return a name in Typst's mathematics: ``dot(theta)_1``, ``x_"bob"``, ``V'_1``.
 
     A parenthesis that follows an index without a blank would belong to it.
 
@@ -127,12 +127,12 @@ def typst_name(name: str, order: int = 0, override: str | None = None, primes: i
 
 
 def typst_scripted(base: str, sign: str, script: str) -> str:
-    """A base with an index or exponent, in parentheses where it is more than a word."""
+    """Return a base with an index or exponent, in parentheses where it is more than a word."""
     return f"{base}{sign}{script}" if _SOLID.fullmatch(script) else f"{base}{sign}({script})"
 
 
 def _word(word: str) -> str:
-    """A base or subscript: letter, number, Greek letter or upright word."""
+    """Return a base or subscript: letter, number, Greek letter or upright word."""
     if word in _GREEK:
         return _GREEK[word]
     if word in _GREEK_LETTERS:
@@ -142,7 +142,7 @@ def _word(word: str) -> str:
 
 
 def _subscript(part: str) -> str:
-    """A subscript may have one itself: that of ``p_theta1`` is θ₁."""
+    """Return a subscript, which may have one itself: that of ``p_theta1`` is θ₁."""
     if re.fullmatch(r"-\d+", part):
         return part
     moved = re.fullmatch(r"([^\W\d]\w*)([+-]\d+)", part)
@@ -178,14 +178,14 @@ def typst_unit(unit: str) -> str:
 
 
 def _of_latex(text: str) -> str:
-    """The allowed LaTeX of a ``latex:`` key in Typst."""
+    """Return the allowed LaTeX of a ``latex:`` key in Typst."""
     shown = " ".join(_group(_LATEX_PART.finditer(text)))
     # What follows must not become a part of an index or exponent.
     return f"scripts({shown})" if set("^'_") & set(text) else shown
 
 
 def _group(parts: Iterator[re.Match[str]]) -> list[str]:
-    """Symbols up to the end of a group, with the scripts and accents on them."""
+    """Return symbols up to the end of a group, with the scripts and accents on them."""
     shown: list[str] = []
     for part in parts:
         text = part.group()
@@ -202,7 +202,7 @@ def _group(parts: Iterator[re.Match[str]]) -> list[str]:
 
 
 def _symbol(part: re.Match[str], parts: Iterator[re.Match[str]]) -> list[str]:
-    """A macro with its argument, a group, or a character."""
+    """Return a macro with its argument, a group, or a character."""
     macro, _, character = part.groups()
     if character == "{":
         return _group(parts)
@@ -218,7 +218,7 @@ def _symbol(part: re.Match[str], parts: Iterator[re.Match[str]]) -> list[str]:
 
 
 def _argument(parts: Iterator[re.Match[str]]) -> str:
-    """What a macro or script is for: the next symbol or group."""
+    """Return the argument of a macro or script: the next symbol or group."""
     return " ".join(_symbol(next(p for p in parts if not p[2]), parts)) or EMPTY
 
 
@@ -320,7 +320,7 @@ def _balanced(line: str) -> str:
 
 
 def typst_number(literal: str) -> str:
-    """A decimal as the scene wrote it: ``9.81``, ``1e-31`` as a power of ten."""
+    """Return a decimal as the scene wrote it: ``9.81``, ``1e-31`` as a power of ten."""
     mantissa, _, exponent = literal.lower().partition("e")
     if not exponent:
         return mantissa

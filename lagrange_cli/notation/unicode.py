@@ -63,7 +63,7 @@ class UnicodePrinter(OneLinePrinter):
         return " · " if after[0].isdigit() else self.times
 
     def product(self, node: DisplayNode) -> list[Piece]:
-        """A number that has no sign of its own divides at the end: ``5 m l² / 12``."""
+        """Return a product; a number without its own sign divides at the end: ``5 m l² / 12``."""
         head, *others = factors_of(node)
         if not isinstance(head, DisplayNumber) or "/" not in self.number(head):
             return super().product(node)
@@ -97,7 +97,7 @@ class UnicodePrinter(OneLinePrinter):
 
 
 def _conditions(ranges: Sequence[DisplayRange]) -> list[DisplayRange]:
-    """The indices that get a sign of their own: of pairs i < j only the second."""
+    """Return the indices that get a sign of their own: of pairs i < j only the second."""
     named = {r.after for r in ranges}
     return [r for r in ranges if r.letter not in named]
 
@@ -131,7 +131,7 @@ def _is_letter(node: DisplayNode) -> bool:
 
 
 def _function_name(node: DisplayCall) -> str:
-    """The name of a function, with Greek letters and primes for one of the scene."""
+    """Return the name of a function, with Greek letters and primes for one of the scene."""
     if node.order is None:
         return "ln" if node.function == "log" else node.function
     return text_name(node.function) + ("′" * node.order).replace("′′", "″")

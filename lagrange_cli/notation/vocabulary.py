@@ -1,4 +1,4 @@
-"""The letters of some equations: names, order, abbreviations, and what the scene wrote."""
+"""The vocabulary of some equations: names, order, abbreviations, the scene's own LaTeX."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Omission:
     counts: list[int] = field(default_factory=list)
 
     def instead(self, parts: Sequence[Expr]) -> DisplaySymbol | None:
-        """What stands in place of a sum of parts; None if that is not too long."""
+        """Return the symbol in place of a sum of parts that is too long, or None."""
         if not _may_be_long(parts):
             return None
         count = operations(parts)
@@ -54,7 +54,7 @@ class Omission:
 
 
 def operations(parts: Sequence[Expr]) -> int:
-    """The operations of a sum of parts: signs, sums, products, powers and functions."""
+    """Return the operations of a sum of parts: signs, sums, products, powers and functions."""
     return sum(int(part.count_ops()) for part in parts) + len(parts) - 1
 
 
@@ -106,7 +106,7 @@ class Vocabulary:
 
     @cached_property
     def products(self) -> list[tuple[Mapping[sympy.Expr, sympy.Expr], tuple[NamedFactor, ...]]]:
-        """Those of ``named`` that are products of parameters: the powers of each, and its name."""
+        """Return abbreviations that are monomials in parameters: exponents and name of each."""
         return [
             (expression.as_powers_dict(), factors)
             for expression, factors in self.named.items()
@@ -167,7 +167,7 @@ def vocabulary(
 
 
 def latex_overrides(equations: Equations) -> dict[str, str]:
-    """Names of the scene that it says how to print in LaTeX."""
+    """Return names of the scene that it says how to print in LaTeX."""
     names = dict(equations.presentation.latex)
     names |= {p.name: p.latex for p in equations.system.parameters if p.latex is not None}
     names |= {c.name: c.latex for c in equations.system.coordinates if c.latex is not None}
@@ -189,7 +189,7 @@ def with_symbols(
 def _written(
     sums: Iterable[tuple[sympy.Expr, ...]],
 ) -> dict[sympy.Expr, tuple[tuple[sympy.Expr, ...], bool]]:
-    """Sums by their value, and by its negative where they have a number: ``1 - x²``."""
+    """Return sums by their value, and by its negative where they have a number: ``1 - x²``."""
     written = {sympy.Add(*terms): (terms, False) for terms in sums}
     for terms in sums:
         if any(t.is_number for t in terms):
@@ -198,7 +198,7 @@ def _written(
 
 
 def _named(equations: Equations, words: Vocabulary) -> dict[sympy.Expr, tuple[NamedFactor, ...]]:
-    """Abbreviations by the base of the power that they are: r² by x² + y².
+    """Return abbreviations by the base of the power that they are: r² by x² + y².
 
     A base with denominators has a name without them too: c²/γ² by c² − v².
     """
@@ -230,7 +230,7 @@ def _named(equations: Equations, words: Vocabulary) -> dict[sympy.Expr, tuple[Na
 
 
 def _denominator(expression: sympy.Add) -> sympy.Expr | None:
-    """The denominator of a sum, if that is a power of one parameter."""
+    """Return the denominator of a sum, if that is a power of one parameter."""
     parts = {f for a in expression.args for f in sympy.Mul.make_args(a) if f.is_Pow}
     below = [1 / f for f in parts if f.exp.is_Integer and f.exp < 0 and f.base.is_Symbol]
     return below[0] if len(below) == 1 else None
@@ -245,7 +245,7 @@ def _role(parameter: Parameter, masses: Collection[sympy.Symbol]) -> Role:
 
 
 def unabbreviated(name: str, words: Vocabulary) -> Vocabulary:
-    """The words for the definition of an abbreviation: those that stand before it."""
+    """Return the words for the definition of an abbreviation: those that stand before it."""
     before = takewhile(
         lambda item: all(abbreviations_in(t.node) != {name} for t, _ in item[1]),
         words.named.items(),

@@ -29,7 +29,7 @@ MOST_LISTED = 16
 
 
 def kind_word(kind: MarkKind, say: Language) -> str:
-    """Name what happens at a marked point."""
+    """Return the name of a kind of marked point, as fold or flutter."""
     return {
         "fold": say("fold"),
         "pitchfork": say("pitchfork"),
@@ -57,7 +57,7 @@ def end_line(kind: EndKind, place: str, say: Language) -> str:
 
 
 def found_line(found: Branches, say: Language, inline: Callable[[str], str], name: str) -> str:
-    """Say over which range how many branches were found, and how."""
+    """Say how many branches were found over which range, from how many values."""
     return say(
         "{name} from {start} to {end}; {count} found, from equilibria at {values} values; there may"
         " be others",
@@ -116,7 +116,7 @@ def end_lines(branch: Branch, say: Language, place: Callable[[float], str]) -> l
 
 
 def way_of(values: Sequence[float]) -> tuple[str, ...]:
-    """Write the value of a stretch, both ends, or the ends with what is farthest from them amid."""
+    """Write the value of a stretch, both ends, or the ends and the value farthest from them."""
     start, end = (f"{values[k] + 0.0:.6g}" for k in (0, -1))
     if start != end:
         return start, end
@@ -286,7 +286,7 @@ class BranchSections:
     told: Callable[[str], str]
 
     def branches(self) -> Section | None:
-        """The parts of all branches with their stability."""
+        """Return the parts of all branches with their stability."""
         say = self.writer.say
         text = found_line(self.found, say, str, self._symbol(self.found.parameter))
         blocks: list[Words | Table | Bullets] = [Words(say("{text}.", text=text))]
@@ -303,7 +303,7 @@ class BranchSections:
         return section(say("Branches of equilibria"), *blocks)
 
     def marks(self) -> Section | None:
-        """The marked points of all branches."""
+        """Return the marked points of all branches."""
         say, marks = self.writer.say, self.found.marks
         if not marks:
             return None

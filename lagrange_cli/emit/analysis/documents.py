@@ -189,7 +189,7 @@ class _Contents:
         return say("{name}: {value}", name=place, value=whole) if whole else place
 
     def _absent(self, found: Equilibria) -> Iterator[Block]:
-        """Equilibria that exist for other values of the parameters."""
+        """Return equilibria that exist for other values of the parameters."""
         items = []
         for absent in found.absent:
             if absent.conditions:
@@ -227,7 +227,7 @@ class _Contents:
         return Further(symbol, reason, self.writer.total(symbol, (symmetry.expression,)))
 
     def exponents(self) -> Section | None:
-        """A table of Lyapunov exponents and their spreads."""
+        """Return a table of Lyapunov exponents and their spreads."""
         found = self.analysis.exponents
         if found is None:
             return None
@@ -246,7 +246,7 @@ class _Contents:
         )
 
     def along(self) -> Section | None:
-        """Where the linear system along a motion is, and how accurate; JSON holds its matrices."""
+        """Return the section on a linear system along a motion; JSON holds its matrices."""
         found, say, letters = self.analysis.along, self.writer.say, self.writer.letters
         if found is None:
             return None
@@ -265,7 +265,7 @@ class _Contents:
         return section(say("Along the motion"), Words(span), Bullets((*rows, *lines)))
 
     def response(self) -> Section | None:
-        """A table of largest gains."""
+        """Return a table of largest gains."""
         found, say, letters = self.analysis.response, self.writer.say, self.writer.letters
         if found is None:
             return None
@@ -283,7 +283,7 @@ class _Contents:
         return letters.inline(letters.symbol(name[4:-1] if dotted else name, int(dotted)))
 
     def branches(self) -> list[tuple[str, Section | None]]:
-        """Branches of equilibria, and their marked points."""
+        """Return branches of equilibria, and their marked points."""
         found = self.analysis.branches
         if found is None:
             return []

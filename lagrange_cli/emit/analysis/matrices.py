@@ -88,7 +88,7 @@ class Matrices:
         return _FILLED * self.columns
 
     def _width(self, rows: Cells) -> float:
-        """Columns of half an em that a matrix takes."""
+        """Return columns of half an em that a matrix takes."""
         room = self.writer.letters.room
         widest = (max(map(room, column)) for column in zip(*rows, strict=True))
         return _FENCES + sum(width + _GAP for width in widest)
@@ -98,7 +98,7 @@ class Matrices:
         return letters.matrix([[letters.formula(cell) for cell in row] for row in rows])
 
     def _entries(self, letter: str, closed: Cells | None, values: Cells) -> list[Formula]:
-        """The entries that are not zero, or nothing where they are too many."""
+        """Return the entries that are not zero, or nothing where they are too many."""
         letters = self.writer.letters
         label = letters.bold(letter)
         found = [
@@ -120,7 +120,7 @@ class Matrices:
     def _sides(
         self, closed: Cells | None, value: DisplayNode, i: int, j: int
     ) -> tuple[DisplayNode, ...]:
-        """An entry in closed form and in numbers, once if they read the same."""
+        """Return an entry in closed form and in numbers, once if they read the same."""
         if closed is None:
             return (value,)
         formula = self.writer.letters.formula
@@ -143,7 +143,7 @@ class Matrices:
     # -- numbers ----------------------------------------------------------------------
 
     def number(self, value: complex) -> DisplayNode:
-        """A number in six digits, as a symbol in the letters of the format."""
+        """Return a number in six digits, as a symbol in the letters of the format."""
         shown = self._real(value.real) if not value.imag else self._complex(complex(value))
         return spelled_symbol(shown, Dependence.NUMBER, 0)
 

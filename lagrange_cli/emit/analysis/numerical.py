@@ -33,7 +33,7 @@ def exponent_rows(found: Exponents | None, say: Language) -> list[Row | Block]:
 
 
 def along_rows(found: AlongMotion | None, say: Language) -> list[Row | Block]:
-    """Say where a linear system along a motion is, if there is one."""
+    """Write states, inputs, outputs and accuracy of the linear system along a motion, if any."""
     if found is None:
         return []
     law = "d/dt dy = A(t) dy + B(t) du,  dz = C(t) dy + D(t) du"
@@ -98,7 +98,7 @@ def _peaks(channel: Channel, say: Language) -> Iterator[tuple[str, str, str]]:
 
 
 def response_lines(found: FrequencyResponse, say: Language) -> Iterator[str]:
-    """Say what the table is of, and how far it is to be trusted."""
+    """Say which gains the table lists, and how far they are to be trusted."""
     if not found.channels:
         yield say("no output answers to an input")
         return

@@ -66,21 +66,21 @@ class Places:
         return rows
 
     def point(self, point: Equilibrium) -> list[Formula]:
-        """A row for each coordinate that rests, and for each that turns."""
+        """Return a row for each coordinate that rests, and for each that turns."""
         rows = self.place(point.exact, point.position, point.free)
         if self.steady is None or point.turning is None:
             return rows
         return [*rows, *(self._turned(*one) for one in turning_values(self.steady, point.turning))]
 
     def _turned(self, symbol: Symbol, exact: Expr | None, number: float | None) -> Formula:
-        """The rate of a coordinate, or its momentum."""
+        """Return the rate of a coordinate, or its momentum."""
         chain = () if exact is None else (self.writer.tree(exact),)
         if number is not None and (exact is None or not exact.is_Rational):
             chain = (*chain, Matrices(self.writer, self.columns).number(number))
         return Formula(self.letter(symbol), chain)
 
     def letter(self, symbol: Symbol) -> str:
-        """The symbol of a momentum or rate in the letters of the format."""
+        """Return the symbol of a momentum or rate in the letters of the format."""
         return self.writer.letters.formula(self.writer.tree(symbol))
 
     def is_short(self, place: Sequence[Formula]) -> bool:

@@ -54,7 +54,7 @@ _MOST_LISTED, _MOST_COLUMNS = 16, 8
 
 
 def analysis_page(analysis: Analysis, *, ascii: bool = False, code: str = "en") -> Page:
-    """Write an analysis: equilibria, linear system, modes, what is conserved, what is left out.
+    """Write an analysis: equilibria, linear system, modes, conserved quantities, parts left out.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class _Writer:
 
     @cached_property
     def lines(self) -> TextWriter:
-        """The writer of derivations, in the same letters."""
+        """Return the writer of derivations, in the same letters."""
         return TextWriter(self.analysis.equations, self.words, self.printer, say=self.say)
 
     def told(self, phrase: str) -> str:

@@ -1,4 +1,4 @@
-"""Wording that text and documents of an analysis share."""
+"""Phrases that text and documents of an analysis share."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def turning_values(
 
 
 def verdict_word(verdict: Verdict, say: Language) -> str:
-    """Say what is proven of an equilibrium's stability."""
+    """Name the proven stability of an equilibrium, or say that it is undecided."""
     return {
         "stable": say("stable"),
         "asymptotically stable": say("asymptotically stable"),
@@ -107,7 +107,7 @@ def reason_of(point: Equilibrium) -> str:
 
 
 def damping_line(linear: Linearization, label: str, say: Language) -> str:
-    """Say what C holds; empty if it is zero."""
+    """Say whether C is damping, gyroscopic or both; empty if it is zero."""
     damps, turns = bool(linear.dissipative.any()), bool(linear.gyroscopic.any())
     if damps and turns:
         return say(
@@ -120,7 +120,7 @@ def damping_line(linear: Linearization, label: str, say: Language) -> str:
 
 
 def searched(symmetries: Symmetries | None, say: Language) -> str:
-    """Say what conserved quantities were looked for among."""
+    """Say among which quantities conserved ones were searched for."""
     if symmetries is None:
         return say("among cyclic momenta and energy")
     if symmetries.complete:

@@ -57,7 +57,7 @@ _GIVEN = "al"
 
 
 def program_workspace_size(program: Program) -> int:
-    """Numbers of workspace: what the solver needs, then values and parameters of loops
+    """Return numbers of workspace: what the solver needs, then values and parameters of loops
     (at least 1, so that an array of that size exists)."""
     if program.parts:
         return max(loops_workspace_size(program), 1)
@@ -72,7 +72,7 @@ def _solver_workspace(program: Program) -> int:
 
 
 def given_size(program: Program) -> int:
-    """Numbers of workspace that hold accelerations and multipliers that a program reads."""
+    """Return numbers of workspace that hold accelerations and multipliers that a program reads."""
     kinds = set(map(array_named, program.reads))
     if not kinds.intersection(_GIVEN):
         return 0
@@ -92,7 +92,7 @@ def body_text(program: Program, target: CTarget) -> list[str]:
 
 
 def result_name(program: Program) -> str:
-    """The array that a function stores its results in."""
+    """Return the array that a function stores its results in."""
     return "dydt" if program.kind is ProgramKind.RIGHT_HAND_SIDE else "out"
 
 

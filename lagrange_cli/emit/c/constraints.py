@@ -32,13 +32,16 @@ from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.emitted_functions import DERIVATIVES, INTERNAL_FUNCTIONS
 from lagrange_cli.program.program import Program, result_count
 
-#: Number of contacts from which on those that push are guessed first; set by hand.
+#: Number of contacts from which on those that push are guessed first: the dual method alone is
+#: cheap for few contacts, and each guess costs a factorization. Chosen as that trade; not tuned.
 _FEWEST_GUESSED = 8
 
-#: Rounds of guesses of the contacts that push; set by hand.
+#: Rounds of guesses of the contacts that push: most sets settle in a few, and a set that has not
+#: is left to the dual method, which always ends. Chosen as that trade; not tuned.
 _ROUNDS = 12
 
-#: Pivot of a matrix with ones on the diagonal that ends the guesses; set by hand.
+#: Pivot of a matrix with ones on the diagonal that ends the guesses: contacts that nearly depend on
+#: others would give pushes without digits. Chosen well above rounding; not tuned.
 _SMALLEST = 1e-6
 
 
@@ -192,7 +195,7 @@ def _closures(programs: Mapping[str, Program], function: str) -> int:
 
 
 def contact_target(target: CTarget, contacts: int) -> CTarget:
-    """The target of the functions that take flags and targets in an array of their own."""
+    """Return the target of the functions that take flags and targets in an array of their own."""
     names = target.names
     fields = len(names.fields)
     further = {f"p{fields + k}": f"contact[{k}]" for k in range(2 * contacts)}
@@ -206,7 +209,7 @@ def contact_target(target: CTarget, contacts: int) -> CTarget:
 
 
 def mode_target(target: CTarget) -> CTarget:
-    """The target of the functions of the interface, which take a mode."""
+    """Return the target of the functions of the interface, which take a mode."""
     return _with_further(target, "const int *mode, ")
 
 
@@ -215,7 +218,7 @@ def _with_further(target: CTarget, further: str) -> CTarget:
 
 
 def mode_workspace_size(programs: Mapping[str, Program], contacts: int) -> int:
-    """Numbers of workspace with flags and targets."""
+    """Return numbers of workspace with flags and targets."""
     return workspace_size(programs) + 2 * contacts
 
 
@@ -249,6 +252,6 @@ def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: i
 
 
 def _reset_arguments(target: CTarget) -> str:
-    """The parameter list of the function that changes state and mode."""
+    """Return the parameter list of the function that changes state and mode."""
     further = f"int *mode, int event, {target.real.name} bounce, "
     return _with_further(target, further).state_arguments()

@@ -223,7 +223,7 @@ _ENERGIES = 3
 
 
 def canonical_workspace_size(programs: Mapping[str, Program], coordinates: int) -> int:
-    """Numbers of workspace with a state [q, v] and energies."""
+    """Return numbers of workspace with a state [q, v] and energies."""
     return workspace_size(programs) + 2 * coordinates + _ENERGIES
 
 

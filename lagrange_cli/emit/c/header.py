@@ -43,7 +43,7 @@ def header_text(
     linearized: bool,
     canonical: bool,
 ) -> str:
-    """The text of ``NAME.h``.
+    """Return the text of ``NAME.h``.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def _declarations(
 
 
 def _comment(equations: Equations, target: CTarget) -> list[str]:
-    """The opening comment: what this is, the order of everything, return values."""
+    """Return the opening comment: what this is, the order of everything, return values."""
     lines = [_titled(target.prefix, equations.presentation.title)]
     if equations.presentation.description:
         lines += ["", comment_text(equations.presentation.description)]
@@ -163,7 +163,7 @@ def _comment(equations: Equations, target: CTarget) -> list[str]:
 
 
 def _input_text(entry: Input) -> str:
-    """An input, and where its values are recorded if they are."""
+    """Return an input, and where its values are recorded if they are."""
     return entry.name if entry.recording is None else f"{entry.name}: {entry.recording.described}"
 
 
@@ -187,13 +187,13 @@ def _statement(equations: Equations) -> list[str]:
 
 
 def _listed(heading: str, array: str, names: Sequence[str]) -> list[str]:
-    """Names in the order of an array."""
+    """Return names in the order of an array."""
     lines = [f"  {array}[{k}]  {comment_text(name)}" for k, name in enumerate(names)]
     return ["", f"{heading}:", *lines] if lines else []
 
 
 def _closures(equations: Equations) -> list[str]:
-    """The closures in the order of the multipliers."""
+    """Return the closures in the order of the multipliers."""
     if not equations.system.closures:
         return []
     lines = ["", "Closures, each with its multiplier:"]
@@ -205,7 +205,7 @@ def _closures(equations: Equations) -> list[str]:
 
 
 def _contacts(equations: Equations, prefix: str) -> list[str]:
-    """The contacts in the order of mode, and how to integrate with them."""
+    """Return the contacts in the order of mode, and how to integrate with them."""
     if not equations.system.contacts:
         return []
     m = len(equations.system.closures)
@@ -292,7 +292,7 @@ def _titled(name: str, title: str | None) -> str:
 
 
 def _structure(equations: Equations, target: CTarget) -> list[str]:
-    """The structure of the parameters."""
+    """Return the structure of the parameters."""
     names, real = target.names, target.real
     lines = [f"typedef struct {target.prefix}_params {{"]
     for parameter, field in zip(equations.system.parameters, names.fields, strict=True):

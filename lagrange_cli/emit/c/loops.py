@@ -55,7 +55,7 @@ def loop_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
 
 
 def loops_workspace_size(program: Program) -> int:
-    """Numbers of workspace: values, then parameters that loops index."""
+    """Return numbers of workspace: values, then parameters that loops index."""
     return program.work + (program.parameters if _indexes_parameters(program) else 0)
 
 
@@ -64,7 +64,7 @@ def _indexes_parameters(program: Program) -> bool:
 
 
 def loops_text(program: Program, target: CTarget, result: str) -> list[str]:
-    """The lines of a function that runs the parts of a program.
+    """Return the lines of a function that runs the parts of a program.
 
     ``result``: the name of the array of results.
     """
@@ -78,7 +78,7 @@ def loops_text(program: Program, target: CTarget, result: str) -> list[str]:
 
 
 def finite_check(result: str, count: int) -> list[str]:
-    """The lines of a function that return 2 where a result is not finite."""
+    """Return the lines of a function that return 2 where a result is not finite."""
     if not count:
         return []
     return [
@@ -109,7 +109,7 @@ class _Writer:
         self.copies = target.names.parameter_array is None and _indexes_parameters(program)
 
     def opening(self) -> list[str]:
-        """The arguments that are not used, and parameters that loops index."""
+        """Return the arguments that are not used, and parameters that loops index."""
         arrays = {column.array for column in columns_of(self.program.parts)}
         uses_work = "w" in arrays or self.copies
         unused = {
@@ -217,7 +217,7 @@ def _sum(start: int, term: str) -> str:
 
 
 def wrapped(text: str, depth: int, deeper: int) -> list[str]:
-    """Lines of a statement at a depth; further ones stand deeper."""
+    """Return lines of a statement at a depth; further ones stand deeper."""
     return wrap(
         text,
         _WIDTH,

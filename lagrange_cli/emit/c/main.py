@@ -197,7 +197,7 @@ _REASON_CLOSED = (
 
 
 def main_text(equations: Equations, target: CTarget) -> str:
-    """The text of ``main`` and what it needs, to stand at the end of ``NAME.c``."""
+    """Return the text of ``main`` and what it needs, to stand at the end of ``NAME.c``."""
     names, real = target.names, target.real
     fields = list(zip(equations.system.parameters, names.fields, strict=True))
     parameters = [_named(_PARAMETER, p.name, field) for p, field in fields]
@@ -234,7 +234,7 @@ def main_text(equations: Equations, target: CTarget) -> str:
 
 
 def _projection(equations: Equations) -> dict[str, str]:
-    """The places where a state is led back to the closures, where there are any."""
+    """Return the places where a state is led back to the closures, where there are any."""
     closed, stepped = bool(equations.system.closures), bool(equations.system.multipliers)
     return {
         "@START_CHECKED@": "\n" + c_template("main_start") if closed else "",

@@ -127,7 +127,7 @@ def _same_emission(prefix: str, stem: str, stamp: str) -> str:
 
 
 def _programs(equations: Equations) -> dict[str, Program]:
-    """The programs of all functions. With contacts those of the constraints read flags, and
+    """Return the programs of all functions. With contacts those of the constraints read flags, and
     the right-hand side without any is one of two."""
     functions = _OUTPUTS | {name: (name,) for name in optional_outputs(equations)}
     programs = {name: build_program(equations, outputs) for name, outputs in functions.items()}
@@ -173,13 +173,13 @@ def _source(
 
 
 def blocks_of(programs: Mapping[str, Program]) -> list[MatrixBlock]:
-    """The systems that right-hand sides solve, with contacts and without."""
+    """Return the systems that right-hand sides solve, with contacts and without."""
     sides = [programs[name] for name in ("rhs", "flight_rhs", "contact_rhs") if name in programs]
     return [block for program in sides for block in program.blocks]
 
 
 def functions_used(program: Program) -> set[str]:
-    """The functions that a program calls."""
+    """Return the functions that a program calls."""
     return functions_in(operand for operand, _ in operands_of(program))
 
 

@@ -100,14 +100,14 @@ def _matrix(program: Program) -> list[Stores]:
 
 
 def _upper(array: str, n: int, width: int, operands: Sequence[Operand]) -> list[Statement]:
-    """Stores of the upper triangle, given by rows, of the n rows first in a wider matrix."""
+    """Return stores of the upper triangle, given by rows, of the n rows first in a wider matrix."""
     indices = [i * width + j for i in range(n) for j in range(i, n)]
     pairs = zip(indices, operands, strict=True)
     return [Statement(Cell(array, index), operand) for index, operand in pairs]
 
 
 def _mirrored(array: str, kind: str, n: int) -> list[Statement]:
-    """Copies of the upper triangle of a matrix to the lower one."""
+    """Return copies of the upper triangle of a matrix to the lower one."""
     return [
         Statement(Cell(array, j * n + i), Variable(f"{kind}{i * n + j}"))
         for i in range(n)
@@ -124,7 +124,7 @@ def _right_hand_side(program: Program) -> list[Part]:
 
 
 def _change(program: Program) -> list[Part]:
-    """Changes of the coordinates that closures hold; those of the others are zero."""
+    """Return changes of the coordinates that closures hold; those of the others are zero."""
     coupled = {i for block in program.blocks for i in block.coordinates}
     free = [i for i in range(program.coordinates) if i not in coupled]
     zeros = [Statement(Cell("out", i), Constant(Fraction(0))) for i in free]

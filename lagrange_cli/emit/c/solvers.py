@@ -32,7 +32,7 @@ def _workspace(size: int, *, refined: bool) -> int:
 
 
 def helper_text(used: Collection[str], target: CTarget) -> str:
-    """Definitions of the helpers among the functions that are used."""
+    """Return definitions of the helpers among the functions that are used."""
     return "\n".join(target.fill(c_template(name)) for name in _HELPERS if name in used)
 
 

@@ -1,4 +1,4 @@
-"""What is conserved and why, and the rate of an energy that is not."""
+"""Sections on conserved quantities with their reasons, and on an energy that is not conserved."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Further:
 def conserved(
     writer: DocumentWriter, further: Sequence[Further] = (), searched: str = ""
 ) -> Section | None:
-    """Conserved quantities, each with its reason.
+    """Return conserved quantities, each with its reason.
 
     Parameters
     ----------
@@ -102,13 +102,13 @@ def conserved(
 
 
 def balance(writer: DocumentWriter) -> Section | None:
-    """Why the energy is not conserved, and at which rate it changes; T + V beside h."""
+    """Return the section on an energy that is not conserved: reason, rate, T + V beside h."""
     blocks = [*_balance(writer), *_lost(writer), *_sum(writer)]
     return section(writer.say("Energy"), *blocks)
 
 
 def _lost(writer: DocumentWriter) -> Iterator[Block]:
-    """Why the energy is not conserved."""
+    """Yield the sentence that says why the energy is not conserved."""
     loss, say, letters = energy_loss(writer.equations), writer.say, writer.letters
     if loss is None:
         return
@@ -118,7 +118,7 @@ def _lost(writer: DocumentWriter) -> Iterator[Block]:
 
 
 def _sum(writer: DocumentWriter) -> Iterator[Block]:
-    """T + V where Jacobi's integral is another function."""
+    """Yield T + V as a formula over Jacobi's integral where the two differ."""
     found, say, labels = energy_sum(writer.equations), writer.say, writer.labels
     if found is None:
         return
@@ -137,7 +137,7 @@ def _sum(writer: DocumentWriter) -> Iterator[Block]:
 
 
 def _balance(writer: DocumentWriter) -> Iterator[Block]:
-    """The rate of the energy where that is not conserved."""
+    """Return the rate of the energy where that is not conserved."""
     equations, say, letters, labels = writer.equations, writer.say, writer.letters, writer.labels
     change = equations.derivation.balance
     if change is None:
@@ -163,18 +163,18 @@ def _balance(writer: DocumentWriter) -> Iterator[Block]:
 
 
 def _named(writer: DocumentWriter, name: str) -> str:
-    """The symbol of ``energy`` or of a momentum ``p_NAME``."""
+    """Return the symbol of ``energy`` or of a momentum ``p_NAME``."""
     return writer.labels["E"] if name == "energy" else writer.letters.symbol(name)
 
 
 def _subject(writer: DocumentWriter, quantity: Conserved) -> str:
-    """The coordinate that a momentum is conserved for, or L."""
+    """Return the coordinate that a momentum is conserved for, or L."""
     named = {c.name: writer.coordinate(c) for c in writer.equations.system.coordinates}
     return named.get(quantity.coordinate or "", writer.labels["L"])
 
 
 def _reason(writer: DocumentWriter, quantity: Conserved, subject: str) -> str:
-    """A reason with the quantities it names as formulas."""
+    """Return a reason with the quantities it names as formulas."""
     shown, time = writer.letters.inline(subject), writer.letters.inline("t")
     return conserved_reason(writer.equations, quantity, shown, time, writer.say)
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 def start(writer: DocumentWriter) -> Section | None:
-    """Positions and velocities at the start."""
+    """Return positions and velocities at the start."""
     equations, say, letters = writer.equations, writer.say, writer.letters
     if not equations.system.coordinates:
         return None
@@ -65,7 +65,7 @@ def _start_rows(writer: DocumentWriter, order: int, values: Sequence[float]) -> 
 
 
 def constraint_forces(writer: DocumentWriter) -> Section | None:
-    """The forces on the particles; None where they were not asked for."""
+    """Return the forces on the particles; None where they were not asked for."""
     forces, say = writer.equations.derivation.constraint_forces, writer.say
     if forces is None:
         return None
@@ -96,7 +96,7 @@ def _force_rows(writer: DocumentWriter, forces: ConstraintForces) -> Iterator[Fo
 
 
 def certificate(writer: DocumentWriter) -> Section | None:
-    """How many states were compared, to how many digits, and how well they agreed."""
+    """Return the section on the certificate: states compared, digits, largest mismatch."""
     say, letters, seal = writer.say, writer.letters, writer.equations.derivation.certificate
     told = say.counted(
         seal.points,
@@ -132,7 +132,7 @@ _STEPS = "steps to the equations of motion"
 
 @dataclass(frozen=True)
 class Content:
-    """What a document holds.
+    """The content of a document: its subject, and a function that writes its sections.
 
     Attributes
     ----------
@@ -147,19 +147,19 @@ class Content:
 
 
 def asked_content(equations: Equations, options: Mapping[str, OptionValue]) -> Content:
-    """The content of a document of a derivation that options of the registry ask for."""
+    """Return the content of a document of a derivation that options of the registry ask for."""
     parts = sections_of(options, forces=equations.derivation.constraint_forces is not None)
     return derivation_content(equations, parts, str(options["form"]))
 
 
 def derivation_content(equations: Equations, parts: Collection[str], form: str) -> Content:
-    """The content of a document of a derivation; see :func:`contents`."""
+    """Return the content of a document of a derivation; see :func:`contents`."""
     about = "equations of motion" if equations.derivation.steps is None else _STEPS
     return Content(about, lambda writer, _columns: contents(writer, parts, form))
 
 
 def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[Section]:
-    """The sections of a document in their order, each named by the part that it belongs to.
+    """Return the sections of a document in their order, each named by the part that it belongs to.
 
     ``parts``: names of :data:`.document_options.SECTIONS`; steps are written where there are some.
     """
@@ -188,7 +188,7 @@ _Parts: TypeAlias = Iterable[tuple[str, Callable[[], Section | None]]]
 
 
 def _chosen(sections: _Parts, parts: Collection[str]) -> Iterator[Section]:
-    """The sections that belong to a part that is wanted, and hold anything."""
+    """Return the sections that belong to a part that is wanted, and hold anything."""
     for names, write in sections:
         wanted = [name for name in names.split() if name in parts]
         written = write() if wanted else None
@@ -211,7 +211,7 @@ def _above(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
 
 
 def _motion(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
-    """The equations of motion in a form."""
+    """Return the equations of motion in a form."""
     if form not in FORMS or "equations" not in parts:
         yield "equations", lambda: motion(writer, form)
         return
@@ -244,7 +244,7 @@ def _ending(writer: DocumentWriter) -> _Parts:
 def _above_with_steps(
     writer: DocumentWriter, board: StepsWriter, parts: Collection[str], form: str
 ) -> _Parts:
-    """The derivation line by line."""
+    """Return the derivation line by line."""
     return (
         ("system", lambda: system(writer)),
         ("sketch", lambda: _sketch(writer)),

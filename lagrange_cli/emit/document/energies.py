@@ -57,7 +57,7 @@ def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:
 
 
 def generalized_forces(writer: DocumentWriter) -> Section | None:
-    """Generalized forces of the scene's forces, one after the other."""
+    """Return generalized forces of the scene's forces, one after the other."""
     equations, letters, say = writer.equations, writer.letters, writer.say
     rows = [
         writer.row(letters.below("Q", writer.coordinate(c)), q)

@@ -57,7 +57,7 @@ def _counts(writer: DocumentWriter) -> Block:
 
 
 def _counted(writer: DocumentWriter, phrase: str) -> str:
-    """A count in math mode; its words in upright letters."""
+    """Return a count in math mode; its words in upright letters."""
     label, equals, number = phrase.partition(" = ")
     if not equals:
         return writer.letters.upright(phrase)
@@ -65,7 +65,7 @@ def _counted(writer: DocumentWriter, phrase: str) -> str:
 
 
 def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
-    """The constraints as the scene writes them, with what is to be said of each."""
+    """Return the constraints as the scene writes them, with what is to be said of each."""
     say, letters, account = writer.say, writer.letters, writer.equations.derivation.account
     implied = implied_line(account, say)
     if not account.lines:
@@ -84,7 +84,7 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
 
 
 def _statement(writer: DocumentWriter, text: str, ranges: Sequence[Range]) -> str:
-    """An equation as the scene writes it, with the values of its indices."""
+    """Return an equation as the scene writes it, with the values of its indices."""
     shown = writer.letters.statement(text)
     return f"{shown}, {writer.letters.inline(writer.letters.ranges(ranges))}" if ranges else shown
 
@@ -117,7 +117,7 @@ _CHOSEN = "Generalized coordinates (chosen automatically): {listed}."
 
 
 def _listed(writer: DocumentWriter) -> Iterator[str]:
-    """The coordinates; those of families with letters, and with the values of these."""
+    """Return the coordinates; those of families with letters, and with the values of these."""
     families, letters = writer.families, writer.letters
     if families is None:
         yield from (_described(writer, c) for c in writer.equations.system.coordinates)

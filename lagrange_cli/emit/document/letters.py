@@ -37,7 +37,7 @@ _OPERATORS = frozenset(("sqrt", "norm", "sum", *_DOTS))
 
 @dataclass(frozen=True)
 class SceneTextSpelling:
-    """How a format writes what is not in its printer.
+    """Spelling of the scene language in one format, beyond the format's printer.
 
     Attributes
     ----------
@@ -142,53 +142,53 @@ class DocumentLetters(Letters):
         self.written: Mapping[str, str] = latex_overrides(equations)
 
     def override(self, name: str) -> str | None:
-        """LaTeX of a name, as letters have it: that of a multiplier is ``lambda(rod)``."""
+        """Return the scene's LaTeX of a name; the name of a multiplier is ``lambda(rod)``."""
         return self.written.get(multiplier_symbol(name))
 
     @abstractmethod
     def upright(self, phrase: str) -> str:
-        """Words of the program within a formula."""
+        """Return words of the program within a formula."""
 
     @abstractmethod
     def typed(self, text: str) -> str:
-        """What is typed on a command line, within a sentence."""
+        """Return a text typed on a command line, within a sentence."""
 
     @abstractmethod
     def statement(self, text: str) -> str:
-        """An equation or inequality as the scene writes it, within a sentence."""
+        """Return an equation or inequality as the scene writes it, within a sentence."""
 
     @abstractmethod
     def unit(self, text: str) -> str:
-        """A unit, within a sentence."""
+        """Return a unit, within a sentence."""
 
     @abstractmethod
     def value(self, number: float, literal: str | None = None) -> str:
-        """A value, as the scene wrote it if that is known."""
+        """Return a value, as the scene wrote it if that is known."""
 
     @abstractmethod
     def bold(self, letter: str, order: int = 0) -> str:
-        """A vector or matrix, with its dots."""
+        """Return a vector or matrix, with its dots."""
 
     @abstractmethod
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
-        """A matrix of formulas."""
+        """Return a matrix of formulas."""
 
     @abstractmethod
     def room(self, node: DisplayNode) -> float:
-        """Columns of half an em that an expression takes."""
+        """Return columns of half an em that an expression takes."""
 
     @abstractmethod
     def at_least(self, of: str) -> str:
-        """``of ≥ 0``."""
+        """Return ``formula ≥ 0``."""
 
     @abstractmethod
     def differential(self, of: str) -> str:
-        """A total time derivative as one fraction."""
+        """Return a total time derivative as one fraction."""
 
     @abstractmethod
     def size(self, of: str) -> str:
-        """The magnitude of a vector."""
+        """Return the magnitude of a vector."""
 
     @abstractmethod
     def ranges(self, ranges: Sequence[Range]) -> str:
-        """The values of indices: ``i, j = 1, …, n``."""
+        """Return the values of indices: ``i, j = 1, …, n``."""

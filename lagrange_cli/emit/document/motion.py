@@ -50,7 +50,7 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
 
 
 def lagrange_equations(writer: DocumentWriter) -> list[Formula]:
-    """The equation of each coordinate, or of all of a family."""
+    """Return the equation of each coordinate, or of all of a family."""
     equations = writer.equations
     rows = []
     for one in writer.with_families("motion", len(equations.derivation.shown)):
@@ -68,7 +68,7 @@ def lagrange_equations(writer: DocumentWriter) -> list[Formula]:
 
 
 def _family(writer: DocumentWriter, row: FamilyRow) -> Formula:
-    """The equations of a family as one."""
+    """Return the equations of a family as one."""
     assert writer.over_letters is not None
     momentum = row.shown.momentum
     left = writer.over_letters.row(row)
@@ -84,7 +84,7 @@ def _family(writer: DocumentWriter, row: FamilyRow) -> Formula:
 
 
 def accelerations(writer: DocumentWriter) -> list[Formula]:
-    """Accelerations and multipliers, with M and f where they stay coupled."""
+    """Return accelerations and multipliers, with M and f where they stay coupled."""
     explicit = explicit_form(writer.equations)
     named = [
         (c.name, writer.coordinate(c, 2), value)
@@ -118,7 +118,7 @@ def _coupled(writer: DocumentWriter, indices: Sequence[int]) -> Iterator[Formula
 
 
 def _differentiated(writer: DocumentWriter, explicit: ExplicitForm) -> Iterator[Formula]:
-    """The closures beside accelerations that are not solved for, differentiated."""
+    """Return the closures beside accelerations that are not solved for, differentiated."""
     for closure, value in zip(writer.equations.system.closures, explicit.multipliers, strict=True):
         if value is None:
             row = display_row(differentiated(writer.equations, closure), writer.words)
@@ -126,7 +126,7 @@ def _differentiated(writer: DocumentWriter, explicit: ExplicitForm) -> Iterator[
 
 
 def _multiplied(writer: DocumentWriter) -> Iterator[str]:
-    """The generalized forces of the constraints, by kinds of closures and contacts."""
+    """Return the generalized forces of the constraints, by kinds of closures and contacts."""
     letters, kinds = writer.letters, {closure.kind for closure in writer.equations.system.pushing}
     for kind, letter, order in (("position", "varphi", 0), ("velocity", "psi", 1)):
         if kind in kinds:
@@ -174,7 +174,7 @@ def _divided(writer: DocumentWriter) -> list[str]:
 
 
 def _part(writer: DocumentWriter, one: int | FamilyRow, expression: Expr) -> str:
-    """A factor of an equation, within a sentence."""
+    """Return a factor of an equation, within a sentence."""
     if isinstance(one, FamilyRow) and writer.over_letters is not None:
         node = writer.over_letters.part(one, expression)
         return writer.letters.inline(writer.letters.formula(node))
@@ -182,7 +182,7 @@ def _part(writer: DocumentWriter, one: int | FamilyRow, expression: Expr) -> str
 
 
 def closures(writer: DocumentWriter) -> Section | None:
-    """The equations beside those of motion, and what their multipliers mean."""
+    """Return the equations beside those of motion, and what their multipliers mean."""
     rows, say, letters = closure_rows(writer), writer.say, writer.letters
     if not rows:
         return None
@@ -204,7 +204,7 @@ def closures(writer: DocumentWriter) -> Section | None:
 
 
 def closure_rows(writer: DocumentWriter) -> list[Formula]:
-    """The closure equations, each with its name."""
+    """Return the closure equations, each with its name."""
     rows, held = [], writer.equations.system.closures
     for one in writer.with_families("closures", len(held)):
         if isinstance(one, FamilyRow):
@@ -216,7 +216,7 @@ def closure_rows(writer: DocumentWriter) -> list[Formula]:
 
 
 def contacts(writer: DocumentWriter) -> Section | None:
-    """Gaps with their multipliers and restitutions, and what these mean."""
+    """Return gaps with their multipliers and restitutions, and what these mean."""
     say, letters, rows = writer.say, writer.letters, contact_rows(writer)
     if not rows:
         return None
@@ -272,7 +272,7 @@ def contact_rows(writer: DocumentWriter) -> list[Formula]:
 
 
 def result(writer: DocumentWriter) -> Section | None:
-    """The accelerations and multipliers that a computer integrates."""
+    """Return the accelerations and multipliers that a computer integrates."""
     equations, say = writer.equations, writer.say
     if not equations.system.coordinates:
         return None

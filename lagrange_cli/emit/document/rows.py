@@ -60,18 +60,18 @@ class RowSetter(ABC):
     @property
     @abstractmethod
     def printer(self) -> TypesetPrinter:
-        """What prints display trees."""
+        """Return the printer of display trees."""
 
     @abstractmethod
     def room(self, formula: str) -> float:
         """Columns of half an em that a general formula takes, near enough to break lines by."""
 
     def rows(self, block: Formulas) -> list[FormulaRow]:
-        """Rows of a display, one or more for each formula."""
+        """Return rows of a display, one or more for each formula."""
         return [part for row in block.rows for part in self._ranged(row, self._rows(row))]
 
     def _ranged(self, formula: Formula, rows: list[FormulaRow]) -> list[FormulaRow]:
-        """The rows of a formula with the values of its indices behind the last one."""
+        """Return the rows of a formula with the values of its indices behind the last one."""
         if not formula.ranges:
             return rows
         last = rows[-1]
@@ -79,7 +79,7 @@ class RowSetter(ABC):
         return [*rows[:-1], replace(last, pieces=[*suffixed(last.pieces, ",", 0.5), told])]
 
     def available(self, labels: Iterable[str]) -> float:
-        """Columns beside the widest label and the number."""
+        """Return columns beside the widest label and the number."""
         widest = max((self.room(label) for label in labels), default=0)
         return FILLED * self.columns - max(_LABEL, widest) - _NUMBER
 
@@ -112,7 +112,7 @@ class RowSetter(ABC):
         ]
 
     def _vector(self, components: Sequence[str]) -> list[Piece]:
-        """Components in parentheses; a line may end after each comma."""
+        """Return components in parentheses; a line may end after each comma."""
         texts = [f"{component}," for component in components]
         texts[0], texts[-1] = f"({texts[0]}", f"{texts[-1][:-1]})"
         first, *others = (Piece(text, self.room(text) + 1, "", "", 0) for text in texts)

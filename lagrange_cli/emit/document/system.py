@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def system(writer: DocumentWriter) -> Section | None:
-    """The particles with their masses, and the parameters with their values."""
+    """Return the particles with their masses, and the parameters with their values."""
     say, particles = writer.say, writer.equations.system.particles
     listed = "; ".join(_particles(writer))
     told = say.counted(len(particles), "Particle: {listed}.", "Particles: {listed}.", listed=listed)
@@ -35,7 +35,7 @@ def system(writer: DocumentWriter) -> Section | None:
 
 
 def _particles(writer: DocumentWriter) -> Iterator[str]:
-    """The particles; those that are alike but for their indices as one."""
+    """Return the particles; those that are alike but for their indices as one."""
     families, particles = writer.families, writer.equations.system.particles
     if families is None:
         yield from (_particle(writer, p) for p in particles)
@@ -72,7 +72,7 @@ def _particle_name(letters: DocumentLetters, particle: ParticleMotion) -> str:
 
 
 def _parameters(writer: DocumentWriter) -> Table | Words | None:
-    """A table of the parameters; a sentence where nothing is known but their letters."""
+    """Return a table of the parameters; a sentence where nothing is known but their letters."""
     say, letters = writer.say, writer.letters
     literals = dict(writer.equations.presentation.literals)
     rows = []
@@ -124,7 +124,7 @@ def inputs(writer: DocumentWriter) -> Section | None:
 
 
 def outputs(writer: DocumentWriter) -> Section | None:
-    """Expressions that the scene asks for."""
+    """Return expressions that the scene asks for."""
     return _named(writer, writer.say("Outputs"), writer.equations.system.outputs, [])
 
 

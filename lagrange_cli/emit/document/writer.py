@@ -1,4 +1,4 @@
-"""What sections of a document are written with; notes the abbreviations that they hold."""
+"""The writer of a document's sections, which notes the abbreviations that they use."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class DocumentWriter(Writer):
         return self.letters.upright(operations_told(count, self.say))
 
     def left_out(self) -> Words | None:
-        """What is to be said of expressions that were left out; None if there are none."""
+        """Return the note on expressions that were left out; None if there are none."""
         if self.omission is None or not self.omission.counts:
             return None
         return Words(omission_told(self.letters.typed("--written-out"), self.say))
@@ -82,11 +82,11 @@ class DocumentWriter(Writer):
         return None if self.over_letters is None else self.over_letters.families
 
     def with_families(self, part: str, count: int) -> Iterator[int | FamilyRow]:
-        """Numbers of the rows of a part of the document, or the rows of their families."""
+        """Return numbers of the rows of a part of the document, or the rows of their families."""
         return with_families(() if self.families is None else getattr(self.families, part), count)
 
     def family_row(self, label: str, row: FamilyRow) -> Formula:
-        """A definition or quantity of the elements of a family."""
+        """Return a definition or quantity of the elements of a family."""
         assert self.over_letters is not None
         node = self.noted(self.over_letters.whole(row))
         return Formula(label, (node,), ranges=self.letters.ranges(row.ranges) if row.ranges else "")
@@ -100,7 +100,7 @@ class DocumentWriter(Writer):
         return families.kinetic, families.potential, families.dissipation
 
     def energy(self, label: str, energy: Expr, form: Form | None) -> Formula:
-        """An energy, with sums over indices where it has such a form."""
+        """Return an energy, with sums over indices where it has such a form."""
         if form is None or self.over_letters is None:
             return self.row(label, energy)
         return Formula(label, (self.noted(self.over_letters.form(form)),))
@@ -124,11 +124,11 @@ class DocumentWriter(Writer):
     # -- rows -----------------------------------------------------------------------
 
     def tree(self, expression: Expr) -> DisplayNode:
-        """An expression as it is displayed."""
+        """Return an expression as it is displayed."""
         return self.noted(display(expression, self.words))
 
     def noted(self, node: DisplayNode) -> DisplayNode:
-        """The same tree, whose abbreviations are noted."""
+        """Return the same tree, whose abbreviations are noted."""
         if self.words.named:
             self.abbreviated.update(abbreviations_in(node))
         return node
@@ -141,7 +141,7 @@ class DocumentWriter(Writer):
         return Formula(label, (self.noted(display_sum(parts, self.words)),))
 
     def abbreviations(self) -> list[Formula]:
-        """What the abbreviations stand for that were written, those of these among them."""
+        """Return the definitions of the abbreviations in use, and of those that these use."""
         rows: list[Formula] = []
         for name, expression in reversed(self.equations.presentation.abbreviations):
             if name in self.abbreviated:

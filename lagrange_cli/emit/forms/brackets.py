@@ -20,7 +20,7 @@ _H = "H"
 
 
 def bracket_sections(writer: FormWriter) -> list[Section]:
-    """The section on brackets, if any were asked for.
+    """Return the section on brackets, if any were asked for.
 
     ``writer``: with the names of momenta.
     """
@@ -74,7 +74,7 @@ def _rates(writer: FormWriter, found: PoissonBrackets) -> Iterator[Block]:
 
 
 def quantity_names(found: PoissonBrackets) -> dict[Symbol, str]:
-    """Symbols that stand for quantities, with their names."""
+    """Return symbols that stand for quantities, with their names."""
     symbols = {q.symbol: q.name for q in found.quantities}
     for b in found.brackets:
         held = b.first.free_symbols | b.second.free_symbols | b.value.free_symbols

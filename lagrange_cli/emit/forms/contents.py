@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def first_order_sections(writer: FormWriter) -> list[Section]:
-    """The section in place of Lagrange's equations."""
+    """Return the section in place of Lagrange's equations."""
     equations, say = writer.equations, writer.say
     heading = say("Equations of first order")
     if not equations.system.coordinates:
@@ -61,12 +61,12 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
 
 
 def velocity_letter(equations: Equations) -> str:
-    """The first letter that makes names of velocities which the scene does not have."""
+    """Return the first letter that makes names of velocities which the scene does not have."""
     return free_letter(equations, ("v", "w", "V", "u", "vv"))
 
 
 def with_velocities(words: Vocabulary, equations: Equations, letter: str) -> Vocabulary:
-    """Velocities print as ``v_theta``, accelerations as its rate."""
+    """Return the vocabulary in which velocities print as ``v_theta``, accelerations as its rate."""
     atoms = dict(words.atoms)
     for rank, c in enumerate(equations.system.coordinates):
         name, latex = f"{letter}_{c.name}", _latex(letter, c)
@@ -91,7 +91,7 @@ FORMS: Mapping[str, Callable[[FormWriter], list[Section]]] = {
 def form_sections(
     form: str, writer: Writer, words: Vocabulary, noted: Callable[[DisplayNode], DisplayNode]
 ) -> list[Section]:
-    """The sections of a form of :data:`FORMS`.
+    """Return the sections of a form of :data:`FORMS`.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def hamiltonian_sections(writer: FormWriter) -> list[Section]:
-    """The sections in place of Lagrange's equations."""
+    """Return the sections in place of Lagrange's equations."""
     equations, say = writer.equations, writer.say
     form = hamiltonian_form(equations)
     writer = writer.knowing([pair.momentum for pair in form.pairs])

@@ -69,7 +69,7 @@ def hamiltonian_in_scene_language(equations: Equations, form: Hamiltonian) -> st
 
 
 def bracket_report(found: PoissonBrackets | None, say: ExpressionPrinter) -> dict[str, Any]:
-    """The brackets in the scene language; empty if none were asked for."""
+    """Return the brackets in the scene language; empty if none were asked for."""
     if found is None:
         return {}
     names = [(symbol, name, None) for symbol, name in quantity_names(found).items()]
@@ -122,7 +122,7 @@ def routhian_report(equations: Equations, say: ExpressionPrinter) -> dict[str, A
 
 
 def first_order_report(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
-    """Names of the velocities, and the rate of each state.
+    """Return names of the velocities, and the rate of each state.
 
     Those that are not solved for have null, and their equations stand in ``coupled``.
     """
@@ -201,5 +201,5 @@ def _knowing(say: ExpressionPrinter, momenta: Sequence[Momentum]) -> ExpressionP
 
 
 def _total(say: ExpressionPrinter, parts: Sequence[Expr]) -> str:
-    """The sum of terms in their order; 0 without any."""
+    """Return the sum of terms in their order; 0 without any."""
     return say.tree(display_sum(parts, say.words)) if parts else "0"

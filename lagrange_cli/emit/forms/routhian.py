@@ -22,7 +22,7 @@ _DIGITS = 6
 
 
 def routhian_sections(writer: FormWriter) -> list[Section]:
-    """The sections in place of Lagrange's equations."""
+    """Return the sections in place of Lagrange's equations."""
     say = writer.say
     form = routhian_form(writer.equations)
     writer = writer.knowing(form.momenta)
@@ -57,7 +57,7 @@ def _told(writer: FormWriter, form: Routhian) -> str:
 
 
 def _start(writer: FormWriter, form: Routhian) -> Iterator[Words]:
-    """The values of the momenta at the initial state."""
+    """Return the values of the momenta at the initial state."""
     if form.start:
         pairs = zip(form.momenta, form.start, strict=True)
         values = [
@@ -68,7 +68,7 @@ def _start(writer: FormWriter, form: Routhian) -> Iterator[Words]:
 
 
 def _decimal(writer: FormWriter, value: float) -> str:
-    """A number in some digits."""
+    """Return a number in some digits."""
     size = Fraction(abs(value))
     literal = f"{abs(value):.{_DIGITS}g}"
     number = number_of(size.numerator, size.denominator, literal)

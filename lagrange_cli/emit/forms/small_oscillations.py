@@ -28,7 +28,7 @@ _MOST_COORDINATES = 6
 
 
 def small_oscillation_sections(writer: FormWriter) -> list[Section]:
-    """The sections in place of Lagrange's equations."""
+    """Return the sections in place of Lagrange's equations."""
     say, equations = writer.say, writer.equations
     form = small_oscillations(equations, _DIGITS)
     letters = ModeLetters.of(equations, form)
@@ -138,7 +138,7 @@ class ModeLetters:
 
     @classmethod
     def of(cls, equations: Equations, form: SmallOscillations) -> ModeLetters:
-        """Letters that the scene has no other use for."""
+        """Return letters that the scene has no other use for."""
         frequency = free_letter(equations, ("omega", "Omega", "nu", "w"))
         place = free_letter(equations, ("Q", "zeta", "Z", "q"))
         numbers = range(1, len(form.modes) + 1)

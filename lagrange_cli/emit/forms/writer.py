@@ -1,4 +1,4 @@
-"""What sections of a form are written with: letters, and names of the momenta too."""
+"""The writer of sections on a form of the equations: letters, with names of the momenta."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class FormWriter(Writer):
         return self.vocabulary
 
     def tree(self, expression: Expr) -> DisplayNode:
-        """An expression as it is displayed."""
+        """Return an expression as it is displayed."""
         return self.noted(display(expression, self.words))
 
     def total(self, label: str, parts: Sequence[Expr]) -> Formula:
@@ -51,25 +51,25 @@ class FormWriter(Writer):
         return Formula(label, (self.noted(display_sum(parts or (_zero(),), self.words)),))
 
     def knowing(self, momenta: Sequence[Momentum]) -> FormWriter:
-        """The writer with names of momenta."""
+        """Return the writer with names of momenta."""
         return replace(self, vocabulary=with_momenta(self.words, momenta))
 
     def naming(self, names: Mapping[Symbol, str]) -> FormWriter:
-        """The writer with names of quantities."""
+        """Return the writer with names of quantities."""
         further = [(symbol, name, None) for symbol, name in names.items()]
         return replace(self, vocabulary=with_symbols(self.words, further))
 
     def also(self, symbol: Symbol, name: str) -> FormWriter:
-        """The writer with one further letter."""
+        """Return the writer with one further letter."""
         return replace(self, vocabulary=with_symbols(self.words, [(symbol, name, None)]))
 
     def momentum(self, momentum: Momentum, order: int = 0) -> str:
-        """The letter of a momentum, with its dots."""
+        """Return the letter of a momentum, with its dots."""
         return self.letters.symbol(momentum.name, order, momentum_latex(momentum))
 
 
 def with_momenta(words: Vocabulary, momenta: Sequence[Momentum]) -> Vocabulary:
-    """Names of momenta beside those of other symbols."""
+    """Return names of momenta beside those of other symbols."""
     return with_symbols(words, [(m.symbol, m.name, momentum_latex(m)) for m in momenta])
 
 

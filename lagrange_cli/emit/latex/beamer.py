@@ -72,7 +72,7 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
 
 
 def _ideas(section: Section) -> Iterator[tuple[str, Section]]:
-    """The parts of a section that have a title of their own, each with it."""
+    """Return the parts of a section that have a title of their own, each with it."""
     subtitle, gathered = "", list[Block]()
     for block in section.blocks:
         if isinstance(block, Title):

@@ -89,7 +89,7 @@ def _preamble(options: LatexOptions) -> str:
 
 
 def latex_snippet(equations: Equations, options: LatexOptions) -> str:
-    """The equations of motion alone, or several parts with run-in headings."""
+    """Return the equations of motion alone, or several parts with run-in headings."""
     writer, setter = options.writer(equations), options.setter(equations)
     title = latex_text(equations.presentation.title or equations.presentation.name)
     needs = "amsmath and tikz" if "sketch" in options.parts else "amsmath"

@@ -43,7 +43,7 @@ class Macros:
     defined: dict[str, str] = field(default_factory=dict)
 
     def name(self, name: str, order: int = 0, latex: str | None = None) -> str:
-        """A name with dots over it: ``\\symtheta[\\dot]``."""
+        """Return a name with dots over it: ``\\symtheta[\\dot]``."""
         override = latex or self.written.get(multiplier_symbol(name))
         meaning = latex_name(name, 1, override).replace(r"\dot{", "#1{", 1)
         if meaning not in self.defined:
@@ -51,7 +51,7 @@ class Macros:
         return self.defined[meaning] + _DOTS[order]
 
     def _free(self, name: str, *, is_letter: bool) -> str:
-        """A macro that no other symbol has; words begin as words do, to stand apart."""
+        """Return a macro that no other symbol has; words begin as words do, to stand apart."""
         letters = "".join(map(_spelled, multiplier_symbol(name)))
         opening = "sym" if is_letter or split_name(name).is_letter else "word"
         macro = rf"\{opening}{letters}"
@@ -75,7 +75,7 @@ class Macros:
 
 
 def _spelled(character: str) -> str:
-    """A character of a name in letters, which are all that a macro may have."""
+    """Return a character of a name in letters, which are all that a macro may have."""
     if character.isascii() and character.isdigit():
         return _DIGITS[int(character)]
     if character.isascii():

@@ -50,7 +50,7 @@ class MarkdownLetters(LatexLetters):
         return self._formula_or_words(super().unit(text), text)
 
     def _formula_or_words(self, written: str, text: str) -> str:
-        """What LaTeX has a formula for, else the text."""
+        """Return the LaTeX of a formula, or escaped text where the text is no formula."""
         return written if written.startswith("$") else self.words(text)
 
 
@@ -109,7 +109,7 @@ def _block(block: Block) -> Iterator[str]:
 
 
 def _cell(text: str) -> str:
-    """A cell of a table; bars of a formula would end it."""
+    """Return a cell of a table; bars of a formula would end it."""
     return text.replace("|", r"\vert{}") if text.startswith("$") else text
 
 

@@ -1,4 +1,4 @@
-"""What a LaTeX document is asked to be: its style, parts, and the width of its lines."""
+"""Options of a LaTeX document: its style, its parts, and the width of its lines."""
 
 from __future__ import annotations
 
@@ -85,35 +85,35 @@ class LatexOptions:
         return cls(style, form, parts, width, numbered, say, written_out, macros, content)
 
     def writer(self, equations: Equations) -> DocumentWriter:
-        """What writes the content of the document."""
+        """Return the writer of the document's content."""
         letters = LatexLetters(equations, self.macros)
         return DocumentWriter(equations, letters, self.say, written_out=self.written_out)
 
     def sections(self, equations: Equations) -> list[Section]:
-        """The sections of the document."""
+        """Return the sections of the document."""
         content = self.content or derivation_content(equations, self.parts, self.form)
         return content.sections(self.writer(equations), self._columns)
 
     @property
     def about(self) -> str:
-        """The subject of the document, for a comment."""
+        """Return the subject of the document, for a comment."""
         return "equations of motion" if self.content is None else self.content.about
 
     @property
     def _points(self) -> float:
-        """Points of a line."""
+        """Return points of a line."""
         page = _FRAME if self.style == "beamer" else _PAGE
         points = length(self.width)
         return {"page": page, "column": _COLUMN}[self.width] if points is None else points
 
     @property
     def _columns(self) -> float:
-        """Columns of half an em of a line."""
+        """Return columns of half an em of a line."""
         points = self._points
         return points / COLUMN_POINTS[11 if self.style != "beamer" and points > _COLUMN else 10]
 
     def setter(self, equations: Equations) -> Typesetter:
-        """What writes displays for this width."""
+        """Return the typesetter of displays of this width."""
         picture = tikz_picture(equations, self._points) if "sketch" in self.parts else ""
         rows = 6 if self.style == "beamer" else 24
         return Typesetter(
@@ -121,7 +121,7 @@ class LatexOptions:
         )
 
     def definitions(self, equations: Equations, body: Iterable[str]) -> str:
-        """Definitions of the macros that stand in a body, each line with its end."""
+        """Return definitions of the macros that stand in a body, each line with its end."""
         lines = (
             []
             if self.macros is None

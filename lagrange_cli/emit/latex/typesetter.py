@@ -88,11 +88,11 @@ class Typesetter(RowSetter):
         return rf"{_ALONE}{{$\displaystyle {label}$}}"
 
     def section(self, section: Section) -> list[str]:
-        """The heading of a section and its blocks."""
+        """Return the heading of a section and its blocks."""
         return [rf"\section*{{{section.heading}}}", *self.blocks(section)]
 
     def blocks(self, section: Section) -> list[str]:
-        """The blocks of a section without its heading."""
+        """Return the blocks of a section without its heading."""
         return [line for block in section.blocks for line in self._block(block, section.name)]
 
     def _block(self, block: Block, part: str) -> list[str]:
@@ -115,7 +115,7 @@ class Typesetter(RowSetter):
     # -- laws -----------------------------------------------------------------------
 
     def _law(self, text: str, penalty: str) -> list[str]:
-        """A general formula on a line, or on several where it is too long for one."""
+        """Return a general formula on a line, or on several where it is too long for one."""
         parts = _LAW_BREAK.split(text)
         lines = [parts[0]]
         for sign, part in zip(parts[1::2], parts[2::2], strict=True):
@@ -133,7 +133,7 @@ class Typesetter(RowSetter):
     # -- displays -------------------------------------------------------------------
 
     def display(self, rows: Sequence[FormulaRow], part: str, *, numbered: bool) -> list[str]:
-        """Formulas as a display, with a number and a label each, or none."""
+        """Return formulas as a display, with a number and a label each, or none."""
         available = self.available([row.label for row in rows])
         written = [_lines(row, available) for row in rows]
         if not written:
@@ -155,12 +155,12 @@ class Typesetter(RowSetter):
         return [rf"\begin{{{name}{star}}}", body, rf"\end{{{name}{star}}}"]
 
     def lines(self, rows: Sequence[FormulaRow]) -> list[str]:
-        """Formulas below each other, broken into lines, each with its sign of alignment."""
+        """Return formulas below each other, broken into lines, each with its sign of alignment."""
         available = self.available([row.label for row in rows])
         return [line for row in rows for line in _lines(row, available)]
 
     def aligned(self, rows: Sequence[FormulaRow]) -> Iterator[list[str]]:
-        """Formulas as ``aligned`` environments, which stand within a display each.
+        """Return formulas as ``aligned`` environments, which stand within a display each.
 
         Long ones are several, since KaTeX expands no more than 1,000 macros in a display.
         """
@@ -172,7 +172,7 @@ class Typesetter(RowSetter):
     # -- tables ---------------------------------------------------------------------
 
     def _table(self, table: Table) -> list[str]:
-        """A long one is several, between which pages may end."""
+        """Return the lines of a table; a long one is several, between which pages may end."""
         lines = (table.heads, *table.rows)
         widths = [max(map(_letters, column)) + 3 for column in zip(*lines, strict=True)]
         fits = sum(widths) <= self.columns
@@ -215,12 +215,12 @@ _BULLETS = r"\begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
 
 
 def _letters(text: str) -> int:
-    """How many letters a text has beside its commands."""
+    """Count the letters of a text without its commands."""
     return len(re.sub(r"\\[A-Za-z]+|[{}$_^]", "", text))
 
 
 def _lines(row: FormulaRow, available: float) -> list[str]:
-    """The lines of a formula, aligned after its label."""
+    """Return the lines of a formula, aligned after its label."""
     first, *others = break_lines(row.pieces, available, available - 4, step=2)
     label = f"{row.label} " if row.label else ""
     lines = [f"  {label}& {first.text}"]
@@ -238,7 +238,7 @@ def _equation(lines: Sequence[str], tag: str, star: str) -> list[str]:
 
 
 def _numbered(lines: Sequence[str], tag: str, *, numbered: bool) -> str:
-    """The lines of one of several formulas, of which the last has its number."""
+    """Return the lines of one of several formulas, of which the last has its number."""
     end = " \\nonumber \\\\\n" if numbered else " \\\\\n"
     return end.join(lines) + (f" {tag}" if tag else r" \nonumber" if numbered else "")
 

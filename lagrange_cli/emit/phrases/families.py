@@ -30,7 +30,7 @@ def with_families(rows: Sequence[FamilyRow], count: int) -> Iterator[int | Famil
 def coordinates_by_ranges(
     families: Families, equations: Equations
 ) -> list[tuple[list[tuple[str, Coordinate]], tuple[Range, ...]]]:
-    """Coordinates with the ranges of their indices; those of a family as one, with letters.
+    """Return coordinates with the ranges of their indices; those of a family as one, with letters.
 
     Each has a name and the coordinate, of a family the first of its elements. Without ranges are
     those of no family, and of one of which not all are positive.
@@ -79,7 +79,7 @@ def account_lines(
 
 
 def grouped_ranges(ranges: Sequence[Range]) -> list[tuple[list[str], str, str]]:
-    """Letters that run between the same ends, with these."""
+    """Return letters that run between the same ends, with these."""
     groups: dict[tuple[str, str], list[str]] = {}
     for span in ranges:
         groups.setdefault((str(span.first), str(span.last)), []).append(span.letter.name)
@@ -97,7 +97,7 @@ def text_ranges(ranges: Sequence[Range], *, ascii: bool) -> str:
 
 
 def latex_ranges(ranges: Sequence[Range]) -> str:
-    """The same in LaTeX, without dollars."""
+    """Return ranges of indices in LaTeX, without dollars."""
     return r",\ ".join(
         rf"{', '.join(letters)} = {first}, \dots, {last}"
         for letters, first, last in grouped_ranges(ranges)
@@ -105,7 +105,7 @@ def latex_ranges(ranges: Sequence[Range]) -> str:
 
 
 def typst_ranges(ranges: Sequence[Range]) -> str:
-    """The same in Typst's mathematics."""
+    """Return ranges of indices in Typst's mathematics."""
     return ", ".join(
         f"{', '.join(letters)} = {first}, dots.h, {last}"
         for letters, first, last in grouped_ranges(ranges)
@@ -113,7 +113,7 @@ def typst_ranges(ranges: Sequence[Range]) -> str:
 
 
 def sizes_line(families: Families) -> str:
-    """Values of the sizes that ranges on the page end with: ``n = 4``."""
+    """Return values of the sizes that ranges on the page end with: ``n = 4``."""
     return ", ".join(f"{size} = {value}" for size, value in families.sizes_shown.items())
 
 

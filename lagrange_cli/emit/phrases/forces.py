@@ -1,4 +1,4 @@
-"""Constraint forces and multipliers in the order and wording that all reports share."""
+"""Phrases and rows on constraint forces and multipliers that all formats share."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _AXES = ("x", "y", "z")
 
 
 def forces_line(say: Language = ENGLISH) -> str:
-    """Say how the formulas of forces are meant."""
+    """Say which forces the formulas give: those of constraints, without applied ones."""
     return say("beside applied forces; by constraints the multiplier times the gradient")
 
 

@@ -1,4 +1,4 @@
-"""Languages of the words between formulas; the program's own phrases are English."""
+"""Languages of the phrase catalogue; the phrases in the code are English."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _TABLES = {
     "fr": (("french", "FRENCH"), ("french_of_analyses", "FRENCH_OF_ANALYSES")),
 }
 
-#: The languages that derivations are told in.
+#: Codes of the languages of the phrase catalogue.
 LANGUAGES = ("en", *_TABLES)
 
 
 @dataclass(frozen=True)
 class Language:
-    """A language that derivations are told in.
+    """A language of the phrase catalogue.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Language:
     phrases
         English phrase → the same in this language, with the same parts in braces. English has none.
     thousands
-        What stands between the thousands of a number.
+        Separator of the thousands of a number.
     """
 
     code: str
@@ -55,7 +55,7 @@ class Language:
         return self(one if count == 1 else many, count=count, **parts)
 
     def number(self, value: int) -> str:
-        """A whole number, its thousands apart."""
+        """Return a whole number, its thousands apart."""
         return f"{value:,}".replace(",", self.thousands)
 
     def first(self, is_first: bool, first: str, later: str, **parts: object) -> str:
@@ -63,13 +63,13 @@ class Language:
         return self(first if is_first else later, **parts)
 
     def in_ascii(self) -> Language:
-        """The same in plain ASCII: ``ae`` for the German ä, e for the French é."""
+        """Return the same in plain ASCII: ``ae`` for the German ä, e for the French é."""
         own = _UMLAUTS if self.code == "de" else dict[int, str]()
         phrases = {k: _plain(v, own) for k, v in self.phrases.items()}
         return replace(self, phrases=phrases, thousands=_plain(self.thousands, own))
 
 
-#: Language → what stands between the thousands of a number.
+#: Language → separator of the thousands of a number.
 _THOUSANDS = {"de": ".", "fr": "\u00a0"}
 
 _UMLAUTS = str.maketrans(
@@ -83,7 +83,7 @@ def _plain(text: str, own: Mapping[int, str]) -> str:
 
 
 def language(code: str) -> Language:
-    """The language of that code, one of :data:`LANGUAGES`."""
+    """Return the language of that code, one of :data:`LANGUAGES`."""
     if code == "en":
         return ENGLISH
     tables = (

@@ -94,7 +94,7 @@ def project_source(
 
 
 def impact_source(programs: Mapping[str, Program], parameter: str) -> list[str]:
-    """Definitions of ``events`` and ``reset``, none where there are no contacts.
+    """Return definitions of ``events`` and ``reset``, none where there are no contacts.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ _CHANGES = (
 
 
 def contact_constants(equations: Equations) -> list[str]:
-    """Names of the contacts, and the mode with all of them open."""
+    """Return names of the contacts, and the mode with all of them open."""
     contacts = equations.system.contacts
     if not contacts:
         return []
@@ -205,7 +205,7 @@ def interface_source(programs: Mapping[str, Program], parameter: str) -> list[st
 
 
 def contact_script(script: str, held_inputs: str, rounding: float) -> str:
-    """The script with steps that follow contacts.
+    """Return the script with steps that follow contacts.
 
     Parameters
     ----------

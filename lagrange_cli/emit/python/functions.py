@@ -128,7 +128,7 @@ def right_hand_side_source(equations: Equations, names: Sequence[str] = FUNCTION
 
 
 def program_of(equations: Equations, name: str) -> Program:
-    """The program of an evaluator."""
+    """Return the program of an evaluator."""
     return build_program(equations, ["acceleration" if name == "rhs" else name])
 
 
@@ -162,7 +162,7 @@ def module_source(programs: Mapping[str, Program]) -> str:
 
 
 def _parameter_sources(programs: Mapping[str, Program], program: Program) -> list[tuple[str, int]]:
-    """Parameters of a program. Others may have more: flags, weights, factors of rounding."""
+    """Return parameters of a program. Others may have more: flags, weights, factors of rounding."""
     count = program.parameters
     alike = {"gaps", "surfaces"}.isdisjoint(programs)
     return [("p" if alike else f"p[:{count}]", count)]
@@ -203,7 +203,7 @@ def function_source(
     sequences: Sequence[tuple[str, int]] = (),
     style: Style = NUMBERS,
 ) -> str:
-    """The definition of one evaluator.
+    """Return the definition of one evaluator.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ def _failure(program: Program) -> str:
 
 
 def _of_parts(program: Program, apart: int | None) -> list[str]:
-    """The lines of the function of a large system."""
+    """Return the lines of the function of a large system."""
     lines = loops_source(program, apart)
     if program.blocks:
         return [*lines, f"return out if np.isfinite(out).all() else {_failure(program)}"]
@@ -273,7 +273,7 @@ def _of_parts(program: Program, apart: int | None) -> list[str]:
 
 
 def defined(name: str, parameter: str, body: Sequence[str], program: Program, style: Style) -> str:
-    """The definition of a function with a body."""
+    """Return the definition of a function with a body."""
     inner = (
         name in INTERNAL_FUNCTIONS | CANONICAL_PARTS
         or name in SLOPES
@@ -386,8 +386,8 @@ _DOC = '"""Accelerations, then multipliers; raises where they do not exist."""'
 
 
 def sharing(programs: Mapping[str, Program]) -> list[str]:
-    """What names of right-hand sides begin with (``""``, ``contact_``) that find the multipliers
-    with all accelerations, so that two functions can share the solution."""
+    """Return the prefixes (``""``, ``contact_``) whose accelerations and multipliers come from one
+    solve, which the functions ``rhs`` and ``multipliers`` can share."""
     sides = {of: programs.get(f"{of}rhs") for of in ("", "contact_")}
     return [
         of

@@ -154,5 +154,5 @@ def parameters_source(equations: Equations, fields: Sequence[str]) -> str:
 
 
 def _strings(texts: Sequence[str]) -> str:
-    """A tuple of string literals in plain ASCII."""
+    """Return a tuple of string literals in plain ASCII."""
     return ascii(tuple(texts))

@@ -32,7 +32,7 @@ _DIALECT = Dialect(double_literal, array_functions("np"), {})
 
 
 def index_tables_source(programs: Iterable[Program]) -> str:
-    """Definitions of the tables of indices that the functions of programs look into."""
+    """Return definitions of the tables of indices that the functions of programs look into."""
     tables = dict.fromkeys(table for program in programs for table in tables_of(program.parts))
     lines = []
     for table in tables:
@@ -42,7 +42,7 @@ def index_tables_source(programs: Iterable[Program]) -> str:
 
 
 def loops_source(program: Program, apart: int | None = None) -> list[str]:
-    """The lines of a function that gives an array of the results.
+    """Return the lines of a function that gives an array of the results.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class _Writer:
         return f"{self.array(column)}[{_indices(column, start, members)}]"
 
     def array(self, column: IndexColumn) -> str:
-        """The name of the array that a column is of."""
+        """Return the name of the array that a column is of."""
         return self.arrays.get(column.array, column.array)
 
 
@@ -134,7 +134,7 @@ def _name(table: tuple[int, ...]) -> str:
 
 
 def _wrapped(text: str, depth: int) -> list[str]:
-    """Lines of a statement: a long one in parentheses."""
+    """Return lines of a statement: a long one in parentheses."""
     indent = _TAB * depth
     if len(text) <= _WIDTH:
         return [indent + text]

@@ -100,7 +100,7 @@ _FEW = 16
 
 
 def arrays_source(words: set[str], programs: Mapping[str, Program]) -> list[str]:
-    """Definitions of what evaluates a function for many states.
+    """Return definitions of what evaluates a function for many states.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def _canonical(equations: Equations) -> str:
 
 
 def _notes(equations: Equations) -> list[str]:
-    """What the docstring says of the functions."""
+    """Return the lines of the module's docstring on its functions."""
     singular = "configuration" if equations.system.multipliers else "mass matrix"
     return [
         f"p a Parameters, and returns NaN where there is no result (a singular {singular}, a",
@@ -267,7 +267,7 @@ def _imports(of_math: Sequence[str], text: str) -> str:
 
 
 def _arguments(equations: Equations) -> str:
-    """Parameters of the functions of the interface behind t and y, with their defaults."""
+    """Return parameters of the functions of the interface behind t and y, with their defaults."""
     return "p=DEFAULTS" + (", u=inputs" if equations.system.inputs else "")
 
 

@@ -104,7 +104,7 @@ def regularity(program: Program, dialect: Dialect) -> list[str]:
 
 
 def refused_unless(tests: Sequence[str], failure: str) -> list[str]:
-    """Lines that return what stands for no result unless all conditions hold."""
+    """Return lines that return what stands for no result unless all conditions hold."""
     whole = " & ".join(f"({test})" for test in tests) if len(tests) > 1 else tests[0]
     return [
         _statement("regular", whole),
@@ -133,7 +133,7 @@ def _pivot_tests(program: Program, dialect: Dialect) -> list[str]:
 def symmetric(
     prefix: str, upper: Sequence[Operand], n: int, dialect: Dialect
 ) -> tuple[list[str], str]:
-    """Lines that name compound entries, and the text of the full array."""
+    """Return lines that name compound entries, and the text of the full array."""
     lines, texts = [], []
     for k, operand in enumerate(upper):
         text = expression_text(operand, dialect)
@@ -153,7 +153,7 @@ def assigned(assignments: Iterable[Assignment], dialect: Dialect) -> list[str]:
 
 
 def _statement(target: str, text: str) -> str:
-    """An assignment, over several lines where it is long."""
+    """Return an assignment, over several lines where it is long."""
     if len(text) <= LINE_WIDTH:
         return f"{target} = {text}"
     lines = wrap(text, LINE_WIDTH, break_long_words=False, break_on_hyphens=False)

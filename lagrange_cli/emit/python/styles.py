@@ -19,7 +19,7 @@ _OTHERWISE = {
 
 @dataclass(frozen=True)
 class Style:
-    """What the functions of a module run over.
+    """Objects that the functions of an emitted module run over: numbers, arrays or symbols.
 
     Attributes
     ----------

@@ -51,7 +51,7 @@ def find_angles(known: Findings) -> None:
 
 
 def _pairs(known: Findings) -> dict[int, list[tuple[int, int]]]:
-    """Pairs of bodies between which each coordinate turns the second alone.
+    """Return pairs of bodies between which each coordinate turns the second alone.
 
     Lines that many coordinates turn are left out: those along two links of a chain, say.
     """
@@ -118,7 +118,7 @@ def _angle_of(known: Findings, number: int, a: int, b: int) -> Angle | None:
 
 
 def _azimuth(number: int, ends: tuple[int, int], along: Array, q: Array) -> Angle | None:
-    """An angle in a coordinate plane from one of its axes."""
+    """Return an angle in a coordinate plane from one of its axes."""
     size = np.abs(along).max()
     for i, j in ((0, 1), (0, 2), (1, 2)):
         flat = np.hypot(along[:, i], along[:, j])
@@ -138,7 +138,7 @@ def _azimuth(number: int, ends: tuple[int, int], along: Array, q: Array) -> Angl
 
 
 def _polar(number: int, ends: tuple[int, int], along: Array, q: Array) -> Angle | None:
-    """An angle in space between the line and an axis, in three dimensions."""
+    """Return an angle in space between the line and an axis, in three dimensions."""
     if (np.abs(along).max(axis=0) <= SAME * np.abs(along).max()).any():
         return None
     units = along / np.linalg.norm(along, axis=1)[:, None]
@@ -156,7 +156,7 @@ def _polar(number: int, ends: tuple[int, int], along: Array, q: Array) -> Angle 
 
 
 def _length_symbol(known: Findings, a: int, b: int) -> Expr | None:
-    """The parameter that a distance is equal to whatever the parameters are."""
+    """Return the parameter that a distance is equal to whatever the parameters are."""
     configurations = known.configurations
     bodies = known.declared
     values = configurations.values

@@ -69,7 +69,7 @@ def sketch_of(equations: Equations) -> Sketch:
 
 
 def _demoted(link: Link, on_curves: set[int]) -> Link:
-    """A line of constant length to a particle that a curve holds is no rod."""
+    """Return a line of constant length to a particle that a curve holds is no rod."""
     if link.kind == "rod" and not link.stated and link.ends[1] in on_curves:
         return Link("radius", link.ends)
     return link
@@ -366,7 +366,7 @@ class _Drawing:
 
 
 def _projection(along: Array, angle: Angle) -> Array:
-    """The part of a line in the plane of its angle."""
+    """Return the part of a line in the plane of its angle."""
     return (along @ angle.reference) * angle.reference + (along @ angle.towards) * angle.towards
 
 
@@ -376,13 +376,13 @@ def _unit(arrow: Array) -> Array:
 
 
 def _place(point: Array) -> Place:
-    """A place with thousandths of a centimetre, without negative zeros."""
+    """Return a place with thousandths of a centimetre, without negative zeros."""
     x, y = (round(float(value), 3) + 0.0 for value in point)
     return x, y
 
 
 def _thinned(line: Array) -> Array:
-    """A polyline without points that lie on the line between their neighbours."""
+    """Return a polyline without points that lie on the line between their neighbours."""
     kept = [line[0]]
     for k in range(1, len(line) - 1):
         chord = line[k + 1] - kept[-1]

@@ -103,7 +103,7 @@ class Configurations:
 
     @property
     def size(self) -> float:
-        """A length that distances are relative to: the extent at the start, or else 1."""
+        """Return a length that distances are relative to: the extent at the start, or else 1."""
         return size_of(self.places[0])
 
     def moved(self, q: Array, t: float, values: Mapping[Symbol, float] | None = None) -> Array:
@@ -198,7 +198,7 @@ def _depiction(equations: Equations) -> Depiction:
 
 
 def _placing(equations: Equations, depiction: Depiction) -> Iterator[Expr]:
-    """Positions and constraints, which say where things are."""
+    """Return positions and constraints, which say where things are."""
     bodies: _Bodies = (*equations.system.particles, *depiction.points)
     for body in bodies:
         yield from body.position
@@ -218,7 +218,7 @@ def size_of(places: Array) -> float:
 
 
 def _start(equations: Equations) -> tuple[dict[Symbol, float], Array] | None:
-    """Values of parameters and coordinates: of the start, or a state of the certificate."""
+    """Return values of parameters and coordinates: of the start, or a state of the certificate."""
     initial, parameters = equations.system.initial, equations.system.parameters
     if initial is not None:
         values = {p.symbol: p.value for p in parameters if p.value is not None}

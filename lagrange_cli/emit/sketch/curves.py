@@ -161,7 +161,7 @@ def nearest(relations: Relations, place: Array, size: float) -> Array | None:
 
 
 def _nearest(relations: Relations, place: Array, size: float) -> tuple[Array, Array] | None:
-    """The place, and the gradients there."""
+    """Return the place, and the gradients there."""
     try:
         for _ in range(30):
             values, gradients = relations(place)
@@ -263,7 +263,7 @@ def _led(
     window: tuple[Array, Array],
     step: float,
 ) -> list[Array]:
-    """Places of a particle as one coordinate changes one way, about a step apart."""
+    """Return places of a particle as one coordinate changes one way, about a step apart."""
     points: list[Array] = []
     place, shift = configurations.places[0, particle], 0.0
     rate = 1e-2 * float(np.ptp(configurations.q[:, number]))

@@ -135,7 +135,7 @@ class RestingSketch:
 
     @property
     def shortest_link(self) -> float:
-        """The shortest link over the extent of the system, 1 if there is none."""
+        """Return the shortest link over the extent of the system, 1 if there is none."""
         places = self._known.places[0]
         ends = [link.ends for link in self._known.links if link.kind != "radius"]
         lengths = [float(np.linalg.norm(places[a] - places[b])) for a, b in ends]

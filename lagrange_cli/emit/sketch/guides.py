@@ -213,7 +213,7 @@ def _is_plane(restraint: Restraint, start: Array, normal: Array, frame: Frame) -
 
 
 def _patch(start: Array, normal: Array, frame: Frame) -> Curve:
-    """A square of a plane around a place, two sides of it along an axis."""
+    """Return a square of a plane around a place, two sides of it along an axis."""
     axis = np.eye(3)[int(np.abs(normal).argmin())]
     first = np.cross(normal, axis)
     first = first / np.linalg.norm(first)

@@ -128,7 +128,7 @@ def half_size(text: str) -> Array:
 
 
 def _reach(half: Array, direction: Array) -> float:
-    """How far a box reaches along a direction from its centre."""
+    """Return the distance from the centre of a box to its edge along a direction."""
     parts: Sequence[float] = [
         float(h / abs(d)) for h, d in zip(half, direction, strict=True) if abs(d) > 1e-9
     ]

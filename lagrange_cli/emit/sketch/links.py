@@ -59,7 +59,7 @@ def _is_rope(first: Array, second: Array) -> bool:
 
 
 def _stated_pairs(known: Findings) -> Iterator[tuple[int, int]]:
-    """Pairs of bodies that an equation of the scene is about."""
+    """Return pairs of bodies that an equation of the scene is about."""
     configurations = known.configurations
     owners: dict[str, set[int]] = {}
     for number, components in enumerate(configurations.components):
@@ -127,7 +127,7 @@ def findings(configurations: Configurations) -> Findings:
 
 
 def _stated(known: Findings) -> Iterator[Link]:
-    """Links of helpers; none between bodies that are at one place."""
+    """Return links of helpers; none between bodies that are at one place."""
     numbers = {name: k for k, name in enumerate(known.names)}
     for link in known.configurations.depiction.links:
         ends = numbers[link.ends[0]], numbers[link.ends[1]]
@@ -142,7 +142,7 @@ def _stated(known: Findings) -> Iterator[Link]:
 
 
 def _distances(known: Findings) -> Iterator[Link]:
-    """Rods of equations between two bodies that keep their distance."""
+    """Return rods of equations between two bodies that keep their distance."""
     owners: dict[str, set[int]] = {}
     for number, components in enumerate(known.configurations.components):
         for name in components:
@@ -157,7 +157,7 @@ def _distances(known: Findings) -> Iterator[Link]:
 
 
 def _springs(known: Findings) -> Iterator[Link]:
-    """Springs of potentials α d² + β d + γ of a distance d of two bodies, with α > 0."""
+    """Return springs of potentials α d² + β d + γ of a distance d of two bodies, with α > 0."""
     configurations = known.configurations
     pairs = [ends for angle in known.angles if not angle.projected for ends in [angle.ends]]
     if known.declared <= MOST_SOUGHT:

@@ -95,7 +95,7 @@ def _dot(dot: Dot) -> str:
 
 
 def _at(place: Place) -> tuple[str, str]:
-    """A place in pixels, y downwards."""
+    """Return a place in pixels, y downwards."""
     x, y = _PIXELS * place[0] + 0.0, -_PIXELS * place[1] + 0.0
     return f"{x:.2f}", f"{y:.2f}"
 

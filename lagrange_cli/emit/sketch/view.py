@@ -41,7 +41,7 @@ def gravity(configurations: Configurations) -> Array | None:
 
 
 def _of_names(configurations: Configurations, potential: Expr) -> list[Array]:
-    """Accelerations of terms that are linear in the Cartesian names of particles."""
+    """Return accelerations of terms that are linear in the Cartesian names of particles."""
     import sympy
 
     particles = configurations.equations.system.particles
@@ -181,7 +181,7 @@ def view_of(configurations: Configurations, down: Array | None, *lines: Array) -
 
 
 def _axis_of(down: Array | None) -> tuple[int, int] | None:
-    """The axis along which gravity points and the sign of up; None if it is along none."""
+    """Return the axis along which gravity points and the sign of up; None if it is along none."""
     if down is None:
         return None
     axis = int(np.abs(down).argmax())
@@ -209,7 +209,7 @@ def _flat(plane: tuple[int, int], vertical: tuple[int, int] | None) -> View:
 
 
 def _oblique(vertical: tuple[int, int] | None) -> View:
-    """A right-handed picture: towards the viewer × right = up."""
+    """Return a right-handed picture: towards the viewer × right = up."""
     up, sign = vertical or (2, 1)
     towards, right = (up + 1) % 3, (up + 2) % 3
     if sign < 0:

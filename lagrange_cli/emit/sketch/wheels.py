@@ -89,7 +89,7 @@ def find_wheels(configurations: Configurations, down: Array | None) -> list[Whee
 
 
 def _angles(configurations: Configurations) -> Iterator[tuple[str, Expr]]:
-    """Coordinates that no position depends on, and further names of the scene.
+    """Return coordinates that no position depends on, and further names of the scene.
 
     These are abbreviations, and what constraints determine beside the places of bodies.
 
@@ -150,12 +150,12 @@ class _Motion:
 
     @cached_property
     def rates(self) -> list[_Rates]:
-        """Rates in all configurations."""
+        """Return rates in all configurations."""
         return [self._rates(self.numbers(k)) for k in range(len(self.configurations.q))]
 
     @cached_property
     def other_rates(self) -> _Rates:
-        """Rates at the start with other values of all parameters."""
+        """Return rates at the start with other values of all parameters."""
         return self._rates(self._numbers(0, self.others))
 
     def _rates(self, numbers: list[float]) -> _Rates:
@@ -218,14 +218,14 @@ def _says_that_it_rolls(configurations: Configurations) -> bool:
 
 
 def _pressed(towards: Array, down: Array) -> Array | None:
-    """The direction against which gravity presses; None where it is along the motion."""
+    """Return the direction against which gravity presses; None where it is along the motion."""
     across = -(down - (down @ towards) * towards)
     size = float(np.linalg.norm(across))
     return across / size if size > 1e-6 * float(np.linalg.norm(down)) else None
 
 
 def _slope(motion: _Motion, radius: float, normal: Array, towards: Array) -> Array | None:
-    """A piece of the plane below a wheel that goes straight on; None if it does not."""
+    """Return a piece of the plane below a wheel that goes straight on; None if it does not."""
     for velocities, turning, _ in motion.rates[1:]:
         if np.abs(velocities - radius * np.outer(towards, turning)).max() > SAME * radius:
             return None

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def conservation(writer: StepsWriter) -> Section | None:
-    """What ∂L/∂q = 0 and ∂L/∂t = 0 say."""
+    """Return the section on cyclic coordinates, ∂L/∂q = 0, and on the energy, ∂L/∂t = 0."""
     if not writer.equations.system.coordinates:
         return None
     heading = writer.say("Cyclic coordinates, momenta and energy")
@@ -133,13 +133,13 @@ Sections: TypeAlias = Iterator[tuple[str, Callable[[], Section | None]]]
 
 
 def working(writer: StepsWriter) -> Sections:
-    """The sections from positions to the equations of motion, and Newton's beside them."""
+    """Return the sections from positions to the equations of motion, and Newton's beside them."""
     order = _TO_LAGRANGE if writer.steps.way == "lagrange" else _TO_DALEMBERT
     return ((parts, partial(write, writer)) for parts, write in order)
 
 
 def conclusions(writer: StepsWriter) -> Sections:
-    """The sections after the equations of motion."""
+    """Return the sections after the equations of motion."""
     yield "conserved", partial(conservation, writer)
 
 

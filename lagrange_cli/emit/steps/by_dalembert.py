@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def applied_forces(writer: StepsWriter) -> Section | None:
-    """The applied force on each particle, of potentials, dissipation and forces."""
+    """Return the applied force on each particle, of potentials, dissipation and forces."""
     blocks: list[Block] = []
     for body in writer.steps.bodies:
         rows = [
@@ -41,7 +41,7 @@ def applied_forces(writer: StepsWriter) -> Section | None:
 
 
 def principle(writer: StepsWriter) -> Section | None:
-    """The coefficient of each δq, which vanishes."""
+    """Return the coefficient of each δq, which vanishes."""
     coordinates = writer.equations.system.coordinates
     if not coordinates:
         return None
@@ -79,7 +79,7 @@ def _independent(writer: StepsWriter) -> str:
 
 
 def _further_terms(writer: StepsWriter) -> Iterator[Block]:
-    """The principle with terms beside the sum over particles, where there are any."""
+    """Return the principle with terms beside the sum over particles, where there are any."""
     letters, names = writer.letters, writer.steps.in_coordinates
     terms = list(multiplier_terms(writer))
     if names:

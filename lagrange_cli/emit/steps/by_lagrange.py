@@ -99,7 +99,7 @@ def lagrange_law(writer: Writer, multiplied: Iterable[str]) -> str:
 
 
 def multiplier_terms(writer: StepsWriter) -> Iterator[str]:
-    """Generalized forces of closures and contacts, of each kind there is."""
+    """Return generalized forces of closures and contacts, of each kind there is."""
     letters, taken = writer.letters, {closure.kind for closure in writer.equations.system.pushing}
     left, push = writer.constraint_letter, letters.symbol("lambda_k")
     for kind, order in (("position", 0), ("velocity", 1)):
@@ -127,7 +127,7 @@ def _coordinate(
 
 
 def equation(writer: StepsWriter, steps: CoordinateSteps, shown: ShownEquation) -> Iterator[Block]:
-    """An equation of motion before a factor is divided out, and after."""
+    """Return an equation of motion before a factor is divided out, and after."""
     yield Words(writer.say("so that"))
     divisor, factor = divisor_and_factor(shown)
     done = divisor if divisor is not None else factor

@@ -109,7 +109,7 @@ def lagrangian(writer: StepsWriter) -> Section | None:
 
 
 def dissipation(writer: StepsWriter) -> Section | None:
-    """The dissipation function D, where there is one."""
+    """Return the dissipation function D, where there is one."""
     if writer.equations.system.dissipation == 0:
         return None
     row = writer.row(writer.labels["D"], writer.equations.system.dissipation)
@@ -178,7 +178,7 @@ def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Block]:
 
 
 def _several(writer: StepsWriter) -> Iterator[Block]:
-    """Sums of generalized forces where several act on a coordinate."""
+    """Return sums of generalized forces where several act on a coordinate."""
     shares: dict[Symbol, list[Expr]] = {}
     for force in writer.steps.forces:
         for q, value in force.generalized:

@@ -24,70 +24,70 @@ class Letters(ABC):
 
     @abstractmethod
     def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
-        """A name of the scene, or one like it, with its dots."""
+        """Return a name of the scene, or one like it, with its dots."""
 
     @abstractmethod
     def vector(self, letter: str, order: int = 0) -> str:
-        """A vector of particle i."""
+        """Return a vector of particle i."""
 
     @abstractmethod
     def partial(self, of: str, by: str) -> str:
-        """A partial derivative."""
+        """Return a partial derivative."""
 
     @abstractmethod
     def bracket(self, first: str, second: str) -> str:
-        """A Poisson bracket."""
+        """Return a Poisson bracket."""
 
     @abstractmethod
     def rate(self, of: str) -> str:
-        """A total time derivative."""
+        """Return a total time derivative."""
 
     @abstractmethod
     def virtual(self, of: str) -> str:
-        """A virtual displacement."""
+        """Return a virtual displacement."""
 
     @abstractmethod
     def square(self, of: str) -> str:
-        """The square of a symbol."""
+        """Return the square of a symbol."""
 
     @abstractmethod
     def below(self, letter: str, index: str) -> str:
-        """A letter with a symbol as its index."""
+        """Return a letter with a symbol as its index."""
 
     @abstractmethod
     def total(self, index: str, body: str) -> str:
-        """A sum over an index."""
+        """Return a sum over an index."""
 
     @abstractmethod
     def times(self, first: str, second: str) -> str:
-        """A product."""
+        """Return a product."""
 
     @abstractmethod
     def named(self, name: str) -> str:
-        """A term of the scene, by its name, as a label."""
+        """Return a term of the scene, by its name, as a label."""
 
     @abstractmethod
     def formula(self, node: DisplayNode) -> str:
-        """An expression on one line."""
+        """Return an expression on one line."""
 
     @abstractmethod
     def number(self, value: float) -> str:
-        """A small number, in one digit."""
+        """Return a small number, in one digit."""
 
     @abstractmethod
     def inline(self, formula: str) -> str:
-        """A formula within a sentence."""
+        """Return a formula within a sentence."""
 
     @abstractmethod
     def words(self, text: str) -> str:
         """Text of a scene within a sentence."""
 
     def prose(self, text: str) -> str:
-        """A title or description of a scene, which may hold formulas between dollars."""
+        """Return a title or description of a scene, which may hold formulas between dollars."""
         return self.words(text)
 
     def group(self, body: str) -> str:
-        """A sum that is a factor."""
+        """Return a sum that is a factor."""
         return f"({body})"
 
 

@@ -35,7 +35,7 @@ def positions(writer: StepsWriter) -> Section | None:
 
 
 def _determined(writer: StepsWriter) -> list[CartesianName]:
-    """Names beside particles that constraints determine, as the angle of a wheel.
+    """Return names beside particles that constraints determine, as the angle of a wheel.
 
     Only those whose rates stand in kinetic energies.
     """
@@ -49,7 +49,7 @@ def _determined(writer: StepsWriter) -> list[CartesianName]:
 
 
 def _by_constraints(writer: StepsWriter, rows: Iterable[Formula]) -> Iterator[Block]:
-    """What constraints determine, below what holds of particles."""
+    """Yield the names beside particles that constraints determine, below the particles."""
     written = tuple(rows)
     if written:
         yield Words(writer.say("By the constraints"))
@@ -57,7 +57,7 @@ def _by_constraints(writer: StepsWriter, rows: Iterable[Formula]) -> Iterator[Bl
 
 
 def velocities(writer: StepsWriter) -> Section | None:
-    """The chain rule: partial derivatives of each component, then their sum."""
+    """Return the chain rule: partial derivatives of each component, then their sum."""
 
     def rows(part: ComponentSteps) -> Iterable[Formula]:
         if part.velocity != 0:
@@ -137,7 +137,7 @@ def _is_rheonomic(writer: StepsWriter) -> bool:
 def _by_body(
     writer: StepsWriter, rows: Callable[[ComponentSteps], Iterable[Formula]]
 ) -> Iterator[Block]:
-    """The rows of all components of each body, below its name where there are several."""
+    """Return the rows of all components of each body, below its name where there are several."""
     for body in writer.steps.bodies:
         written = tuple(_of_body(body, rows))
         if written:

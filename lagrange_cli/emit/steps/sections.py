@@ -101,7 +101,7 @@ class Table:
     prose: str = ""
 
     def kept(self) -> Table:
-        """The columns in which something stands."""
+        """Return the columns in which something stands."""
         used = [i for i in range(len(self.heads)) if any(row[i] for row in self.rows)]
         picked = [tuple(row[i] for i in used) for row in (self.heads, *self.rows)]
         return Table(picked[0], tuple(picked[1:]), self.prose)
@@ -143,7 +143,7 @@ class Section:
 
 
 def section(heading: str, *blocks: Block | None) -> Section | None:
-    """A section of the blocks that there are; None if none holds anything."""
+    """Return a section of the blocks that there are; None if none holds anything."""
     kept = tuple(
         b for b in blocks if b is not None and not (isinstance(b, Formulas) and not b.rows)
     )

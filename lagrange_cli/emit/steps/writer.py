@@ -1,4 +1,4 @@
-"""What sections are written with: equations, letters of a format, a language; for steps these."""
+"""The writer of sections: equations, letters of a format, a language, steps if any."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Writer:
         return vocabulary(self.equations)
 
     def tree(self, expression: Expr) -> DisplayNode:
-        """An expression as it is displayed."""
+        """Return an expression as it is displayed."""
         return display(expression, self.words)
 
     # -- labels ---------------------------------------------------------------------
@@ -70,11 +70,11 @@ class Writer:
         return self.letters.symbol(coordinate.name, order, coordinate.latex)
 
     def inline(self, expression: Expr) -> str:
-        """An expression within a sentence."""
+        """Return an expression within a sentence."""
         return self.letters.inline(self.letters.formula(self.tree(expression)))
 
     def listed(self, formulas: Sequence[str]) -> str:
-        """Formulas within a sentence: ``x, y and z``."""
+        """Return formulas within a sentence: ``x, y and z``."""
         inline = [self.letters.inline(f) for f in formulas]
         if len(inline) < 2:
             return "".join(inline)
@@ -100,12 +100,12 @@ class Writer:
     # -- paragraphs -----------------------------------------------------------------
 
     def told(self, *sentences: str) -> Words | None:
-        """A paragraph of the sentences that are not empty."""
+        """Return a paragraph of the sentences that are not empty."""
         kept = [s for s in sentences if s]
         return Words(" ".join(kept)) if kept else None
 
     def title(self, name: str) -> Title:
-        """What the formulas below are about: a name of the scene."""
+        """Return the title of the formulas below it, a name of the scene."""
         return Title(self.say("{text}:", text=self.letters.words(name)))
 
 
@@ -145,14 +145,14 @@ class StepsWriter(Writer):
     # -- labels ---------------------------------------------------------------------
 
     def variable(self, symbol: Symbol) -> str:
-        """A coordinate or t, as what is differentiated by."""
+        """Return a coordinate or t, as what is differentiated by."""
         for c in self.equations.system.coordinates:
             if symbol == c.q:
                 return self.coordinate(c)
         return self.letters.symbol("t")
 
     def cartesian(self, name: str, order: int = 0) -> str:
-        """A Cartesian name, which may be that of a coordinate."""
+        """Return a Cartesian name, which may be that of a coordinate."""
         for c in self.equations.system.coordinates:
             if c.name == name:
                 return self.coordinate(c, order)
@@ -164,7 +164,7 @@ class StepsWriter(Writer):
         return free_letter(self.equations, ("phi", "psi", "f", "g", "h", "w"))
 
     def constraint(self, closure: Closure) -> str:
-        """The left side of a closure or gap: ``φ_rolling``."""
+        """Return the left side of a closure or gap: ``φ_rolling``."""
         letter, index = (
             self.constraint_letter,
             self.equations.presentation.indices.get(closure.name),
@@ -174,27 +174,27 @@ class StepsWriter(Writer):
 
     @cached_property
     def force_letter(self) -> str:
-        """The letter of applied forces, F where the scene has no other use for it."""
+        """Return the letter of applied forces, F where the scene has no other use for it."""
         return free_letter(self.equations, ("F", "K", "P"))
 
     @cached_property
     def inertia_letter(self) -> str:
-        """The letter of inertia less force of terms that act on no particle."""
+        """Return the letter of inertia less force of terms that act on no particle."""
         return free_letter(self.equations, ("N", "S", "W"))
 
     def force(self, name: str) -> str:
-        """The force along a Cartesian name: ``F_x``."""
+        """Return the force along a Cartesian name: ``F_x``."""
         return self.letters.below(self.force_letter, self.cartesian(name))
 
     def factor(self, expression: Expr) -> str:
-        """An expression as a factor of a label."""
+        """Return an expression as a factor of a label."""
         node = self.tree(expression)
         written = self.letters.formula(node)
         return self.letters.group(written) if isinstance(node, DisplaySum) else written
 
 
 def displacement(coordinate: Coordinate) -> Symbol:
-    """The symbol of δq."""
+    """Return the symbol of δq."""
     return sympy.Symbol(f"delta({coordinate.name})", real=True)
 
 
@@ -204,5 +204,5 @@ def is_own_coordinate(part: ComponentSteps) -> bool:
 
 
 def sum_of(terms: Iterable[str]) -> str:
-    """Terms of a general formula with plus signs; 0 if there are none."""
+    """Return terms of a general formula with plus signs; 0 if there are none."""
     return " + ".join(t for t in terms if t) or "0"

@@ -1,4 +1,4 @@
-"""Sections on what is conserved, and the rate of an energy that is not."""
+"""Sections on conserved quantities, and on the rate of an energy that is not conserved."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def conserved(writer: TextWriter) -> list[Row | Block]:
 
 
 def energy(writer: TextWriter) -> list[Row | Block]:
-    """Why the energy is not conserved, and at which rate it changes; T + V beside h."""
+    """Return the section on an energy that is not conserved: reason, rate, T + V beside h."""
     say, when = writer.say, ""
     rows: list[Row | Block] = [*_balance(writer), *_lost(writer), *_sum(writer)]
     if writer.equations.derivation.balance is not None and only_between_impacts(writer.equations):
@@ -61,7 +61,7 @@ def energy(writer: TextWriter) -> list[Row | Block]:
 
 
 def _lost(writer: TextWriter) -> Iterator[Row]:
-    """Why the energy is not conserved."""
+    """Yield the line that says why the energy is not conserved."""
     loss = energy_loss(writer.equations)
     if loss is not None:
         label = quantity_labels(writer.equations)["L"]
@@ -70,7 +70,7 @@ def _lost(writer: TextWriter) -> Iterator[Row]:
 
 
 def _sum(writer: TextWriter) -> Iterator[Row | Block]:
-    """T + V where Jacobi's integral is another function."""
+    """Yield T + V as a formula over Jacobi's integral where the two differ."""
     found = energy_sum(writer.equations)
     if found is None:
         return
@@ -83,7 +83,7 @@ def _sum(writer: TextWriter) -> Iterator[Row | Block]:
 
 
 def _balance(writer: TextWriter) -> list[Row]:
-    """The rate of the energy where that is not conserved."""
+    """Return the rate of the energy where that is not conserved."""
     balance = writer.equations.derivation.balance
     if balance is None:
         return []
@@ -109,7 +109,7 @@ def conserved_row(writer: TextWriter, quantity: Conserved) -> Row:
 
 
 def conserved_family(writer: TextWriter, row: FamilyRow) -> Row:
-    """The momenta of a family."""
+    """Return the momenta of a family."""
     assert writer.over_letters is not None
     one = writer.equations.derivation.conserved[row.covers[0]]
     reason = reason_of(writer, one, writer.printer.symbol(row.name))

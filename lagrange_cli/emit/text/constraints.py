@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def closures(writer: TextWriter) -> list[Row]:
-    """The equations beside those of motion, and what their multipliers mean."""
+    """Return the equations beside those of motion, and what their multipliers mean."""
     if not writer.equations.system.closures:
         return []
     closures = writer.equations.system.closures
@@ -42,7 +42,7 @@ def closures(writer: TextWriter) -> list[Row]:
 
 
 def contacts(writer: TextWriter) -> list[Row]:
-    """Gaps and restitutions of one-sided constraints, and what their multipliers mean."""
+    """Return gaps and restitutions of one-sided constraints, and what their multipliers mean."""
     names = [escape_controls(c.name) for c in writer.equations.system.contacts]
     rows = [heading_row(writer.say("Contacts"))] if names else []
     for name, lead, contact in zip(
@@ -59,7 +59,7 @@ def contacts(writer: TextWriter) -> list[Row]:
 
 
 def constraint_forces(writer: TextWriter) -> list[Row]:
-    """Forces on the particles, and what each constraint exerts, where asked for."""
+    """Return forces on the particles, and what each constraint exerts, where asked for."""
     forces = writer.equations.derivation.constraint_forces
     if forces is None:
         return []

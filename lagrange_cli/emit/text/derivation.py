@@ -93,7 +93,7 @@ def derivation_page(
 
 
 def whole(writer: TextWriter, form: str) -> Iterator[Iterable[Row | Block]]:
-    """The derivation in short."""
+    """Return the derivation in short."""
     above: _Parts = (
         ("system", lambda: parameters(writer) if writer.parts != DEFAULT_PARTS else []),
         ("account constraints", partial(account, writer)),
@@ -119,7 +119,7 @@ def whole(writer: TextWriter, form: str) -> Iterator[Iterable[Row | Block]]:
 def with_steps(
     writer: TextWriter, form: str, steps: DerivationSteps
 ) -> Iterator[Iterable[Row | Block]]:
-    """The derivation line by line."""
+    """Return the derivation line by line."""
     from lagrange_cli.emit.steps.board import conclusions, working
     from lagrange_cli.emit.steps.writer import StepsWriter
     from lagrange_cli.emit.text.steps import section_writers, text_letters
@@ -170,7 +170,7 @@ def certificate(writer: TextWriter) -> list[Row]:
 
 
 def initial(writer: TextWriter) -> list[Row]:
-    """Positions and velocities at the start, those that are not zero."""
+    """Return positions and velocities at the start, those that are not zero."""
     start = writer.equations.system.initial
     if start is None:
         return [Row(writer.say("Initial values"), "   ", words(writer.say("none")), "heading")]
@@ -201,7 +201,7 @@ def heading(writer: TextWriter) -> list[Row]:
 
 
 def equations_in(writer: TextWriter, form: str) -> _Parts:
-    """The sections of the equations of motion in a form."""
+    """Return the sections of the equations of motion in a form."""
     if form in ("lagrange", "explicit"):
         yield "equations", partial(accelerations if form == "explicit" else motion, writer)
     elif "equations" in writer.parts:
@@ -222,7 +222,7 @@ def equations_in(writer: TextWriter, form: str) -> _Parts:
 
 
 def left_out(writer: TextWriter) -> list[Row]:
-    """What is to be said of expressions that were left out."""
+    """Return the note on expressions that were left out."""
     omission = writer.words.omission
     if omission is None or not omission.counts:
         return []
@@ -230,7 +230,7 @@ def left_out(writer: TextWriter) -> list[Row]:
 
 
 def abbreviations(writer: TextWriter) -> list[Row]:
-    """What the abbreviations on the page stand for, those of these among them."""
+    """Return the definitions of the abbreviations in use, and of those that these use."""
     rows: list[Row] = []
     for name, expression in reversed(writer.equations.presentation.abbreviations):
         if name in writer.abbreviated:

@@ -47,7 +47,7 @@ def energies(writer: TextWriter) -> list[Row]:
 
 
 def energy_row(writer: TextWriter, label: str, energy: Expr, form: Form | None) -> Row:
-    """An energy, with sums over indices where it has such a form."""
+    """Return an energy, with sums over indices where it has such a form."""
     if form is None or writer.over_letters is None:
         return writer.formula(label, energy)
     return formula(label, " = ", writer.tree(writer.over_letters.form(form)))

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 def parameters(writer: TextWriter) -> list[Row]:
-    """Parameters with value, unit and meaning, in columns."""
+    """Return parameters with value, unit and meaning, in columns."""
     literals = dict(writer.equations.presentation.literals)
     rows = []
     for p in writer.equations.system.parameters:
@@ -133,7 +133,7 @@ def coordinates(writer: TextWriter, positions: Sequence[CartesianName]) -> Block
 
 
 def coordinate_items(writer: TextWriter) -> list[str]:
-    """Names of coordinates; those of a family as one, with the range of its indices."""
+    """Return names of coordinates; those of a family as one, with the range of its indices."""
     families = writer.families
     if families is None:
         symbols = ((writer.printer.symbol(c.name), c) for c in writer.equations.system.coordinates)

@@ -59,7 +59,7 @@ def still(writer: TextWriter) -> Row:
 
 
 def left_side(writer: TextWriter, shown: ShownEquation, one: int | FamilyRow) -> list[Piece]:
-    """The terms of an equation, or d/dt of its momentum, which no scene can say."""
+    """Return the terms of an equation, or d/dt of its momentum, which no scene can say."""
     terms, momentum = writer.words, shown.momentum
     if isinstance(one, FamilyRow) and writer.over_letters is not None:
         terms = writer.over_letters.words_of(one)
@@ -71,7 +71,7 @@ def left_side(writer: TextWriter, shown: ShownEquation, one: int | FamilyRow) ->
 
 
 def divisor_pieces(writer: TextWriter, expression: Expr, one: int | FamilyRow) -> list[Piece]:
-    """What an equation was divided by, or multiplied with."""
+    """Return the factor that an equation was divided by, or multiplied with."""
     if isinstance(one, FamilyRow) and writer.over_letters is not None:
         return writer.tree(writer.over_letters.part(one, expression))
     return writer.pieces(expression)

@@ -22,14 +22,14 @@ _LONGEST_LABEL = 24
 
 
 def text_letters(*, ascii: bool, lowered: bool = False) -> Letters:
-    """Letters of a terminal; indices stand below the line if they are ``lowered``."""
+    """Return letters of a terminal; indices stand below the line if they are ``lowered``."""
     return AsciiLetters() if ascii else UnicodeLetters(lowered=lowered)
 
 
 def section_writers(
     sections: Sections, printer: OneLinePrinter
 ) -> Iterator[tuple[str, Callable[[], list[Row]]]]:
-    """What writes the rows of each section, its heading first."""
+    """Yield the parts of each section with a function that writes its rows, the heading first."""
     return ((parts, partial(_written, write, printer)) for parts, write in sections)
 
 
@@ -41,7 +41,7 @@ def _written(write: Callable[[], Section | None], printer: OneLinePrinter) -> li
 def section_rows(
     section: Section, printer: OneLinePrinter, indent: int = _FORMULA_INDENT
 ) -> list[Row]:
-    """The rows of a section, its heading first; formulas are indented."""
+    """Return the rows of a section, its heading first; formulas are indented."""
     body = [row for block in section.blocks for row in _rows(block, printer, indent)]
     return [Row(section.heading, role="heading"), *body]
 
@@ -55,7 +55,7 @@ def _rows(block: Block, printer: OneLinePrinter, margin: int) -> list[Row]:
 
 
 def _aligned(rows: Iterable[Formula], printer: OneLinePrinter, margin: int) -> list[Row]:
-    """Rows with their first signs of equality below each other."""
+    """Return rows with their first signs of equality below each other."""
     rows = list(rows)
     widths = [columns(row.label) for row in rows if row.label]
     aligned = max((w for w in widths if w <= _LONGEST_LABEL), default=0)
@@ -86,7 +86,7 @@ def _row(row: Formula, indent: str, printer: OneLinePrinter) -> Row:
 
 
 def _equal(body: list[Piece]) -> list[Piece]:
-    """What follows a sign of equality, before which a line may end."""
+    """Return the pieces behind a sign of equality, before which a line may end."""
     first, *others = deeper(body, 2)
     head = replace(first, separator=" = ", lead="= ", depth=0, width=first.width + 3)
     return [head, *others]

@@ -1,4 +1,4 @@
-"""What all sections of the text share: words, a printer, families, rows of formulas."""
+"""The writer that all sections of the text share: vocabulary, printer, families, rows."""
 
 from __future__ import annotations
 
@@ -72,12 +72,12 @@ class TextWriter:
         return None if self.over_letters is None else self.over_letters.families
 
     def with_families(self, part: str, count: int) -> Iterator[int | FamilyRow]:
-        """Numbers of the rows of a part of the page, or the rows of their families."""
+        """Return numbers of the rows of a part of the page, or the rows of their families."""
         found = () if self.families is None else getattr(self.families, part)
         return with_families(found, count)
 
     def ranged(self, pieces: list[Piece], one: int | FamilyRow) -> list[Piece]:
-        """A formula with the range of its indices behind it."""
+        """Return a formula with the range of its indices behind it."""
         if not isinstance(one, FamilyRow) or not one.ranges:
             return pieces
         return [*suffixed(pieces, ",", 1), self.range_piece(one.ranges)]
@@ -87,7 +87,7 @@ class TextWriter:
         return Piece(told, columns(told) + 1, " ", "", 0)
 
     def listed(self, named: Sequence[tuple[str, Expr]]) -> Iterator[tuple[str, list[Piece]]]:
-        """Names with what they stand for, those of families with letters."""
+        """Return names with what they stand for, those of families with letters."""
         found = () if self.families is None else self.families.definitions(named)
         for one in with_families(found, len(named)):
             if isinstance(one, FamilyRow) and self.over_letters is not None:
@@ -99,12 +99,12 @@ class TextWriter:
         return self.tree(display(expression, self.words))
 
     def tree(self, node: DisplayNode) -> list[Piece]:
-        """The pieces of a tree, whose abbreviations are noted."""
+        """Return the pieces of a tree, whose abbreviations are noted."""
         self.note(node)
         return self.printer.pieces(node)
 
     def noted(self, node: DisplayNode) -> DisplayNode:
-        """The same tree, whose abbreviations are noted."""
+        """Return the same tree, whose abbreviations are noted."""
         self.note(node)
         return node
 
@@ -128,17 +128,17 @@ class TextWriter:
 
 
 def heading_row(text: str) -> Row:
-    """A heading by itself."""
+    """Return a heading by itself."""
     return Row(text, role="heading")
 
 
 def with_asides(heading: str, rows: Sequence[Row]) -> list[Row | Block]:
-    """Rows under a heading, what is said of each behind it."""
+    """Return rows under a heading, what is said of each behind it."""
     return [heading_row(heading), Block(tuple(rows), "asides")] if rows else []
 
 
 def leads_after(names: Sequence[str]) -> list[str]:
-    """Blanks after names, up to the column after the longest one."""
+    """Return blanks after names, up to the column after the longest one."""
     width = max(map(columns, names), default=0)
     return [" " * (width - columns(name) + 3) for name in names]
 
@@ -153,7 +153,7 @@ def equation_pieces(text: str) -> Iterator[Piece]:
 
 
 def remark_pieces(remark: str) -> Sequence[Piece]:
-    """A remark in parentheses, broken between words where it does not fit on a line."""
+    """Return a remark in parentheses, broken between words where it does not fit on a line."""
     if not remark:
         return ()
     first, *others = words(f"({remark})")

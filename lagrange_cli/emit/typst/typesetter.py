@@ -57,11 +57,11 @@ class Typesetter(RowSetter):
         return strings + len(_LETTER.sub("x", _NO_ROOM.sub(" ", formula)).replace(" ", ""))
 
     def section(self, section: Section) -> list[str]:
-        """The heading of a section and its blocks."""
+        """Return the heading of a section and its blocks."""
         return [f"= {section.heading}", *self.blocks(section)]
 
     def blocks(self, section: Section) -> list[str]:
-        """The blocks of a section without its heading."""
+        """Return the blocks of a section without its heading."""
         return [line for block in section.blocks for line in self._block(block, section.name)]
 
     def _block(self, block: Block, part: str) -> Iterator[str]:
@@ -96,7 +96,7 @@ class Typesetter(RowSetter):
                 formula = []
 
     def _display(self, rows: Sequence[FormulaRow], label: str = "") -> str:
-        """Formulas below each other, aligned after their labels."""
+        """Return formulas below each other, aligned after their labels."""
         available = self.available([row.label for row in rows])
         lines = [line for row in rows for line in _lines(row, available)]
         shown = "$ " + " \\\n  ".join(lines) + f" ${label}"
@@ -112,7 +112,7 @@ def _lines(row: FormulaRow, available: float) -> Iterator[str]:
 
 
 def _table(table: Table) -> Iterator[str]:
-    """A table between lines; a long one runs over pages."""
+    """Return a table between lines; a long one runs over pages."""
     widths = ", ".join("1fr" if head == table.prose else "auto" for head in table.heads)
     yield "#table("
     yield f"  columns: ({widths},), stroke: none, table.hline(),"
