@@ -91,8 +91,6 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     InternalError
         The energy is not that of the Lagrangian.
     """
-    reduced = derivation.reduced
-    scene, names = reduced.scene, reduced.names
     announce("finding what is conserved")
     energy = total_energy(derivation, evidence)
     whole_energy = plain_sum(energy)
@@ -102,33 +100,9 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     chart = replaced_chart(derivation)
     initial = starting_state(derivation, chart)
     certify_energy(evidence, whole_energy)
-    forcing = derivation.forcing_sums
-    system = System(
-        t=names.t,
-        parameters=tuple(_parameters(reduced)),
-        coordinates=reduced.coordinates,
-        inputs=tuple(_inputs(reduced)),
-        functions=scene.functions,
-        particles=tuple(_particles(derivation)),
-        cartesian_names=tuple(_cartesian_names(derivation)),
-        kinetic=derivation.kinetic,
-        potential=derivation.potential,
-        lagrangian=derivation.lagrangian,
-        dissipation=derivation.dissipation,
-        forces=derivation.forces,
-        mass_matrix=derivation.mass_matrix,
-        forcing=forcing,
-        energy=whole_energy,
-        initial=initial,
-        simulate=simulation_defaults(reduced.scene, reduced.values),
-        closures=derivation.closures,
-        contacts=derivation.contacts,
-        outputs=tuple(_outputs(reduced)),
-        positive=tuple(reduced.positive),
-        chart=chart,
-    )
+    system = _system(derivation, whole_energy, initial, chart)
     known = Derivation(
-        account=reduced.account,
+        account=derivation.reduced.account,
         certificate=evidence.certificate,
         facts=structure,
         cyclic=cyclic_names(derivation, evidence),
@@ -137,9 +111,50 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         suggested=tuple(possible_start(derivation.reduced).items()) if initial is None else (),
         warnings=tuple(_warnings(derivation, initial, structure.unused_parameters)),
         remarks=_remarks(derivation, initial),
-        sources=_sources(derivation, evidence, forcing, whole_energy),
+        sources=_sources(derivation, evidence, system.forcing, whole_energy),
     )
-    presentation = Presentation(
+    return Equations(system, known, _presentation(derivation, chart))
+
+
+def _system(
+    derivation: Uncertified,
+    energy: sp.Expr,
+    initial: InitialState | None,
+    chart: ReplacedChart | None,
+) -> System:
+    """Return all that code and integration are made from."""
+    reduced = derivation.reduced
+    return System(
+        t=reduced.names.t,
+        parameters=tuple(_parameters(reduced)),
+        coordinates=reduced.coordinates,
+        inputs=tuple(_inputs(reduced)),
+        functions=reduced.scene.functions,
+        particles=tuple(_particles(derivation)),
+        cartesian_names=tuple(_cartesian_names(derivation)),
+        kinetic=derivation.kinetic,
+        potential=derivation.potential,
+        lagrangian=derivation.lagrangian,
+        dissipation=derivation.dissipation,
+        forces=derivation.forces,
+        mass_matrix=derivation.mass_matrix,
+        forcing=derivation.forcing_sums,
+        energy=energy,
+        initial=initial,
+        simulate=simulation_defaults(reduced.scene, reduced.values),
+        closures=derivation.closures,
+        contacts=derivation.contacts,
+        outputs=tuple(_outputs(reduced)),
+        positive=tuple(reduced.positive),
+        chart=chart,
+    )
+
+
+def _presentation(derivation: Uncertified, chart: ReplacedChart | None) -> Presentation:
+    """Return the names, letters and units of the scene, and the sources of its picture."""
+    reduced = derivation.reduced
+    scene = reduced.scene
+    return Presentation(
         name=scene.name,
         title=scene.title,
         description=scene.description,
@@ -155,7 +170,6 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         units=_units(derivation, chart),
         depiction=_depiction(reduced),
     )
-    return Equations(system, known, presentation)
 
 
 def _sources(

@@ -85,7 +85,7 @@ class ShortLagrangian:
 
 @dataclass(frozen=True)
 class TextbookForm:
-    """What is written for readers alone: neither simulation nor code needs it.
+    """Texts for readers alone: neither simulation nor code needs them.
 
     Attributes
     ----------

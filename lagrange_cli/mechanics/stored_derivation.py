@@ -59,8 +59,8 @@ def stored_derivation(
 
     if cache is None or any(entry.recording is not None for entry in scene.inputs):
         return derived()  # The content of a recording is in no key.
-    given = [sorted(values.items()) for values in (text.parameters, text.initial, text.times)]
-    question = json.dumps([digits, forces, formulation, steps, *given])
+    values = [sorted(texts.items()) for texts in (text.parameters, text.initial, text.times)]
+    question = json.dumps([digits, forces, formulation, steps, *values])
     key = digest("equations", fingerprint(), question, text.file, text.data)
     data = cache.get(key)
     if data is not None:
