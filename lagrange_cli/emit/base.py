@@ -83,8 +83,8 @@ class Option:
             return None if self.is_flag and isinstance(value, bool) else str(value)
         if self.accepted is not None:
             return None if self.accepted(value) else value
-        given = [part.strip() for part in value.split(",")] if self.metavar else [value]
-        return next((part for part in given if part not in self.choices), None)
+        chosen = [part.strip() for part in value.split(",")] if self.metavar else [value]
+        return next((part for part in chosen if part not in self.choices), None)
 
     def expected(self) -> str:
         """Return a phrase for the values that the option takes."""

@@ -87,8 +87,8 @@ _WRITTEN_OUT = Option(
 
 def _sections_without_sketch(why: str) -> Option:
     """Return the parts of a document that holds no pictures."""
-    kept = tuple(name for name in SECTIONS if name != "sketch")
-    return replace(_SECTIONS, choices=kept, refused={"sketch": why})
+    names = tuple(name for name in SECTIONS if name != "sketch")
+    return replace(_SECTIONS, choices=names, refused={"sketch": why})
 
 
 LATEX_OPTIONS = (

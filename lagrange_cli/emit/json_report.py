@@ -75,8 +75,8 @@ def derivation_report(
         printer = LatexPrinter()
         typeset = _report(equations, form, ExpressionPrinter(words, printer))
         symbols = {symbol.name: printer.inline(node) for symbol, node in words.atoms.items()}
-        held = {key: typeset[key] for key in _EXPRESSIONS if key in typeset}
-        report["latex"] = {"symbols": symbols, **held}
+        typeset_values = {key: typeset[key] for key in _EXPRESSIONS if key in typeset}
+        report["latex"] = {"symbols": symbols, **typeset_values}
     return report
 
 

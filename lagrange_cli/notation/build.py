@@ -104,15 +104,17 @@ def display_row(shown: ShownEquation, words: Vocabulary) -> DisplayNode:
     alone = [k for k, (_, factor) in enumerate(shown.terms) if factor == 1]
     last = alone[-1] if alone else len(shown.terms)
     products = [(k, term) for k, term in enumerate(shown.terms) if term[1] != 1]
-    own = [k for k, (_, term) in enumerate(products) if str(term[1]) == f"ddot({shown.coordinate})"]
-    before = _led([_product(term, words) for k, term in products if k < last], own)
+    own_terms = [
+        k for k, (_, term) in enumerate(products) if str(term[1]) == f"ddot({shown.coordinate})"
+    ]
+    before = _led([_product(term, words) for k, term in products if k < last], own_terms)
     still = [_term(shown.terms[k][0], words) for k in alone]
     ungrouped = as_terms(ordering.sum_of(still, leading=not before))
     after = [_product(term, words) for k, term in products if k > last]
     return ordering.sum_of([*before, *ungrouped, *after], ordered=True)
 
 
-def _led(terms: list[SignedNode], own: Sequence[int]) -> list[SignedNode]:
+def _led(terms: list[SignedNode], own_terms: Sequence[int]) -> list[SignedNode]:
     """Return the terms, of which a positive acceleration comes first, if it can be the ``own``.
 
     Unchanged if the first is positive.
@@ -124,7 +126,7 @@ def _led(terms: list[SignedNode], own: Sequence[int]) -> list[SignedNode]:
     ]
     if not rising or not terms[0].negative:
         return terms
-    leader = next((k for k in own if k in rising), rising[0])
+    leader = next((k for k in own_terms if k in rising), rising[0])
     return [terms[leader], *terms[:leader], *terms[leader + 1 :]]
 
 

@@ -213,8 +213,8 @@ class OneLinePrinter(ABC):
         *others, last = factors_of(above)
         if others and isinstance(last, DisplaySeries):
             # What is divided stands before the sign of the sum.
-            rest = replace(node, numerator=_product(others))
-            return self.factors((rest, last))
+            remainder = replace(node, numerator=_product(others))
+            return self.factors((remainder, last))
         compound_above = isinstance(above, (DisplaySum, DisplaySeries))
         numerator = self.group(self.pieces(above)) if compound_above else self.pieces(above)
         below = node.denominator

@@ -89,7 +89,7 @@ def _without_exceptions(ranges: Sequence[DisplayRange]) -> list[tuple[DisplayRan
     if head.besides:
         before, after = f"{head.besides}-1", f"{head.besides}+1"
         heads = [replace(head, last=before), replace(head, first=after)]
-    return [(h, *rest) for h in heads for rest in _without_exceptions(others)]
+    return [(h, *tail) for h in heads for tail in _without_exceptions(others)]
 
 
 def _applied(function: str, arguments: list[list[Piece]]) -> list[Piece]:

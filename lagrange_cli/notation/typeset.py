@@ -196,12 +196,12 @@ class TypesetPrinter(OneLinePrinter):
             inverse = self.ratio("1", joined(self.pieces(node.denominator)))
             return [Piece(inverse, 3), *self._beside(self.series(node.numerator))]
         below = self._stacked(self.pieces(node.denominator), self.widest)
-        inside, beside = self._split(node.numerator)
+        inside, outside = self._split(node.numerator)
         factors = self.pieces(inside[0]) if len(inside) == 1 else self.factors(inside)
         above = self._stacked(factors, self.widest)
         quotient = self.ratio(above.text or "1", below.text)
         head = Piece(quotient, max(above.width, below.width) + 1)
-        return [head, *(self._beside(self.factors(beside)) if beside else [])]
+        return [head, *(self._beside(self.factors(outside)) if outside else [])]
 
     def _beside(self, pieces: list[Piece]) -> list[Piece]:
         """Further factors after a fraction."""

@@ -56,52 +56,52 @@ def end_line(kind: EndKind, place: str, say: Language) -> str:
     }[kind]
 
 
-def found_line(found: Branches, say: Language, inline: Callable[[str], str], name: str) -> str:
+def found_line(result: Branches, say: Language, inline: Callable[[str], str], name: str) -> str:
     """Say how many branches were found over which range, from how many values."""
     return say(
         "{name} from {start} to {end}; {count} found, from equilibria at {values} values; there may"
         " be others",
         name=inline(name),
-        start=f"{found.low:.6g}",
-        end=f"{found.high:.6g}",
-        count=len(found.branches),
-        values=found.values,
+        start=f"{result.low:.6g}",
+        end=f"{result.high:.6g}",
+        count=len(result.branches),
+        values=result.values,
     )
 
 
-def skipped_lines(found: Branches, say: Language) -> list[str]:
+def skipped_lines(result: Branches, say: Language) -> list[str]:
     """Say how many equilibria were not followed; nothing if all were."""
     lines = []
-    if found.skipped:
+    if result.skipped:
         lines.append(
             say(
                 "{count} equilibria were not followed: they are degenerate, or parts of continua",
-                count=found.skipped,
+                count=result.skipped,
             )
         )
-    if found.left:
-        lines.append(say("{count} more were not followed: the budget is spent", count=found.left))
+    if result.left:
+        lines.append(say("{count} more were not followed: the budget is spent", count=result.left))
     return lines
 
 
-def within_turn(found: Branches, name: str, value: float) -> float:
+def within_turn(result: Branches, name: str, value: float) -> float:
     """Return an angle of which a turn means nothing between -π and π, others as they are."""
-    if name not in found.periodic:
+    if name not in result.periodic:
         return value
     turned = math.remainder(value, 2 * math.pi)
     return math.pi if turned <= -math.pi + 1e-12 else turned
 
 
-def followed(found: Branches, names: Sequence[str]) -> list[tuple[int, str]]:
+def followed(result: Branches, names: Sequence[str]) -> list[tuple[int, str]]:
     """List the coordinates that branches have, with their numbers."""
-    return [(k, name) for k, name in enumerate(names) if name not in found.free]
+    return [(k, name) for k, name in enumerate(names) if name not in result.free]
 
 
-def on_branches(found: Branches, mark: int) -> list[int]:
+def on_branches(result: Branches, mark: int) -> list[int]:
     """List the numbers, from 1, of the branches that a marked point is on."""
     return [
         k
-        for k, branch in enumerate(found.branches, 1)
+        for k, branch in enumerate(result.branches, 1)
         if any(number == mark for _, number in branch.marks)
     ]
 
@@ -152,11 +152,11 @@ class BranchRows:
 
     Attributes
     ----------
-    found
-        What was found.
+    result
+        The branches of equilibria that were found.
     names
         Names of all coordinates.
-    say, told
+    say, phrase
         The language, and what says phrases of the analysis in it.
     symbol
         Prints a name of the scene.
@@ -164,20 +164,20 @@ class BranchRows:
         The sign before an error.
     """
 
-    found: Branches
+    result: Branches
     names: Sequence[str]
     say: Language
-    told: Callable[[str], str]
+    phrase: Callable[[str], str]
     symbol: Callable[[str], str]
     plus_minus: str
 
     def rows(self) -> Iterator[Row | Block]:
         """Write the branches."""
-        found, say = self.found, self.say
-        name = self.symbol(found.parameter)
-        told = words(found_line(found, say, str, name))
-        yield Row(say("Branches of equilibria"), "   ", told, "heading")
-        listed = found.branches[:MOST_LISTED]
+        result, say = self.result, self.say
+        name = self.symbol(result.parameter)
+        span = words(found_line(result, say, str, name))
+        yield Row(say("Branches of equilibria"), "   ", span, "heading")
+        listed = result.branches[:MOST_LISTED]
         verdicts = [verdict_word(s.stability.verdict, say) for b in listed for s in b.stretches]
         width = max(map(len, verdicts), default=0)
         for number, branch in enumerate(listed, 1):
@@ -188,15 +188,15 @@ class BranchRows:
             lines = [self._more(hidden)] if hidden else []
             for line in [*lines, *end_lines(branch, say, self._place)]:
                 yield Row("", " " * 5, words(line))
-        hidden = len(found.branches) - len(listed)
+        hidden = len(result.branches) - len(listed)
         lines = [self._more(hidden)] if hidden else []
-        for line in [*lines, *skipped_lines(found, say), self._held()]:
+        for line in [*lines, *skipped_lines(result, say), self._held()]:
             if line:
                 yield Row("", "  ", words(line))
 
     def marked_rows(self) -> Iterator[Row | Block]:
         """Write the marked points of all branches."""
-        marks, say = self.found.marks, self.say
+        marks, say = self.result.marks, self.say
         if not marks:
             return
         yield Row(say("Marked points"), role="heading")
@@ -211,25 +211,25 @@ class BranchRows:
         return self.say("and {count} more, in --json", count=count)
 
     def _held(self) -> str:
-        if not self.found.held_inputs:
+        if not self.result.held_inputs:
             return ""
-        held = ", ".join(f"{self.symbol(n)} = {x:g}" for n, x in self.found.held_inputs)
-        return self.say("with inputs held at {values}", values=held)
+        inputs = ", ".join(f"{self.symbol(n)} = {x:g}" for n, x in self.result.held_inputs)
+        return self.say("with inputs held at {values}", values=inputs)
 
     def _place(self, value: float) -> str:
-        return f"{self.symbol(self.found.parameter)} = {value:.6g}"
+        return f"{self.symbol(self.result.parameter)} = {value:.6g}"
 
     def _stretch(self, branch: Branch, number: int, part: int, stretch: Stretch, width: int) -> Row:
         verdict = verdict_word(stretch.stability.verdict, self.say)
         head = f"{number:3d}  {verdict}" if part == 0 else f"{'':5}{verdict}"
         part_of = slice(stretch.first, stretch.last + 1)
-        told = [self._between(self.found.parameter, branch.values[part_of].tolist())]
-        for k, name in followed(self.found, self.names)[:_MOST_IN_ROWS]:
+        phrases = [self._between(self.result.parameter, branch.values[part_of].tolist())]
+        for k, name in followed(self.result, self.names)[:_MOST_IN_ROWS]:
             values = branch.positions[part_of, k].tolist()
-            told.append(self._between(name, [within_turn(self.found, name, x) for x in values]))
+            phrases.append(self._between(name, [within_turn(self.result, name, x) for x in values]))
         gap = " " * (5 + width - len(head) + 3)
-        reason = self.told(stretch.stability.reason)
-        return Row(head, gap, words(", ".join(told)), "name", 2, reason)
+        reason = self.phrase(stretch.stability.reason)
+        return Row(head, gap, words(", ".join(phrases)), "name", 2, reason)
 
     def _between(self, name: str, values: Sequence[float]) -> str:
         symbol, way = self.symbol(name), way_of(values)
@@ -250,16 +250,16 @@ class BranchRows:
         kind = kind_word(mark.kind, self.say)
         head = f"{number + 1:3d}  {kind}"
         value = f"{value_text(mark.value, mark.error)} {self.plus_minus} {error_text(mark.error)}"
-        told = [f"{self.symbol(self.found.parameter)} = {value}"]
-        for k, name in followed(self.found, self.names)[:_MOST_IN_ROWS]:
-            shown = within_turn(self.found, name, mark.position[k]) + 0.0
-            told.append(f"{self.symbol(name)} = {shown:.6g}")
+        phrases = [f"{self.symbol(self.result.parameter)} = {value}"]
+        for k, name in followed(self.result, self.names)[:_MOST_IN_ROWS]:
+            shown = within_turn(self.result, name, mark.position[k]) + 0.0
+            phrases.append(f"{self.symbol(name)} = {shown:.6g}")
         if mark.frequency is not None:
-            told.append(self.say("angular frequency {value}", value=f"{mark.frequency:.6g}"))
-        places = ", ".join(map(str, on_branches(self.found, number)))
+            phrases.append(self.say("angular frequency {value}", value=f"{mark.frequency:.6g}"))
+        places = ", ".join(map(str, on_branches(self.result, number)))
         aside = self.say("branch {numbers}", numbers=places)
         gap = " " * (5 + width - len(head) + 3)
-        return Row(head, gap, words(", ".join(told)), "name", 2, aside)
+        return Row(head, gap, words(", ".join(phrases)), "name", 2, aside)
 
 
 #: Coordinates that have columns.
@@ -272,28 +272,28 @@ class BranchSections:
 
     Attributes
     ----------
-    found
-        What was found.
+    result
+        The branches of equilibria that were found.
     writer, places
         The letters and language, and coordinates in them.
-    told
+    phrase
         Says phrases of the analysis.
     """
 
-    found: Branches
+    result: Branches
     writer: DocumentWriter
     places: Places
-    told: Callable[[str], str]
+    phrase: Callable[[str], str]
 
     def branches(self) -> Section | None:
         """Return the parts of all branches with their stability."""
         say = self.writer.say
-        text = found_line(self.found, say, str, self._symbol(self.found.parameter))
+        text = found_line(self.result, say, str, self._symbol(self.result.parameter))
         blocks: list[Words | Table | Bullets] = [Words(say("{text}.", text=text))]
         heads = (say("branch"), *self._heads(), say("stability"), say("reason"))
         rows = [
             row
-            for number, branch in enumerate(self.found.branches[:MOST_LISTED], 1)
+            for number, branch in enumerate(self.result.branches[:MOST_LISTED], 1)
             for row in self._stretches(number, branch)
         ]
         if rows:
@@ -304,7 +304,7 @@ class BranchSections:
 
     def marks(self) -> Section | None:
         """Return the marked points of all branches."""
-        say, marks = self.writer.say, self.found.marks
+        say, marks = self.writer.say, self.result.marks
         if not marks:
             return None
         heads = (say("number"), say("point"), *self._heads(), say("error"), say("frequency"))
@@ -320,11 +320,11 @@ class BranchSections:
 
     def _coordinates(self) -> list[tuple[int, str]]:
         names = [c.name for c in self.places.coordinates]
-        return followed(self.found, names)[:_MOST_IN_COLUMNS]
+        return followed(self.result, names)[:_MOST_IN_COLUMNS]
 
     def _heads(self) -> list[str]:
         return [
-            self._symbol(self.found.parameter),
+            self._symbol(self.result.parameter),
             *(self._symbol(n) for _, n in self._coordinates()),
         ]
 
@@ -338,9 +338,9 @@ class BranchSections:
             cells = [self._between(branch.values[part].tolist())]
             for place, name in self._coordinates():
                 values = branch.positions[part, place].tolist()
-                cells.append(self._between([within_turn(self.found, name, x) for x in values]))
+                cells.append(self._between([within_turn(self.result, name, x) for x in values]))
             verdict = verdict_word(stretch.stability.verdict, say)
-            reason = self.told(stretch.stability.reason)
+            reason = self.phrase(stretch.stability.reason)
             yield (str(number) if k == 0 else "", *cells, verdict, reason)
 
     def _between(self, values: Sequence[float]) -> str:
@@ -353,7 +353,7 @@ class BranchSections:
 
     def _mark(self, number: int, mark: MarkedPoint) -> tuple[str, ...]:
         values = [
-            self._number(f"{within_turn(self.found, name, mark.position[k]) + 0.0:.6g}")
+            self._number(f"{within_turn(self.result, name, mark.position[k]) + 0.0:.6g}")
             for k, name in self._coordinates()
         ]
         return (
@@ -363,26 +363,26 @@ class BranchSections:
             *values,
             self._number(error_text(mark.error)),
             "" if mark.frequency is None else self._number(f"{mark.frequency:.6g}"),
-            ", ".join(map(str, on_branches(self.found, number))),
+            ", ".join(map(str, on_branches(self.result, number))),
         )
 
     def _ends(self) -> Iterator[str]:
         say, letters = self.writer.say, self.writer.letters
-        listed = self.found.branches[:MOST_LISTED]
+        listed = self.result.branches[:MOST_LISTED]
 
         def place(value: float) -> str:
-            symbol = letters.symbol(self.found.parameter)
+            symbol = letters.symbol(self.result.parameter)
             return letters.inline(f"{symbol} = {self.places.number(value)}")
 
         for number, branch in enumerate(listed, 1):
             for line in end_lines(branch, say, place):
                 yield say("branch {numbers}: {text}", numbers=str(number), text=line)
-        if len(self.found.branches) > len(listed):
-            yield say("And {count} more, in JSON.", count=len(self.found.branches) - len(listed))
-        yield from skipped_lines(self.found, say)
-        if self.found.held_inputs:
-            held = ", ".join(
+        if len(self.result.branches) > len(listed):
+            yield say("And {count} more, in JSON.", count=len(self.result.branches) - len(listed))
+        yield from skipped_lines(self.result, say)
+        if self.result.held_inputs:
+            inputs = ", ".join(
                 letters.inline(f"{letters.symbol(n)} = {self.places.number(x)}")
-                for n, x in self.found.held_inputs
+                for n, x in self.result.held_inputs
             )
-            yield say("with inputs held at {values}", values=held)
+            yield say("with inputs held at {values}", values=inputs)

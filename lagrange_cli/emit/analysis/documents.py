@@ -86,12 +86,12 @@ def analysis_sections(
         ("response", contents.response()),
         ("left-out", contents.left_out()),
     ]
-    kept = [replace(section, name=name) for name, section in named if section is not None]
+    named_sections = [replace(section, name=name) for name, section in named if section is not None]
     rows = writer.abbreviations()
     if rows:
         here = Section(writer.say("Abbreviations"), (formulas(rows),), "abbreviations")
-        return [*kept, here]
-    return kept
+        return [*named_sections, here]
+    return named_sections
 
 
 @dataclass(frozen=True)
@@ -132,33 +132,33 @@ class _Contents:
     # -- equilibria -----------------------------------------------------------------
 
     def equilibria(self) -> Section | None:
-        found = self.analysis.equilibria
-        if found is None:
+        result = self.analysis.equilibria
+        if result is None:
             return None
         say, letters = self.writer.say, self.writer.letters
-        points = found.points[:_MOST_LISTED]
-        hidden = len(found.points) - len(points)
-        blocks: list[Block | None] = [Words(say("{text}.", text=_capital(count_line(found, say))))]
+        points = result.points[:_MOST_LISTED]
+        hidden = len(result.points) - len(points)
+        blocks: list[Block | None] = [Words(say("{text}.", text=_capital(count_line(result, say))))]
         blocks += self._points(points)
         if hidden:
             blocks.append(Words(say("And {count} more, in JSON.", count=hidden)))
-        blocks += self._absent(found)
-        if found.held_inputs:
-            held = ", ".join(
+        blocks += self._absent(result)
+        if result.held_inputs:
+            inputs = ", ".join(
                 letters.inline(f"{letters.symbol(n)} = {self.places.number(x)}")
-                for n, x in found.held_inputs
+                for n, x in result.held_inputs
             )
-            blocks.append(Words(say("Inputs are held at {values}.", values=held)))
+            blocks.append(Words(say("Inputs are held at {values}.", values=inputs)))
         steady = self.analysis.steady
         if steady is None:
             return section(say("Equilibria"), *blocks)
-        given = ", ".join(
+        momenta = ", ".join(
             letters.inline(
                 self.places.letter(symbol) + ("" if x is None else f" = {self.places.number(x)}")
             )
             for symbol, x in steady.given_values
         )
-        return section(say("Steady motions"), Words(say("With {values}:", values=given)), *blocks)
+        return section(say("Steady motions"), Words(say("With {values}:", values=momenta)), *blocks)
 
     def _points(self, points: Sequence[Equilibrium]) -> Iterator[Block]:
         rows = [self.places.point(p) for p in points]
@@ -179,19 +179,19 @@ class _Contents:
 
     def _sentence(self, point: Equilibrium, place: str) -> str:
         """``θ = 0: stable, since K is positive definite: the energy has a minimum``."""
-        say, told = self.writer.say, self.teller(reason_of(point))
+        say, reason = self.writer.say, self.teller(reason_of(point))
         verdict = "" if point.stability is None else verdict_word(point.stability.verdict, say)
-        if told and verdict:
-            verdict = say("{verdict} ({reason})", verdict=verdict, reason=told)
+        if reason and verdict:
+            verdict = say("{verdict} ({reason})", verdict=verdict, reason=reason)
         if not place:
-            return say("{text}:", text=_capital(verdict or told))
-        whole = verdict or told
+            return say("{text}:", text=_capital(verdict or reason))
+        whole = verdict or reason
         return say("{name}: {value}", name=place, value=whole) if whole else place
 
-    def _absent(self, found: Equilibria) -> Iterator[Block]:
+    def _absent(self, result: Equilibria) -> Iterator[Block]:
         """Return equilibria that exist for other values of the parameters."""
         items = []
-        for absent in found.absent:
+        for absent in result.absent:
             if absent.conditions:
                 pairs = zip(self.places.coordinates, absent.exact, strict=True)
                 free = [c.name for c, e in pairs if e == c.q]
@@ -207,15 +207,15 @@ class _Contents:
     # -- what is conserved, and what is missing -----------------------------------------
 
     def conserved(self) -> Section | None:
-        found = self.analysis.symmetries
-        symmetries = () if found is None else found.proven
+        result = self.analysis.symmetries
+        symmetries = () if result is None else result.proven
         further = [self._symmetry(s) for s in symmetries]
-        among = "" if found is None else searched(found, self.writer.say)
+        among = "" if result is None else searched(result, self.writer.say)
         lines = conserved(self.writer, further, among)
-        if lines is None or found is None or not found.unproven:
+        if lines is None or result is None or not result.unproven:
             return lines
         doubt = self.writer.say(
-            "{count} more that numbers suggest could not be proven", count=found.unproven
+            "{count} more that numbers suggest could not be proven", count=result.unproven
         )
         text = Words(self.writer.say("{text}.", text=doubt))
         return Section(lines.heading, (*lines.blocks, text), lines.name)
@@ -228,8 +228,8 @@ class _Contents:
 
     def exponents(self) -> Section | None:
         """Return a table of Lyapunov exponents and their spreads."""
-        found = self.analysis.exponents
-        if found is None:
+        result = self.analysis.exponents
+        if result is None:
             return None
         say, letters = self.writer.say, self.writer.letters
         rows = tuple(
@@ -237,43 +237,43 @@ class _Contents:
                 letters.inline(self.places.literal(f"{x:.5g}")),
                 letters.inline(self.places.literal(f"{y:.2g}")),
             )
-            for x, y in zip(found.values, found.spreads, strict=True)
+            for x, y in zip(result.values, result.spreads, strict=True)
         )
         return section(
             say("Lyapunov exponents"),
-            Words(say("{text}.", text=_capital(averaged_line(found, say, letters.inline)))),
+            Words(say("{text}.", text=_capital(averaged_line(result, say, letters.inline)))),
             Table((say("exponent"), say("spread")), rows),
         )
 
     def along(self) -> Section | None:
         """Return the section on a linear system along a motion; JSON holds its matrices."""
-        found, say, letters = self.analysis.along, self.writer.say, self.writer.letters
-        if found is None:
+        result, say, letters = self.analysis.along, self.writer.say, self.writer.letters
+        if result is None:
             return None
         named = (
-            (say("states"), found.states),
-            (say("inputs"), found.inputs),
-            (say("outputs"), found.outputs),
+            (say("states"), result.states),
+            (say("inputs"), result.inputs),
+            (say("outputs"), result.outputs),
         )
         rows = [
             say("{name}: {value}", name=name, value=", ".join(map(self._state, names)))
             for name, names in named
             if names
         ]
-        lines = along_lines(found, say, letters.words)
-        span = say("{text}.", text=_capital(span_line(found, say, letters.inline)))
+        lines = along_lines(result, say, letters.words)
+        span = say("{text}.", text=_capital(span_line(result, say, letters.inline)))
         return section(say("Along the motion"), Words(span), Bullets((*rows, *lines)))
 
     def response(self) -> Section | None:
         """Return a table of largest gains."""
-        found, say, letters = self.analysis.response, self.writer.say, self.writer.letters
-        if found is None:
+        result, say, letters = self.analysis.response, self.writer.say, self.writer.letters
+        if result is None:
             return None
-        head, *rows = response_table(found, say)
+        head, *rows = response_table(result, say)
         cells = tuple(tuple(letters.words(cell) for cell in row) for row in rows)
         lines = tuple(
             say("{text}.", text=_capital(letters.words(line)))
-            for line in response_lines(found, say)
+            for line in response_lines(result, say)
         )
         return section(say("Frequency response"), Table(head, cells), Words(" ".join(lines)))
 
@@ -284,10 +284,10 @@ class _Contents:
 
     def branches(self) -> list[tuple[str, Section | None]]:
         """Return branches of equilibria, and their marked points."""
-        found = self.analysis.branches
-        if found is None:
+        result = self.analysis.branches
+        if result is None:
             return []
-        written = BranchSections(found, self.writer, self.places, self.teller)
+        written = BranchSections(result, self.writer, self.places, self.teller)
         return [("branches", written.branches()), ("marked-points", written.marks())]
 
     def left_out(self) -> Section | None:

@@ -101,20 +101,20 @@ class Matrices:
         """Return the entries that are not zero, or nothing where they are too many."""
         letters = self.writer.letters
         label = letters.bold(letter)
-        found = [
+        listed = [
             (i, j)
             for i, row in enumerate(closed or values)
             for j, cell in enumerate(row)
             if letters.formula(cell) != "0"
         ]
-        if len(found) > _MOST_ENTRIES:
+        if len(listed) > _MOST_ENTRIES:
             self.too_large.append((letters.inline(label), len(values), len(values[0])))
             return []
         return [
             Formula(
                 letters.below(label, f"{i + 1},{j + 1}"), self._sides(closed, values[i][j], i, j)
             )
-            for i, j in found
+            for i, j in listed
         ]
 
     def _sides(

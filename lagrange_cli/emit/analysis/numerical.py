@@ -15,69 +15,69 @@ if TYPE_CHECKING:
     from lagrange_cli.emit.phrases.language import Language
 
 
-def exponent_rows(found: Exponents | None, say: Language) -> list[Row | Block]:
+def exponent_rows(result: Exponents | None, say: Language) -> list[Row | Block]:
     """Write Lyapunov exponents and their spreads, if there are some."""
-    if found is None:
+    if result is None:
         return []
     columns = [
-        [say("exponent"), *(f"{x:.5g}" for x in found.values)],
-        [say("spread"), *(f"{x:.2g}" for x in found.spreads)],
+        [say("exponent"), *(f"{x:.5g}" for x in result.values)],
+        [say("spread"), *(f"{x:.2g}" for x in result.spreads)],
     ]
     widths = [max(map(len, column)) for column in columns]
     rows = [
         Row("", "  ".join(["", *(f"{x:>{w}}" for x, w in zip(row, widths, strict=True))]))
         for row in zip(*columns, strict=True)
     ]
-    told = words(averaged_line(found, say, str))
-    return [Row(say("Lyapunov exponents"), "   ", told, "heading"), *rows]
+    average = words(averaged_line(result, say, str))
+    return [Row(say("Lyapunov exponents"), "   ", average, "heading"), *rows]
 
 
-def along_rows(found: AlongMotion | None, say: Language) -> list[Row | Block]:
+def along_rows(result: AlongMotion | None, say: Language) -> list[Row | Block]:
     """Write states, inputs, outputs and accuracy of the linear system along a motion, if any."""
-    if found is None:
+    if result is None:
         return []
     law = "d/dt dy = A(t) dy + B(t) du,  dz = C(t) dy + D(t) du"
     named = (
-        (say("states"), found.states),
-        (say("inputs"), found.inputs),
-        (say("outputs"), found.outputs),
+        (say("states"), result.states),
+        (say("inputs"), result.inputs),
+        (say("outputs"), result.outputs),
     )
     rows = [Row("", "  ", words(law))]
     rows += [Row("", f"  {n:8} ", words(", ".join(names))) for n, names in named if names]
-    rows += [Row("", "  ", words(line)) for line in along_lines(found, say, str)]
+    rows += [Row("", "  ", words(line)) for line in along_lines(result, say, str)]
     heading = say("Along the motion")
-    return [Row(heading, "   ", words(span_line(found, say, str)), "heading"), *rows]
+    return [Row(heading, "   ", words(span_line(result, say, str)), "heading"), *rows]
 
 
 #: Pairs of inputs and outputs, and peaks of each, that are listed.
 _MOST_CHANNELS, _MOST_PEAKS = 24, 12
 
 
-def response_rows(found: FrequencyResponse | None, say: Language) -> list[Row | Block]:
+def response_rows(result: FrequencyResponse | None, say: Language) -> list[Row | Block]:
     """Write responses and their largest gains, if there are some."""
-    if found is None:
+    if result is None:
         return []
-    table = response_table(found, say)
+    table = response_table(result, say)
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     rows = [
         Row("", "  ".join(["", *(f"{x:<{w}}" for x, w in zip(row, widths, strict=True))]).rstrip())
         for row in table
     ]
-    rows += [Row("", "  ", words(line)) for line in response_lines(found, say)]
-    span = say("angular frequencies from {start} to {until}", **_span(found))
+    rows += [Row("", "  ", words(line)) for line in response_lines(result, say)]
+    span = say("angular frequencies from {start} to {until}", **_span(result))
     return [Row(say("Frequency response"), "   ", words(span), "heading"), *rows]
 
 
-def _span(found: FrequencyResponse) -> dict[str, str]:
-    return {"start": f"{found.low:g}", "until": f"{found.high:g}"}
+def _span(result: FrequencyResponse) -> dict[str, str]:
+    return {"start": f"{result.low:g}", "until": f"{result.high:g}"}
 
 
-def response_table(found: FrequencyResponse, say: Language) -> list[tuple[str, ...]]:
+def response_table(result: FrequencyResponse, say: Language) -> list[tuple[str, ...]]:
     """Write the head and a row for each peak; the first of a pair names it."""
     of_pair = say("input"), say("output"), say("static gain")
     of_peak = say("at"), say("gain"), say("phase")
     table: list[tuple[str, ...]] = [(*of_pair, *of_peak)]
-    for channel in found.channels[:_MOST_CHANNELS]:
+    for channel in result.channels[:_MOST_CHANNELS]:
         static = say("infinite") if channel.static is None else f"{channel.static:.6g}"
         head = channel.source, channel.output, static
         for cells in _peaks(channel, say):
@@ -97,17 +97,17 @@ def _peaks(channel: Channel, say: Language) -> Iterator[tuple[str, str, str]]:
         yield "", "", ""
 
 
-def response_lines(found: FrequencyResponse, say: Language) -> Iterator[str]:
+def response_lines(result: FrequencyResponse, say: Language) -> Iterator[str]:
     """Say which gains the table lists, and how far they are to be trusted."""
-    if not found.channels:
+    if not result.channels:
         yield say("no output answers to an input")
         return
     yield say("largest gains, each at its frequency; infinite where a pole is undamped")
-    if found.settles == "undamped":
+    if result.settles == "undamped":
         yield say("poles on the imaginary axis: free motions go on beside these")
-    if found.settles == "unstable":
+    if result.settles == "unstable":
         yield say("a pole has a positive real part: motions grow and do not settle to these")
-    yield say("rounding is at most {error} of a value", error=f"{found.error:.0e}")
-    hidden = len(found.channels) - _MOST_CHANNELS
+    yield say("rounding is at most {error} of a value", error=f"{result.error:.0e}")
+    hidden = len(result.channels) - _MOST_CHANNELS
     if hidden > 0:
         yield say("and {count} more, in --json", count=hidden)

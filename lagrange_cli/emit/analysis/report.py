@@ -55,7 +55,7 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
 
     every = [c.name for c in equations.system.coordinates]
     names = [c.name for c in analysis.rest_equations.system.coordinates]
-    found = analysis.symmetries or Symmetries((), complete=False, unproven=0)
+    symmetries = analysis.symmetries or Symmetries((), complete=False, unproven=0)
     equilibria, linear, modes = analysis.equilibria, analysis.linearization, analysis.modes
     return {
         "name": equations.presentation.name,
@@ -65,10 +65,10 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
             {"name": c.name, "expression": say(c.expression), "symmetry": c.reason}
             for c in equations.derivation.conserved
         ]
-        + [_symmetry(s, every, say) for s in found.proven],
+        + [_symmetry(s, every, say) for s in symmetries.proven],
         "symmetries": None
         if analysis.symmetries is None
-        else {"matrices": found.complete, "unproven": found.unproven},
+        else {"matrices": symmetries.complete, "unproven": symmetries.unproven},
         "steady": None if steady is None else _steady(steady),
         **_equilibria(equilibria, names, say, steady),
         "linearization": None if linear is None else _linearization(linear, names, say),
@@ -81,26 +81,28 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def _response(found: FrequencyResponse | None) -> dict[str, Any]:
-    if found is None:
+def _response(result: FrequencyResponse | None) -> dict[str, Any]:
+    if result is None:
         return {}
     return {
         "response": {
-            "from": found.low,
-            "to": found.high,
-            "inputs": list(found.inputs),
-            "outputs": list(found.outputs),
-            "settles": found.settles,
-            "error": found.error,
-            "omega": found.frequencies.tolist(),
-            "channels": [_channel(found, channel) for channel in found.channels],
+            "from": result.low,
+            "to": result.high,
+            "inputs": list(result.inputs),
+            "outputs": list(result.outputs),
+            "settles": result.settles,
+            "error": result.error,
+            "omega": result.frequencies.tolist(),
+            "channels": [_channel(result, channel) for channel in result.channels],
         }
     }
 
 
-def _channel(found: FrequencyResponse, channel: Channel) -> dict[str, Any]:
+def _channel(result: FrequencyResponse, channel: Channel) -> dict[str, Any]:
     """Gains and phases along ω, null at undamped poles."""
-    gains = found.gains[:, found.outputs.index(channel.output), found.inputs.index(channel.source)]
+    gains = result.gains[
+        :, result.outputs.index(channel.output), result.inputs.index(channel.source)
+    ]
     known = np.isfinite(gains)
     columns = (("gain", np.abs(gains)), ("phase", continuous_phase(gains)))
     return {
@@ -118,28 +120,31 @@ def _channel(found: FrequencyResponse, channel: Channel) -> dict[str, Any]:
 def response_arrays(report: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
     """Return the response of a report as arrays: ``omega``, and ``response`` of shape (ω, outputs,
     inputs), complex, not a number at undamped poles."""
-    found = report["response"]
-    shape = len(found["omega"]), len(found["outputs"]), len(found["inputs"])
+    response = report["response"]
+    shape = len(response["omega"]), len(response["outputs"]), len(response["inputs"])
     gains = np.zeros(shape, dtype=complex)
-    for channel in found["channels"]:
+    for channel in response["channels"]:
         sizes, phases = (
             np.array([np.nan if x is None else x for x in channel[key]], dtype=float)
             for key in ("gain", "phase")
         )
-        place = found["outputs"].index(channel["output"]), found["inputs"].index(channel["input"])
+        place = (
+            response["outputs"].index(channel["output"]),
+            response["inputs"].index(channel["input"]),
+        )
         gains[:, *place] = sizes * np.exp(1j * phases)
-    return {"omega": np.array(found["omega"]), "response": gains}
+    return {"omega": np.array(response["omega"]), "response": gains}
 
 
-def _exponents(found: Exponents | None) -> dict[str, Any]:
-    if found is None:
+def _exponents(result: Exponents | None) -> dict[str, Any]:
+    if result is None:
         return {}
     return {
         "lyapunov": {
-            "exponents": list(found.values),
-            "spreads": list(found.spreads),
-            "from": found.start,
-            "until": found.until,
+            "exponents": list(result.values),
+            "spreads": list(result.spreads),
+            "from": result.start,
+            "until": result.until,
         }
     }
 
@@ -201,15 +206,15 @@ def _equilibria(
 def _equilibrium(
     point: Equilibrium, names: Sequence[str], say: _Say, steady: SteadyForm | None
 ) -> dict[str, Any]:
-    told = point.stability
+    stability = point.stability
     return {
         "at": _position(point, names),
         "exact": None if point.exact is None else _named(names, map(say, point.exact)),
         "exists": _conditions(point.conditions, say),
         "free": list(point.free),
         "isolated": point.isolated,
-        "stability": None if told is None else told.verdict,
-        "reason": None if told is None else told.reason,
+        "stability": None if stability is None else stability.verdict,
+        "reason": None if stability is None else stability.reason,
         **_turning(point.turning, steady, say),
     }
 
@@ -297,26 +302,26 @@ def linearization_arrays(report: dict[str, Any]) -> dict[str, Any]:
     return arrays
 
 
-def branches_report(found: Branches | None, names: Sequence[str]) -> dict[str, Any]:
+def branches_report(result: Branches | None, names: Sequence[str]) -> dict[str, Any]:
     """Return branches as values that JSON can hold; nothing if they were not asked for.
 
     ``names``: those of all coordinates.
     """
-    if found is None:
+    if result is None:
         return {}
     return {
         "branches": {
-            "parameter": found.parameter,
-            "from": found.low,
-            "to": found.high,
-            "values": found.values,
-            "starts": found.starts,
-            "skipped": found.skipped,
-            "left": found.left,
-            "held": dict(found.held_inputs),
-            "free": list(found.free),
-            "marks": [_mark(mark, names) for mark in found.marks],
-            "curves": [_branch(branch, found.parameter, names) for branch in found.branches],
+            "parameter": result.parameter,
+            "from": result.low,
+            "to": result.high,
+            "values": result.values,
+            "starts": result.starts,
+            "skipped": result.skipped,
+            "left": result.left,
+            "held": dict(result.held_inputs),
+            "free": list(result.free),
+            "marks": [_mark(mark, names) for mark in result.marks],
+            "curves": [_branch(branch, result.parameter, names) for branch in result.branches],
         }
     }
 

@@ -170,15 +170,17 @@ class _Writer:
                 told = (*place, *self.where(absent.conditions))
                 lines.append(Row(f"  {self.say('absent')}", "   ", told))
         if steady is not None:
-            given = ", ".join(
+            momenta = ", ".join(
                 f"{self.symbol(s)}" + ("" if x is None else f" = {x:.6g}")
                 for s, x in steady.given_values
             )
-            lines.append(Row("", "  ", words(self.say("with {values}", values=given))))
+            lines.append(Row("", "  ", words(self.say("with {values}", values=momenta))))
         if equilibria.held_inputs:
-            held = ", ".join(f"{self.printer.symbol(n)} = {x:g}" for n, x in equilibria.held_inputs)
+            inputs = ", ".join(
+                f"{self.printer.symbol(n)} = {x:g}" for n, x in equilibria.held_inputs
+            )
             lines.append(
-                Row("", "  ", words(self.say("with inputs held at {values}", values=held)))
+                Row("", "  ", words(self.say("with inputs held at {values}", values=inputs)))
             )
         return lines
 
@@ -368,29 +370,29 @@ class _Writer:
 
     # Branches, conserved quantities, and what is missing.
 
-    def branches(self, found: Branches) -> BranchRows:
+    def branches(self, result: Branches) -> BranchRows:
         names = [c.name for c in self.analysis.equations.system.coordinates]
         sign = "±" if self.is_unicode else "+-"
-        return BranchRows(found, names, self.say, self.told, self.printer.symbol, sign)
+        return BranchRows(result, names, self.say, self.told, self.printer.symbol, sign)
 
     def conserved(self) -> list[Row | Block]:
-        found = self.analysis.symmetries
-        heading, told = self.say("Conserved"), searched(found, self.say)
+        symmetries = self.analysis.symmetries
+        heading, among = self.say("Conserved"), searched(symmetries, self.say)
         rows = [conserved_row(self.lines, c) for c in self.analysis.equations.derivation.conserved]
-        if found is not None:
-            rows += [self.symmetry_row(symmetry) for symmetry in found.proven]
+        if symmetries is not None:
+            rows += [self.symmetry_row(symmetry) for symmetry in symmetries.proven]
         if not rows:
-            none = f"{self.say('none')} {told}"
-            if found is None:
+            none = f"{self.say('none')} {among}"
+            if symmetries is None:
                 none = none_conserved_line(self.analysis.equations, self.say)
             return [Row(heading, "   ", words(none), "heading")]
         lines: list[Row | Block] = [
-            Row(heading, " ", words(told), "heading"),
+            Row(heading, " ", words(among), "heading"),
             Block(tuple(rows), "asides"),
         ]
-        if found is not None and found.unproven:
+        if symmetries is not None and symmetries.unproven:
             number = self.say(
-                "{count} more that numbers suggest could not be proven", count=found.unproven
+                "{count} more that numbers suggest could not be proven", count=symmetries.unproven
             )
             lines.append(Row("", "  ", words(number)))
         return lines

@@ -74,10 +74,10 @@ def turning_values(
 
     Each is a symbol, and its value in closed form and in numbers as far as they are known.
     """
-    for k, (momentum, (given, _)) in enumerate(
+    for k, (momentum, (value, _)) in enumerate(
         zip(steady.momenta, steady.given_values, strict=True)
     ):
-        is_rate = given == momentum.symbol
+        is_rate = value == momentum.symbol
         exact = turning.exact_rates if is_rate else turning.exact_momenta
         numbers = turning.rates if is_rate else turning.momenta
         yield (
@@ -128,40 +128,40 @@ def searched(symmetries: Symmetries | None, say: Language) -> str:
     return say("among energy and what symmetries constant in the coordinates give")
 
 
-def averaged_line(found: Exponents, say: Language, inline: Callable[[str], str]) -> str:
+def averaged_line(result: Exponents, say: Language, inline: Callable[[str], str]) -> str:
     """Say over which time exponents are averages, and what they add up to.
 
     ``inline`` writes a formula within a sentence.
     """
     return say(
         "averaged from {start} to {until}, together {total}",
-        start=inline(f"t = {found.start:.6g}"),
-        until=f"{found.until:.6g}",
-        total=f"{sum(found.values):.3g}",
+        start=inline(f"t = {result.start:.6g}"),
+        until=f"{result.until:.6g}",
+        total=f"{sum(result.values):.3g}",
     )
 
 
-def span_line(found: AlongMotion, say: Language, inline: Callable[[str], str]) -> str:
+def span_line(result: AlongMotion, say: Language, inline: Callable[[str], str]) -> str:
     """Say at which times a linear system along a motion is known."""
     return say(
         "{count} times from {start} to {until}",
-        count=found.count,
-        start=inline(f"t = {found.start:.6g}"),
-        until=f"{found.until:.6g}",
+        count=result.count,
+        start=inline(f"t = {result.start:.6g}"),
+        until=f"{result.until:.6g}",
     )
 
 
-def along_lines(found: AlongMotion, say: Language, words: Callable[[str], str]) -> list[str]:
+def along_lines(result: AlongMotion, say: Language, words: Callable[[str], str]) -> list[str]:
     """Say how accurate a linear system along a motion is, and where its matrices are."""
     allowed = say("E(t) dy = 0 are the changes that constraints allow")
     return [
-        *([allowed] if found.is_constrained else []),
+        *([allowed] if result.is_constrained else []),
         say(
             "estimated error {estimated}, requested {requested}",
-            estimated=f"{found.estimated:.1e}",
-            requested=f"{found.requested:.0e}",
+            estimated=f"{result.estimated:.1e}",
+            requested=f"{result.requested:.0e}",
         ),
-        *([words(found.reason)] if found.reason else []),
+        *([words(result.reason)] if result.reason else []),
         say("The matrices are in the JSON, and in FILE.npz with -o FILE.npz."),
     ]
 

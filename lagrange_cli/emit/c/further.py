@@ -95,7 +95,7 @@ def pattern_texts(programs: Mapping[str, Program], target: CTarget) -> Iterator[
 def linearization_declaration(equations: Equations, target: CTarget) -> str:
     """Declare the function, with its comment."""
     n = len(equations.system.coordinates)
-    held = [" While mode stays."] if equations.system.contacts else []
+    mode_note = [" While mode stays."] if equations.system.contacts else []
     outputs = "outputs z in the order above" if equations.system.outputs else "coordinates z = q"
     inputs = len(equations.system.inputs)
     driven = f"{2 * n} by {inputs}" if inputs else "not there, no inputs"
@@ -111,7 +111,7 @@ def linearization_declaration(equations: Equations, target: CTarget) -> str:
             if equations.system.pushing
             else []
         ),
-        "A null pointer stands for what is not wanted." + "".join(held),
+        "A null pointer stands for what is not wanted." + "".join(mode_note),
     ]
     text = "\n".join(f" * {line}" for part in lines for line in part.splitlines())
     return f"\n/*\n{text}\n */\nint @NAME@_linearization({_arguments(equations, target)});\n"
@@ -128,10 +128,10 @@ def linearization_text(
 ) -> str:
     """Define the function."""
     n, m = len(equations.system.coordinates), len(equations.system.inputs)
-    found = derivatives_of(programs)
-    calls = [*_lower("A", found["jacobian"], n, 2 * n, "jacobian", unit=True)]
+    jacobians = derivatives_of(programs)
+    calls = [*_lower("A", jacobians["jacobian"], n, 2 * n, "jacobian", unit=True)]
     if m:
-        calls += _lower("B", found["jacobian_u"], n, m, "jacobian_u", unit=False)
+        calls += _lower("B", jacobians["jacobian_u"], n, m, "jacobian_u", unit=False)
     calls += _outputs(equations, n, m)
     calls += _constraints(equations)
     unused = [] if m else ["    (void)B;", "    (void)D;"]

@@ -69,7 +69,7 @@ def conserved(
         text = none if none.endswith(".") else say("{text}.", text=none)
         return section(heading, Words(text[:1].upper() + text[1:]), doubts)
     searched = searched or say("among cyclic momenta and energy")
-    told, rows = [], []
+    sentences, rows = [], []
     for one in writer.with_families("momenta", len(equations.derivation.conserved)):
         quantity = equations.derivation.conserved[
             one.covers[0] if isinstance(one, FamilyRow) else one
@@ -81,18 +81,20 @@ def conserved(
             rows.append(writer.family_row(symbol, one))
         else:
             rows.append(_row(writer, quantity))
-        told.append(
+        sentences.append(
             say(
                 "{reason}, so {symbol} is conserved",
                 reason=_reason(writer, quantity, subject),
                 symbol=letters.inline(symbol),
             )
         )
-    for other in further:
-        rows.append(other.row)
-        symbol = letters.inline(other.symbol)
-        told.append(say("{reason}, so {symbol} is conserved", reason=other.reason, symbol=symbol))
-    listed = say("{name}: {value}", name=searched, value="; ".join(told))
+    for extra in further:
+        rows.append(extra.row)
+        symbol = letters.inline(extra.symbol)
+        sentences.append(
+            say("{reason}, so {symbol} is conserved", reason=extra.reason, symbol=symbol)
+        )
+    listed = say("{name}: {value}", name=searched, value="; ".join(sentences))
     return section(
         heading,
         Words(say("{text}:", text=listed[:1].upper() + listed[1:])),
@@ -119,20 +121,20 @@ def _lost(writer: DocumentWriter) -> Iterator[Block]:
 
 def _sum(writer: DocumentWriter) -> Iterator[Block]:
     """Yield T + V as a formula over Jacobi's integral where the two differ."""
-    found, say, labels = energy_sum(writer.equations), writer.say, writer.labels
-    if found is None:
+    energy, say, labels = energy_sum(writer.equations), writer.say, writer.labels
+    if energy is None:
         return
     name, jacobi = f"{labels['T']} + {labels['V']}", labels["h"]
-    told = say(
+    sentence = say(
         "{name}: {value}",
         name=writer.letters.inline(name),
-        value=sum_line(writer.equations, found, say),
+        value=sum_line(writer.equations, energy, say),
     )
-    rows = [writer.row(f"{name} - {jacobi}", found.difference)]
-    if found.rate is not None:
+    rows = [writer.row(f"{name} - {jacobi}", energy.difference)]
+    if energy.rate is not None:
         whole = writer.letters.group(name)
-        rows.append(writer.row(writer.letters.differential(whole), found.rate))
-    yield Words(say("{text}:", text=told))
+        rows.append(writer.row(writer.letters.differential(whole), energy.rate))
+    yield Words(say("{text}:", text=sentence))
     yield formulas(rows, result=True)
 
 
@@ -146,13 +148,15 @@ def _balance(writer: DocumentWriter) -> Iterator[Block]:
     whole = label
     if energy_is_sum(equations, change):
         whole += f" = {labels['T']} + {labels['V']}"
-    told = say("Along a motion {energy} changes at the given rate", energy=letters.inline(label))
+    sentence = say(
+        "Along a motion {energy} changes at the given rate", energy=letters.inline(label)
+    )
     if only_between_impacts(equations):
-        told += say(" between impacts")
+        sentence += say(" between impacts")
     rate = letters.differential(label)
     if change.is_dissipation:
         rate += f" = -2 {labels['D']}"
-    yield Words(say("{text}:", text=told))
+    yield Words(say("{text}:", text=sentence))
     yield formulas(
         [
             writer.total(whole, change.parts or (equations.system.energy,)),

@@ -98,7 +98,7 @@ def _force_rows(writer: DocumentWriter, forces: ConstraintForces) -> Iterator[Fo
 def certificate(writer: DocumentWriter) -> Section | None:
     """Return the section on the certificate: states compared, digits, largest mismatch."""
     say, letters, seal = writer.say, writer.letters, writer.equations.derivation.certificate
-    told = say.counted(
+    sentence = say.counted(
         seal.points,
         "At {count} random state these equations were compared, in arithmetic of {digits} digits,"
         " with Lagrange's equations evaluated from {lagrangian} itself; the largest relative"
@@ -110,7 +110,7 @@ def certificate(writer: DocumentWriter) -> Section | None:
         lagrangian=letters.inline(writer.labels["L"]),
         mismatch=letters.inline(letters.number(seal.mismatch)),
     )
-    return section(say("Certificate"), Words(told), _steps(writer))
+    return section(say("Certificate"), Words(sentence), _steps(writer))
 
 
 def _steps(writer: DocumentWriter) -> Words | None:
@@ -176,8 +176,8 @@ def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
     # What is abbreviated and what is left out is known when all else is written.
     rows = writer.abbreviations()
     below_all: list[Block] = [Words(writer.say("Here")), formulas(rows)] if rows else []
-    told = writer.left_out()
-    below_all += [] if told is None else [told]
+    note = writer.left_out()
+    below_all += [] if note is None else [note]
     whole = first or last
     if below_all and whole:
         whole[-1] = replace(whole[-1], blocks=(*whole[-1].blocks, *below_all))

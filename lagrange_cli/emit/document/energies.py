@@ -13,7 +13,7 @@ def energies(writer: DocumentWriter) -> Section | None:
     """T, V, L, and the dissipation function where there is one."""
     equations, labels, say = writer.equations, writer.labels, writer.say
     dissipates, generalized = equations.system.dissipation != 0, is_generalized_potential(equations)
-    told = {
+    phrases = {
         (False, False): say("The kinetic energy, the potential and the Lagrangian are"),
         (True, False): say("The kinetic energy, the generalized potential and the Lagrangian are"),
         (False, True): say(
@@ -38,7 +38,7 @@ def energies(writer: DocumentWriter) -> Section | None:
         lagrangian = writer.letters.inline(labels["L"])
         without = say("Here {lagrangian} is {without}.", lagrangian=lagrangian, without=without)
     rows_below = formulas(rows, result=True)
-    return section(say("Lagrangian"), Words(told), rows_below, writer.told(without))
+    return section(say("Lagrangian"), Words(phrases), rows_below, writer.told(without))
 
 
 def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:

@@ -35,9 +35,11 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
     if not equations.system.coordinates:
         return section(heading, Words(say("There are none.")))
     if form == "explicit":
-        told = explicit_line(equations, explicit_form(equations), say)
+        sentence = explicit_line(equations, explicit_form(equations), say)
         return section(
-            heading, Words(say("{text}:", text=told)), formulas(accelerations(writer), result=True)
+            heading,
+            Words(say("{text}:", text=sentence)),
+            formulas(accelerations(writer), result=True),
         )
     return section(
         heading,
@@ -160,17 +162,17 @@ def _divided(writer: DocumentWriter) -> list[str]:
                     not multiplied, first, next_, factor=_part(writer, one, factor), place=place
                 )
             )
-    told = []
+    sentences = []
     if divided:
         single, many = (
             "Common factor divided out: {listed}.",
             "Common factors divided out: {listed}.",
         )
-        told.append(say.counted(len(divided), single, many, listed=", ".join(divided)))
+        sentences.append(say.counted(len(divided), single, many, listed=", ".join(divided)))
     if multiplied:
         listed = ", ".join(multiplied)
-        told.append(say("Multiplied to be rid of fractions: {listed}.", listed=listed))
-    return told
+        sentences.append(say("Multiplied to be rid of fractions: {listed}.", listed=listed))
+    return sentences
 
 
 def _part(writer: DocumentWriter, one: int | FamilyRow, expression: Expr) -> str:
@@ -188,29 +190,31 @@ def closures(writer: DocumentWriter) -> Section | None:
         return None
     kinds = {closure.kind for closure in writer.equations.system.closures}
     phi, psi = (letters.inline(letters.symbol(name)) for name in ("varphi_k", "psi_k"))
-    told = say(
+    sentence = say(
         "These hold beside the equations of motion; their left sides are the {letter}.",
         letter=phi if "position" in kinds else psi,
     )
     if len(kinds) > 1:
-        told = say(
+        sentence = say(
             "These hold beside the equations of motion; their left sides are {phi}, or {psi} where"
             " they hold velocities.",
             phi=phi,
             psi=psi,
         )
     meant = say("{text}.", text=multipliers_line(writer.equations, say))
-    return section(say("Closure equations"), Words(told), formulas(rows, result=True), Words(meant))
+    return section(
+        say("Closure equations"), Words(sentence), formulas(rows, result=True), Words(meant)
+    )
 
 
 def closure_rows(writer: DocumentWriter) -> list[Formula]:
     """Return the closure equations, each with its name."""
-    rows, held = [], writer.equations.system.closures
-    for one in writer.with_families("closures", len(held)):
+    rows, listed = [], writer.equations.system.closures
+    for one in writer.with_families("closures", len(listed)):
         if isinstance(one, FamilyRow):
             rows.append(replace(writer.family_row("", one), name=writer.letters.named(one.name)))
         else:
-            tree, name = writer.tree(held[one].expression), writer.letters.named(held[one].name)
+            tree, name = writer.tree(listed[one].expression), writer.letters.named(listed[one].name)
             rows.append(Formula("", (tree,), name=name))
     return rows
 
@@ -223,7 +227,7 @@ def contacts(writer: DocumentWriter) -> Section | None:
     gap, push = letters.symbol("varphi_k"), letters.symbol("lambda_k")
     rate = letters.symbol("varphi_k", 1)
     elastic = letters.symbol("e_k")
-    told = [
+    sentences = [
         say("{value} for {name}", value=writer.inline(c.restitution), name=letters.words(c.name))
         for c in writer.equations.system.contacts
     ]
@@ -251,7 +255,7 @@ def contacts(writer: DocumentWriter) -> Section | None:
                 closing=letters.inline(f"{rate} < 0"),
                 opening=letters.inline(f"-{elastic} {rate}"),
                 elastic=letters.inline(elastic),
-                listed=", ".join(told),
+                listed=", ".join(sentences),
             )
         ),
     ]
@@ -276,9 +280,9 @@ def result(writer: DocumentWriter) -> Section | None:
     equations, say = writer.equations, writer.say
     if not equations.system.coordinates:
         return None
-    told = explicit_line(equations, explicit_form(equations), say)
+    sentence = explicit_line(equations, explicit_form(equations), say)
     return section(
         say("Result"),
-        Words(say("{text}:", text=told)),
+        Words(say("{text}:", text=sentence)),
         formulas(accelerations(writer), result=True),
     )

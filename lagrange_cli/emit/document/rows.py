@@ -75,8 +75,8 @@ class RowSetter(ABC):
         if not formula.ranges:
             return rows
         last = rows[-1]
-        told = Piece(formula.ranges, 1.4 * self.room(formula.ranges) + 4, self.wide, "", 0)
-        return [*rows[:-1], replace(last, pieces=[*suffixed(last.pieces, ",", 0.5), told])]
+        ranges = Piece(formula.ranges, 1.4 * self.room(formula.ranges) + 4, self.wide, "", 0)
+        return [*rows[:-1], replace(last, pieces=[*suffixed(last.pieces, ",", 0.5), ranges])]
 
     def available(self, labels: Iterable[str]) -> float:
         """Return columns beside the widest label and the number."""

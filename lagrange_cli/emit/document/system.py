@@ -27,10 +27,12 @@ def system(writer: DocumentWriter) -> Section | None:
     """Return the particles with their masses, and the parameters with their values."""
     say, particles = writer.say, writer.equations.system.particles
     listed = "; ".join(_particles(writer))
-    told = say.counted(len(particles), "Particle: {listed}.", "Particles: {listed}.", listed=listed)
+    sentence = say.counted(
+        len(particles), "Particle: {listed}.", "Particles: {listed}.", listed=listed
+    )
     sizes = "" if writer.families is None else sizes_line(writer.families)
     here = say("Here {sizes}.", sizes=writer.letters.inline(sizes)) if sizes else ""
-    whole = writer.told(told if particles else "", here)
+    whole = writer.told(sentence if particles else "", here)
     return section(say("System"), whole, _parameters(writer))
 
 
@@ -49,8 +51,8 @@ def _particles(writer: DocumentWriter) -> Iterator[str]:
             continue
         name, x, y, z = text.text.split("\n")
         shown = _particle(writer, replace(alike[0], name=name, components=(x, y, z)))
-        told = writer.letters.inline(writer.letters.ranges(text.ranges))
-        yield writer.say("{names} for {ranges}", names=shown, ranges=told)
+        ranges = writer.letters.inline(writer.letters.ranges(text.ranges))
+        yield writer.say("{names} for {ranges}", names=shown, ranges=ranges)
 
 
 def _particle(writer: DocumentWriter, particle: ParticleMotion) -> str:
@@ -108,7 +110,7 @@ def _meaning(writer: DocumentWriter, parameter: Parameter) -> str:
 def inputs(writer: DocumentWriter) -> Section | None:
     """Given functions of time, as formulas or in words."""
     letters = writer.letters
-    told: list[Block] = [
+    blocks: list[Block] = [
         Words(
             writer.say(
                 "{name}: {value}",
@@ -119,8 +121,10 @@ def inputs(writer: DocumentWriter) -> Section | None:
         for u in writer.equations.system.inputs
         if u.recording is not None
     ]
-    given = [(u.name, u.expression) for u in writer.equations.system.inputs if u.recording is None]
-    return _named(writer, writer.say("Inputs"), given, told)
+    expressions = [
+        (u.name, u.expression) for u in writer.equations.system.inputs if u.recording is None
+    ]
+    return _named(writer, writer.say("Inputs"), expressions, blocks)
 
 
 def outputs(writer: DocumentWriter) -> Section | None:
@@ -132,7 +136,7 @@ def _named(
     writer: DocumentWriter,
     heading: str,
     entries: Iterable[tuple[str, Expr | None]],
-    told: list[Block],
+    blocks: list[Block],
 ) -> Section | None:
     rows = [writer.row(writer.letters.symbol(name), e) for name, e in entries if e is not None]
-    return section(heading, formulas(rows), *told)
+    return section(heading, formulas(rows), *blocks)

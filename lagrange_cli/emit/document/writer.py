@@ -112,10 +112,10 @@ class DocumentWriter(Writer):
 
         ``order``: dots that the labels have.
         """
-        found: Sequence[FamilyRow] = ()
+        family_rows: Sequence[FamilyRow] = ()
         if self.families is not None:
-            found = self.families.definitions([(name, e) for name, _, e in named])
-        for one in with_families(found, len(named)):
+            family_rows = self.families.definitions([(name, e) for name, _, e in named])
+        for one in with_families(family_rows, len(named)):
             if isinstance(one, FamilyRow):
                 yield self.family_row(self.letters.symbol(one.name, order), one)
             else:

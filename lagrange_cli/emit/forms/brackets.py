@@ -24,25 +24,25 @@ def bracket_sections(writer: FormWriter) -> list[Section]:
 
     ``writer``: with the names of momenta.
     """
-    found = writer.equations.derivation.brackets
-    if found is None:
+    brackets = writer.equations.derivation.brackets
+    if brackets is None:
         return []
-    writer = writer.naming(quantity_names(found))
-    rows = [writer.row(_label(writer, b), b.value) for b in found.brackets]
-    blocks: list[Block] = [formulas(rows, result=True), *_rates(writer, found)]
-    if found.quantities:
+    writer = writer.naming(quantity_names(brackets))
+    rows = [writer.row(_label(writer, b), b.value) for b in brackets.brackets]
+    blocks: list[Block] = [formulas(rows, result=True), *_rates(writer, brackets)]
+    if brackets.quantities:
         named = [
             writer.row(writer.letters.formula(writer.tree(q.symbol)), q.expression)
-            for q in found.quantities
+            for q in brackets.quantities
         ]
         blocks += [Words(writer.say("with")), formulas(named, result=True)]
-    told = writer.say.counted(
-        found.certificate.points,
+    sentence = writer.say.counted(
+        brackets.certificate.points,
         "Compared at {count} state with difference quotients, to {digits} digits.",
         "Compared at {count} states with difference quotients, to {digits} digits.",
-        digits=found.certificate.digits,
+        digits=brackets.certificate.digits,
     )
-    return [Section(writer.say("Poisson brackets"), (*blocks, Words(told)))]
+    return [Section(writer.say("Poisson brackets"), (*blocks, Words(sentence)))]
 
 
 def _label(writer: FormWriter, bracket: PoissonBracket) -> str:
@@ -50,11 +50,11 @@ def _label(writer: FormWriter, bracket: PoissonBracket) -> str:
     return writer.letters.bracket(*sides)
 
 
-def _rates(writer: FormWriter, found: PoissonBrackets) -> Iterator[Block]:
+def _rates(writer: FormWriter, brackets: PoissonBrackets) -> Iterator[Block]:
     """Say what brackets with H say of conservation."""
     letters, time = writer.letters, writer.letters.symbol("t")
     sentences = []
-    for b in found.brackets:
+    for b in brackets.brackets:
         function = letters.formula(writer.tree(b.first))
         said = {
             "function": letters.inline(function),
@@ -73,10 +73,10 @@ def _rates(writer: FormWriter, found: PoissonBrackets) -> Iterator[Block]:
         yield words
 
 
-def quantity_names(found: PoissonBrackets) -> dict[Symbol, str]:
+def quantity_names(brackets: PoissonBrackets) -> dict[Symbol, str]:
     """Return symbols that stand for quantities, with their names."""
-    symbols = {q.symbol: q.name for q in found.quantities}
-    for b in found.brackets:
-        held = b.first.free_symbols | b.second.free_symbols | b.value.free_symbols
-        symbols |= {s: s.name.strip() for s in held if s.name.endswith(" ")}
+    symbols = {q.symbol: q.name for q in brackets.quantities}
+    for b in brackets.brackets:
+        free = b.first.free_symbols | b.second.free_symbols | b.value.free_symbols
+        symbols |= {s: s.name.strip() for s in free if s.name.endswith(" ")}
     return symbols

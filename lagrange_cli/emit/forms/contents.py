@@ -55,9 +55,9 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
         for closure, value in zip(equations.system.closures, solved.multipliers, strict=True)
         if value is None
     ]
-    told = say("{text}.", text=explicit_line(equations, solved, say))
+    sentence = say("{text}.", text=explicit_line(equations, solved, say))
     rows = [formulas(part, result=True) for part in (rates, open_rows) if part]
-    return [Section(heading, (*rows, Words(told)))]
+    return [Section(heading, (*rows, Words(sentence)))]
 
 
 def velocity_letter(equations: Equations) -> str:

@@ -68,11 +68,11 @@ def hamiltonian_in_scene_language(equations: Equations, form: Hamiltonian) -> st
     return _total(_knowing(say, [pair.momentum for pair in form.pairs]), form.parts)
 
 
-def bracket_report(found: PoissonBrackets | None, say: ExpressionPrinter) -> dict[str, Any]:
+def bracket_report(brackets: PoissonBrackets | None, say: ExpressionPrinter) -> dict[str, Any]:
     """Return the brackets in the scene language; empty if none were asked for."""
-    if found is None:
+    if brackets is None:
         return {}
-    names = [(symbol, name, None) for symbol, name in quantity_names(found).items()]
+    names = [(symbol, name, None) for symbol, name in quantity_names(brackets).items()]
     say = say.knowing(with_symbols(say.words, names))
     return {
         "brackets": [
@@ -83,10 +83,10 @@ def bracket_report(found: PoissonBrackets | None, say: ExpressionPrinter) -> dic
                 "rate": None if b.rate is None else say(b.rate),
                 "conserved": b.conserved,
             }
-            for b in found.brackets
+            for b in brackets.brackets
         ],
-        "quantities": {q.name: say(q.expression) for q in found.quantities},
-        "bracket_certificate": asdict(found.certificate),
+        "quantities": {q.name: say(q.expression) for q in brackets.quantities},
+        "bracket_certificate": asdict(brackets.certificate),
     }
 
 
@@ -167,11 +167,11 @@ def small_oscillations_report(equations: Equations, say: ExpressionPrinter) -> d
     form = small_oscillations(equations, _DIGITS)
     letters = ModeLetters.of(equations, form)
     say = say.knowing(with_displacements(say.words, form, letters))
-    told = form.at.stability
+    stability = form.at.stability
     return {
         "small_oscillations": {
             "at": {c.name: say(x) for c, x in zip(form.coordinates, form.rest_values, strict=True)},
-            "stability": None if told is None else told.verdict,
+            "stability": None if stability is None else stability.verdict,
             "displacements": [d.name for d in form.displacements],
             "kinetic": _total(say, form.kinetic),
             "potential": _total(say, form.potential) if form.potential else None,

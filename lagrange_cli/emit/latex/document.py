@@ -101,8 +101,8 @@ def latex_snippet(equations: Equations, options: LatexOptions) -> str:
         rows += writer.abbreviations()
         shown = setter.rows(formulas(rows))
         body = setter.display(shown, "equations", numbered=options.numbered)
-        told = writer.left_out()
-        body += [] if told is None else [told.text]
+        note = writer.left_out()
+        body += [] if note is None else [note.text]
     else:
         # Headings within the text fit into any section.
         body = [
@@ -154,8 +154,8 @@ def equations_latex(equations: Equations) -> str:
     """All equations of motion, then those of closures and contacts and what abbreviations stand
     for, in an ``aligned`` environment, without math delimiters; long ones on several lines."""
     writer, setter = DocumentWriter(equations, LatexLetters(equations)), Typesetter()
-    held = [*lagrange_equations(writer), *closure_rows(writer), *contact_rows(writer)]
-    rows = [replace(row, label="") for row in setter.rows(formulas(held))]
+    equation_rows = [*lagrange_equations(writer), *closure_rows(writer), *contact_rows(writer)]
+    rows = [replace(row, label="") for row in setter.rows(formulas(equation_rows))]
     for row in setter.rows(formulas(writer.abbreviations())):
         label = f"{row.label} "
         rows.append(replace(row, label="", pieces=prefixed(row.pieces, label, setter.room(label))))

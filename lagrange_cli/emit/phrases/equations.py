@@ -129,17 +129,19 @@ def explicit_line(equations: Equations, explicit: ExplicitForm, say: Language = 
     """Say what the explicit form is solved for, and what it does not determine."""
     solved = [value is not None for value in explicit.accelerations]
     if not any(solved):
-        told = say("Not solved for the accelerations, as a linear system")
+        sentence = say("Not solved for the accelerations, as a linear system")
     elif any(explicit.multipliers):
-        told = say("Solved for the accelerations and multipliers")
+        sentence = say("Solved for the accelerations and multipliers")
     else:
-        told = say("Solved for the accelerations")
+        sentence = say("Solved for the accelerations")
     if any(solved) and not all(solved):
-        told += say(" where few are coupled, the others as a linear system")
+        sentence += say(" where few are coupled, the others as a linear system")
     if None in explicit.multipliers:
-        told += say(" with the closure equations, differentiated")
+        sentence += say(" with the closure equations, differentiated")
     return (
-        told + say("; contacts determine their multipliers") if equations.system.contacts else told
+        sentence + say("; contacts determine their multipliers")
+        if equations.system.contacts
+        else sentence
     )
 
 

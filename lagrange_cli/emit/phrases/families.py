@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 def with_families(rows: Sequence[FamilyRow], count: int) -> Iterator[int | FamilyRow]:
     """Numbers of rows, of which those of a family give way to its row at the first of them."""
     families = {row.covers[0]: row for row in rows}
-    held = {k for row in rows for k in row.covers}
+    covered = {k for row in rows for k in row.covers}
     for k in range(count):
         if k in families:
             yield families[k]
-        elif k not in held:
+        elif k not in covered:
             yield k
 
 
@@ -36,14 +36,14 @@ def coordinates_by_ranges(
     those of no family, and of one of which not all are positive.
     """
     first: dict[int, FamilyName] = {}
-    held = set[int]()
+    covered = set[int]()
     for one in families.coordinates:
         if len({equations.system.coordinates[k].is_positive for k in one.covers}) == 1:
             first[one.covers[0]] = one
-            held.update(one.covers)
+            covered.update(one.covers)
     groups: list[tuple[list[tuple[str, Coordinate]], tuple[Range, ...]]] = []
     for k, coordinate in enumerate(equations.system.coordinates):
-        if k in held and k not in first:
+        if k in covered and k not in first:
             continue
         family = first.get(k)
         name = coordinate.name if family is None else family.name
@@ -65,17 +65,17 @@ def account_lines(
     """Constraints of the account; those that are alike but for their indices are one line."""
     if families is None:
         return [(c.name, [(e, ()) for e in c.equations], remark_on(c, say)) for c in lines]
-    told: list[AccountLine] = []
+    account: list[AccountLine] = []
     # Neither names nor equations nor remarks hold line breaks.
     whole = ["\n".join((c.name, *c.equations, remark_on(c, say))) for c in lines]
     for text in families.texts(whole):
         name, *equations, remark = text.text.split("\n")
         if text.ranges:
-            told.append((name, [(e, text.ranges) for e in equations], remark))
+            account.append((name, [(e, text.ranges) for e in equations], remark))
         else:
             shown = families.texts(equations)
-            told.append((name, [(t.text, t.ranges) for t in shown], remark))
-    return told
+            account.append((name, [(t.text, t.ranges) for t in shown], remark))
+    return account
 
 
 def grouped_ranges(ranges: Sequence[Range]) -> list[tuple[list[str], str, str]]:

@@ -64,9 +64,9 @@ class Language:
 
     def in_ascii(self) -> Language:
         """Return the same in plain ASCII: ``ae`` for the German ä, e for the French é."""
-        own = _UMLAUTS if self.code == "de" else dict[int, str]()
-        phrases = {k: _plain(v, own) for k, v in self.phrases.items()}
-        return replace(self, phrases=phrases, thousands=_plain(self.thousands, own))
+        spelling = _UMLAUTS if self.code == "de" else dict[int, str]()
+        phrases = {k: _plain(v, spelling) for k, v in self.phrases.items()}
+        return replace(self, phrases=phrases, thousands=_plain(self.thousands, spelling))
 
 
 #: Language → separator of the thousands of a number.
@@ -77,8 +77,8 @@ _UMLAUTS = str.maketrans(
 )
 
 
-def _plain(text: str, own: Mapping[int, str]) -> str:
-    spelled = unicodedata.normalize("NFKD", text.translate(own))
+def _plain(text: str, spelling: Mapping[int, str]) -> str:
+    spelled = unicodedata.normalize("NFKD", text.translate(spelling))
     return spelled.encode("ascii", "ignore").decode("ascii")
 
 

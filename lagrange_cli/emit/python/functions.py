@@ -234,9 +234,9 @@ def function_source(
     body = load_inputs(program, dialect, sequences, style)
     if program.jacobian is not None:
         dialect = with_given(program, dialect)
-        given = [argument.split("=")[0] for argument in parameter.split(", ")]
-        prefix = "_contact_" if "contact" in given else ""
-        body += given_lines(program, prefix, ", ".join(["t", "y", *given]))
+        passed = [argument.split("=")[0] for argument in parameter.split(", ")]
+        prefix = "_contact_" if "contact" in passed else ""
+        body += given_lines(program, prefix, ", ".join(["t", "y", *passed]))
     late = dict(dependents(program.assignments, multipliers))
     body.extend(assigned([a for a in program.assignments if a[0] not in late], dialect))
     if program.kind is ProgramKind.JACOBIAN:

@@ -110,13 +110,13 @@ def arrays_source(words: set[str], programs: Mapping[str, Program]) -> list[str]
         The programs of its functions. Where one has loops, its functions of one state are
         NumPy's too, and a few states are faster together as well.
     """
-    few = 1 if any(program.parts for program in programs.values()) else _FEW
+    few_states = 1 if any(program.parts for program in programs.values()) else _FEW
     rows = [f'    "{name}": {text},' for name, text in _OF_ARRAYS.items() if name in words]
     table = "\n".join(["_OF_ARRAYS = {", *rows, "}", ""])
     return [
         "#: Axes of y for one state; more are states beside each other.\n_AXES = 1\n",
         *([helper_source("solve_saddles")] if "_solve_saddle" in words else []),
-        python_template("arrays").replace("@FEW@", str(few)),
+        python_template("arrays").replace("@FEW@", str(few_states)),
         f"#: Names of functions of numbers, and what they are for arrays.\n{table}",
     ]
 

@@ -50,10 +50,13 @@ _MATH = {
 }
 
 
-def many_lines(label: str, parameter: str, few: str = "") -> list[str]:
+def many_lines(label: str, parameter: str, few_argument: str = "") -> list[str]:
     """The lines of a function that hand many states to the function of the module for them."""
     passed = ", ".join(argument.split("=")[0] for argument in parameter.split(", "))
-    return ["    if y.ndim > _AXES:", f"        return _of_many({label}, t, y, {passed}{few})"]
+    return [
+        "    if y.ndim > _AXES:",
+        f"        return _of_many({label}, t, y, {passed}{few_argument})",
+    ]
 
 
 #: Numbers, one state at a time: several times faster than NumPy.

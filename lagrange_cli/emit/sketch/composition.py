@@ -312,7 +312,7 @@ class _Drawing:
         else:
             held = [k.ends for k in self.known.links if number in k.ends]
             others = [self.body(a if b == number else b) for a, b in held]
-            below = sum(float(other[1] - at[1]) for other in others) < 0
+            below = sum(float(end[1] - at[1]) for end in others) < 0
             lines = shapes.hanger(at) if below else shapes.support(at)
         for line in lines:
             self.stroke("ground", line, name)
@@ -383,11 +383,15 @@ def _place(point: Array) -> Place:
 
 def _thinned(line: Array) -> Array:
     """Return a polyline without points that lie on the line between their neighbours."""
-    kept = [line[0]]
+    kept_points = [line[0]]
     for k in range(1, len(line) - 1):
-        chord = line[k + 1] - kept[-1]
+        chord = line[k + 1] - kept_points[-1]
         length = float(np.linalg.norm(chord))
-        off = abs(float(shapes.across(chord) @ (line[k] - kept[-1])))
-        if length == 0 or off > 4e-4 * length or float(np.linalg.norm(line[k] - kept[-1])) > 1.5:
-            kept.append(line[k])
-    return np.array([*kept, line[-1]])
+        off = abs(float(shapes.across(chord) @ (line[k] - kept_points[-1])))
+        if (
+            length == 0
+            or off > 4e-4 * length
+            or float(np.linalg.norm(line[k] - kept_points[-1])) > 1.5
+        ):
+            kept_points.append(line[k])
+    return np.array([*kept_points, line[-1]])

@@ -156,8 +156,8 @@ def both(*relations: Relations) -> Relations:
 
 def nearest(relations: Relations, place: Array, size: float) -> Array | None:
     """Return the place near another one at which equations hold, None if Newton finds none."""
-    found = _nearest(relations, place, size)
-    return None if found is None else found[0]
+    nearest = _nearest(relations, place, size)
+    return None if nearest is None else nearest[0]
 
 
 def _nearest(relations: Relations, place: Array, size: float) -> tuple[Array, Array] | None:
@@ -201,10 +201,10 @@ def _followed(
     points: list[Array] = []
     place = start
     for number in range(_MOST_STEPS):
-        found = _nearest(relations, place + step * tangent, size)
-        if found is None or not 0.5 * step < np.linalg.norm(found[0] - place) < 1.5 * step:
+        nearest = _nearest(relations, place + step * tangent, size)
+        if nearest is None or not 0.5 * step < np.linalg.norm(nearest[0] - place) < 1.5 * step:
             break
-        following, turned = found[0], _tangent(found[1], tangent)
+        following, turned = nearest[0], _tangent(nearest[1], tangent)
         if turned is None or turned @ tangent < _SHARPEST:
             break
         if (following < window[0]).any() or (following > window[1]).any():

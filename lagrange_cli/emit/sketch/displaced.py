@@ -192,8 +192,8 @@ class _Drawing:
     def _lines(self, link: Link, turns: int | None, start: Array, end: Array) -> list[Array]:
         if turns is not None:
             return [shapes.coiled(start, end, turns)]
-        few = len(self.known.links) <= _MOST_COILS
-        if link.kind == "damper" and few:
+        has_few_links = len(self.known.links) <= _MOST_COILS
+        if link.kind == "damper" and has_few_links:
             return shapes.damper(start, end)
         return [np.array([start, end])]
 
@@ -229,6 +229,6 @@ class _Drawing:
 
     def _hangs(self, body: int) -> bool:
         """Tell whether what a pivot holds is below it."""
-        held = [k.ends for k in self.known.links if body in k.ends]
+        linked = [k.ends for k in self.known.links if body in k.ends]
         rest = self.at(self.known.places[0])
-        return sum(float(rest[a if b == body else b][1] - rest[body][1]) for a, b in held) <= 0
+        return sum(float(rest[a if b == body else b][1] - rest[body][1]) for a, b in linked) <= 0

@@ -93,7 +93,9 @@ def guides(known: Findings, view: View, frame: Frame) -> list[Guide]:
     """Find the curves of a picture, each once."""
     drawn: list[Guide] = []
     for guide in _all_guides(known, view, frame):
-        if len(drawn) < _MOST_CURVES and not any(_alike(guide, other, frame) for other in drawn):
+        if len(drawn) < _MOST_CURVES and not any(
+            _alike(guide, partner, frame) for partner in drawn
+        ):
             drawn.append(guide)
     return drawn
 
@@ -101,27 +103,27 @@ def guides(known: Findings, view: View, frame: Frame) -> list[Guide]:
 def _all_guides(known: Findings, view: View, frame: Frame) -> Iterator[Guide]:
     rods = {frozenset(link.ends) for link in known.links if link.kind == "rod" and link.stated}
     stated = restraints(known.configurations, view.axes, rods)
-    kept = [r for r in stated if not r.relation.one_sided]
+    bilateral = [r for r in stated if not r.relation.one_sided]
     for restraint in stated:
-        partners = [r for r in kept if r.particle == restraint.particle]
+        partners = [r for r in bilateral if r.particle == restraint.particle]
         if view.is_flat or restraint not in partners:
             yield from _restraint_guides(known, restraint, None, view, frame)
         elif restraint is partners[0]:
             partner = partners[1] if len(partners) > 1 else None
             yield from _restraint_guides(known, restraint, partner, view, frame)
-    held = {restraint.particle for restraint in kept}
+    restrained = {restraint.particle for restraint in bilateral}
     if known.configurations.particles <= _MOST_CURVES:
         for particle in range(known.configurations.particles):
-            if particle not in held:
+            if particle not in restrained:
                 yield from _path_guides(known, particle, frame)
 
 
-def _alike(one: Guide, other: Guide, frame: Frame) -> bool:
+def _alike(one: Guide, second: Guide, frame: Frame) -> bool:
     """Tell whether one curve lies on another."""
-    if (one.outside is None) != (other.outside is None):
+    if (one.outside is None) != (second.outside is None):
         return False
     marks = one.curve.points[[0, len(one.curve.points) // 2, -1]]
-    apart = np.linalg.norm(other.curve.points[:, None] - marks[None], axis=2).min(axis=0)
+    apart = np.linalg.norm(second.curve.points[:, None] - marks[None], axis=2).min(axis=0)
     return bool(apart.max() < 0.02 * frame.size)
 
 
@@ -253,8 +255,8 @@ def _is_driven(known: Findings, particle: int) -> bool:
     ends = [link.ends for link in known.links if link.kind == "rod" and particle in link.ends]
     later = configurations.moved(configurations.q[0], float(configurations.times[0]) + 0.137)
     for a, b in ends:
-        other = a if b == particle else b
-        if known.is_fixed(other):
+        partner = a if b == particle else b
+        if known.is_fixed(partner):
             shift = later[particle] - known.places[0, particle]
             return bool(np.abs(shift).max() > 1e-9 * configurations.size)
     return False

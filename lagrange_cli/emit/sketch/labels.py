@@ -117,8 +117,8 @@ class Placer:
             off = np.abs(np.array(self._obstacles) - centre) - half
             cost += 1.0 * int((off.max(axis=1) < 0.02).sum())
             cost += 0.02 * int((off.max(axis=1) < 0.1).sum())
-        for other, size in self._boxes:
-            cost += 20.0 * bool((np.abs(other - centre) < half + size).all())
+        for taken, size in self._boxes:
+            cost += 20.0 * bool((np.abs(taken - centre) < half + size).all())
         return cost
 
 

@@ -69,8 +69,8 @@ def _stated_pairs(known: Findings) -> Iterator[tuple[int, int]]:
         if coordinate.name not in owners:
             owners[coordinate.name] = {k for k, on in enumerate(known.depends) if number in on}
     for relation in configurations.depiction.relations:
-        held = [owners[s.name] for s in relation.expression.free_symbols if s.name in owners]
-        bodies = sorted(set[int]().union(*held))
+        owning = [owners[s.name] for s in relation.expression.free_symbols if s.name in owners]
+        bodies = sorted(set[int]().union(*owning))
         if not relation.one_sided and len(bodies) == 2:
             yield bodies[0], bodies[1]
 
@@ -148,8 +148,8 @@ def _distances(known: Findings) -> Iterator[Link]:
         for name in components:
             owners.setdefault(name, set()).add(number)
     for relation in known.configurations.depiction.relations:
-        held = [owners[s.name] for s in relation.expression.free_symbols if s.name in owners]
-        bodies = sorted(set().union(*held))
+        owning = [owners[s.name] for s in relation.expression.free_symbols if s.name in owners]
+        bodies = sorted(set().union(*owning))
         if relation.one_sided or len(bodies) != 2 or known.linked(*bodies):
             continue
         if known.constant(*bodies):

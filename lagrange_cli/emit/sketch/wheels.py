@@ -80,12 +80,14 @@ def find_wheels(configurations: Configurations, down: Array | None) -> list[Whee
         return []
     if any(c.rate != 0 and c.kind == "position" for c in equations.system.closures):
         return []
-    found: list[Wheel] = []
+    wheels: list[Wheel] = []
     for name, angle in _angles(configurations):
         wheel = next(_about_particles(configurations, down, name, angle), None)
-        if wheel is not None and all(wheel.particle != other.particle for other in found):
-            found.append(wheel)
-    return found
+        if wheel is not None and all(
+            wheel.particle != known_wheel.particle for known_wheel in wheels
+        ):
+            wheels.append(wheel)
+    return wheels
 
 
 def _angles(configurations: Configurations) -> Iterator[tuple[str, Expr]]:
@@ -161,10 +163,10 @@ class _Motion:
     def _rates(self, numbers: list[float]) -> _Rates:
         *slopes, angle = self._slopes(numbers)
         rows = np.array(slopes).reshape(self._shape)
-        kept, moving = rows[:-4], rows[-4:]
+        fixed_rows, moving = rows[:-4], rows[-4:]
         allowed = moving
-        if len(kept):
-            _, sizes, directions = np.linalg.svd(kept)
+        if len(fixed_rows):
+            _, sizes, directions = np.linalg.svd(fixed_rows)
             allowed = moving @ directions[int((sizes > SAME * sizes[0]).sum()) :].T
         return allowed[:3], allowed[3], float(angle)
 

@@ -68,34 +68,37 @@ def _momenta(writer: StepsWriter) -> Iterator[Block]:
 def _energy(writer: StepsWriter) -> Iterator[Block]:
     equations, letters, labels = writer.equations, writer.letters, writer.labels
     say, both = writer.say, letters.inline(f"{labels['T']} + {labels['V']}")
-    held = next((c for c in equations.derivation.conserved if c.kind != "momentum"), None)
+    conserved_energy = next(
+        (c for c in equations.derivation.conserved if c.kind != "momentum"), None
+    )
     momentum = letters.partial(labels["L"], letters.symbol("q_j", 1))
     function = letters.total("j", letters.times(letters.symbol("q_j", 1), momentum))
     row = writer.row(f"{function} - {labels['L']}", equations.system.energy)
-    reported = held or equations.derivation.balance
+    reported = conserved_energy or equations.derivation.balance
     if reported is not None:
         label = labels["E" if reported.kind == "energy" else "h"]
         row = Formula(label, row.chain, middle=row.label)
     yield Words(say("The energy function is"))
     yield formulas([row], result=True)
-    if held is None:
+    if conserved_energy is None:
         if equations.derivation.balance is not None:
             yield Words(say("It changes at the rate"))
             yield formulas([writer.row(letters.rate(label), equations.derivation.balance.rate)])
         return
     slope = letters.inline(f"{letters.partial(labels['L'], letters.symbol('t'))} = 0")
-    told = say("It is conserved, since {slope}", slope=slope)
+    sentence = say("It is conserved, since {slope}", slope=slope)
     if equations.system.forces or equations.system.dissipation != 0:
-        told += say(" and the forces do no work")
+        sentence += say(" and the forces do no work")
     elif only_between_impacts(equations):
-        told += say(", between impacts")
-    if energy_is_sum(equations, held):
-        told += say("; it is {energy}", energy=both)
-    elif held.kind == "jacobi" and not equations.system.potential.free_symbols & _velocities(
-        writer
+        sentence += say(", between impacts")
+    if energy_is_sum(equations, conserved_energy):
+        sentence += say("; it is {energy}", energy=both)
+    elif (
+        conserved_energy.kind == "jacobi"
+        and not equations.system.potential.free_symbols & _velocities(writer)
     ):
-        told += say("; it is not {energy}", energy=both)
-    yield Words(say("{text}.", text=told))
+        sentence += say("; it is not {energy}", energy=both)
+    yield Words(say("{text}.", text=sentence))
 
 
 def _velocities(writer: StepsWriter) -> set[sympy.Symbol]:

@@ -38,10 +38,10 @@ def constraints(writer: StepsWriter) -> Section | None:
             rows.append(writer.row(_slope(writer, closure, equations.system.coordinates[j]), slope))
     if not rows:
         return None
-    told = []
+    sentences = []
     if equations.system.closures:
         names = writer.listed([writer.constraint(c) for c in equations.system.closures])
-        told.append(
+        sentences.append(
             say.counted(
                 len(equations.system.closures),
                 "Beside the equations of motion {listed} vanishes.",
@@ -52,11 +52,11 @@ def constraints(writer: StepsWriter) -> Section | None:
     if equations.system.contacts:
         gaps = writer.listed([writer.constraint(c.closure) for c in equations.system.contacts])
         one, many = "{listed} is the gap of a contact.", "{listed} are gaps of contacts."
-        told.append(say.counted(len(equations.system.contacts), one, many, listed=gaps))
+        sentences.append(say.counted(len(equations.system.contacts), one, many, listed=gaps))
     line = multipliers_line(equations, say)
     return section(
         say("Constraints with multipliers"),
-        writer.told(*told),
+        writer.told(*sentences),
         formulas(rows),
         writer.told(say("{text}.", text=line) if line else ""),
     )
@@ -134,9 +134,9 @@ def equation(writer: StepsWriter, steps: CoordinateSteps, shown: ShownEquation) 
     if done is not None:
         whole = replace(shown, terms=steps.terms)
         yield formulas([Formula("", (display_row(whole, writer.words),))])
-        told = writer.letters.inline(writer.letters.formula(display(done, writer.words)))
+        factor_text = writer.letters.inline(writer.letters.formula(display(done, writer.words)))
         if divisor is not None:
-            yield Words(writer.say("and, divided by {factor},", factor=told))
+            yield Words(writer.say("and, divided by {factor},", factor=factor_text))
         else:
-            yield Words(writer.say("and, multiplied by {factor},", factor=told))
+            yield Words(writer.say("and, multiplied by {factor},", factor=factor_text))
     yield formulas([Formula("", (display_row(shown, writer.words),))], result=True)

@@ -98,12 +98,12 @@ def lagrangian(writer: StepsWriter) -> Section | None:
     if short is not None and row.chain:
         row = writer.sum_row(labels["L"], short.expression)
         inline = writer.letters.inline
-        told = writer.say(
+        sentence = writer.say(
             "Here {lagrangian} is {without}, which change no equation of motion.",
             lagrangian=inline(labels["L"]),
             without=without_line(writer.equations, inline(writer.letters.symbol("t")), writer.say),
         )
-        return section(writer.say("Lagrangian"), formulas([row], result=True), Words(told))
+        return section(writer.say("Lagrangian"), formulas([row], result=True), Words(sentence))
     row = replace(row, middle=f"{labels['T']} - {potential}")
     return section(writer.say("Lagrangian"), formulas([row], result=True))
 

@@ -19,14 +19,18 @@ if TYPE_CHECKING:
 def positions(writer: StepsWriter) -> Section | None:
     """r(q, t) of every particle."""
     parts = [part for body in writer.steps.bodies for part in body.components]
-    own = dict.fromkeys(writer.cartesian(part.name) for part in parts if is_own_coordinate(part))
-    told = ""
-    if own:
+    own_coordinates = dict.fromkeys(
+        writer.cartesian(part.name) for part in parts if is_own_coordinate(part)
+    )
+    sentence = ""
+    if own_coordinates:
         one, many = "{listed} is a coordinate itself.", "{listed} are coordinates themselves."
-        told = writer.say.counted(len(own), one, many, listed=writer.listed(list(own)))
+        sentence = writer.say.counted(
+            len(own_coordinates), one, many, listed=writer.listed(list(own_coordinates))
+        )
     return section(
         writer.say("Positions"),
-        writer.told(told),
+        writer.told(sentence),
         *_by_body(writer, lambda part: [writer.row(writer.cartesian(part.name), part.position)]),
         *_by_constraints(
             writer, (writer.row(writer.cartesian(c.name), c.position) for c in _determined(writer))
@@ -99,8 +103,8 @@ def accelerations(writer: StepsWriter) -> Section | None:
     blocks = list(_by_body(writer, rows))
     if not blocks:
         return None
-    told = Words(writer.say("The velocities are differentiated by time once more."))
-    return section(writer.say("Accelerations"), told, *blocks)
+    paragraph = Words(writer.say("The velocities are differentiated by time once more."))
+    return section(writer.say("Accelerations"), paragraph, *blocks)
 
 
 def displacements(writer: StepsWriter) -> Section | None:

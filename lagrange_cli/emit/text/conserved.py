@@ -71,15 +71,15 @@ def _lost(writer: TextWriter) -> Iterator[Row]:
 
 def _sum(writer: TextWriter) -> Iterator[Row | Block]:
     """Yield T + V as a formula over Jacobi's integral where the two differ."""
-    found = energy_sum(writer.equations)
-    if found is None:
+    total = energy_sum(writer.equations)
+    if total is None:
         return
     labels = quantity_labels(writer.equations)
-    name, shown = f"{labels['T']} + {labels['V']}", writer.pieces(found.difference)
+    name, shown = f"{labels['T']} + {labels['V']}", writer.pieces(total.difference)
     whole = [Piece(labels["h"], columns(labels["h"])), *added(shown)]
-    yield formula(f"  {name}", " = ", whole, aside=sum_line(writer.equations, found, writer.say))
-    if found.rate is not None:
-        yield writer.formula(f"  d({name})/dt", found.rate)
+    yield formula(f"  {name}", " = ", whole, aside=sum_line(writer.equations, total, writer.say))
+    if total.rate is not None:
+        yield writer.formula(f"  d({name})/dt", total.rate)
 
 
 def _balance(writer: TextWriter) -> list[Row]:

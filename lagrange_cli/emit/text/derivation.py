@@ -234,6 +234,8 @@ def abbreviations(writer: TextWriter) -> list[Row]:
     rows: list[Row] = []
     for name, expression in reversed(writer.equations.presentation.abbreviations):
         if name in writer.abbreviated:
-            own = replace(writer, words=unabbreviated(name, writer.words))
-            rows.insert(0, own.formula(f"  {writer.printer.symbol(name)}", expression))
+            definition_writer = replace(writer, words=unabbreviated(name, writer.words))
+            rows.insert(
+                0, definition_writer.formula(f"  {writer.printer.symbol(name)}", expression)
+            )
     return [heading_row(writer.say("Abbreviations")), *rows] if rows else []

@@ -39,8 +39,8 @@ def energies(writer: TextWriter) -> list[Row]:
         if any(forms) or sum(p.width for p in pieces) > 2 * USUAL_WIDTH:
             difference = [Piece(f"{labels['T']} - {labels[potential]}", 5)]
             pieces = [*difference, *added(writer.pieces(-short.left_out))]
-        told = f"({without_line(writer.equations, writer.printer.symbol('t'), writer.say)})"
-        rows.append(formula(labels["L"], " = ", pieces, aside=told))
+        remark = f"({without_line(writer.equations, writer.printer.symbol('t'), writer.say)})"
+        rows.append(formula(labels["L"], " = ", pieces, aside=remark))
     if writer.equations.system.dissipation != 0:
         rows.append(energy_row(writer, labels["D"], writer.equations.system.dissipation, forms[2]))
     return rows

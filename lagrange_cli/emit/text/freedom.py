@@ -47,16 +47,16 @@ def parameters(writer: TextWriter) -> list[Row]:
             value = writer.printer.inline(display(exact, writer.words))
         elif p.value is not None:
             value = literals.get(Fraction(repr(p.value)), repr(p.value))
-        told = f"{value.removesuffix('.0')} {escape_controls(p.unit or '')}".strip()
-        rows.append((writer.printer.symbol(p.name), f" = {told}" if told else ""))
+        value_text = f"{value.removesuffix('.0')} {escape_controls(p.unit or '')}".strip()
+        rows.append((writer.printer.symbol(p.name), f" = {value_text}" if value_text else ""))
     meanings = [_meaning(writer, p) for p in writer.equations.system.parameters]
     heading = writer.say("Parameters")
-    if rows and not any((*meanings, *(told for _, told in rows))):
+    if rows and not any((*meanings, *(value_text for _, value_text in rows))):
         return [Row(heading, "   ", words(", ".join(name for name, _ in rows)), "heading")]
-    leads = leads_after([name + told for name, told in rows])
+    leads = leads_after([name + value_text for name, value_text in rows])
     lines = [
-        Row(f"  {name}", told + lead, words(meaning), "name")
-        for (name, told), lead, meaning in zip(rows, leads, meanings, strict=True)
+        Row(f"  {name}", value_text + lead, words(meaning), "name")
+        for (name, value_text), lead, meaning in zip(rows, leads, meanings, strict=True)
     ]
     return [heading_row(heading), *lines] if lines else []
 
@@ -147,5 +147,5 @@ def coordinate_items(writer: TextWriter) -> list[str]:
             items.append(f"{writer.printer.symbol(name)}{sign},")
         items += [f"{text_ranges(ranges, ascii=ascii_only)},"] if ranges else []
     items[-1] = items[-1].removesuffix(",")
-    told = sizes_line(families)
-    return [*items, "", "", f"({told})"] if told else items
+    sizes = sizes_line(families)
+    return [*items, "", "", f"({sizes})"] if sizes else items

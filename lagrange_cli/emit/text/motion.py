@@ -82,8 +82,8 @@ def accelerations(writer: TextWriter, heading: str = "") -> list[Row]:
     heading = heading or writer.say("Equations of motion")
     if not writer.equations.system.coordinates:
         return [heading_row(heading), still(writer)]
-    told = explicit_line(writer.equations, explicit, writer.say)
-    rows = [Row(heading, ", ", words(told[0].lower() + told[1:]), "heading")]
+    sentence = explicit_line(writer.equations, explicit, writer.say)
+    rows = [Row(heading, ", ", words(sentence[0].lower() + sentence[1:]), "heading")]
     solved = zip(writer.equations.system.coordinates, explicit.accelerations, strict=True)
     known = [(c.name, value) for c, value in solved if value is not None]
     rows += [

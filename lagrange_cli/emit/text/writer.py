@@ -73,8 +73,8 @@ class TextWriter:
 
     def with_families(self, part: str, count: int) -> Iterator[int | FamilyRow]:
         """Return numbers of the rows of a part of the page, or the rows of their families."""
-        found = () if self.families is None else getattr(self.families, part)
-        return with_families(found, count)
+        rows = () if self.families is None else getattr(self.families, part)
+        return with_families(rows, count)
 
     def ranged(self, pieces: list[Piece], one: int | FamilyRow) -> list[Piece]:
         """Return a formula with the range of its indices behind it."""
@@ -83,13 +83,13 @@ class TextWriter:
         return [*suffixed(pieces, ",", 1), self.range_piece(one.ranges)]
 
     def range_piece(self, ranges: Sequence[Range]) -> Piece:
-        told = text_ranges(ranges, ascii=isinstance(self.printer, ScenePrinter))
-        return Piece(told, columns(told) + 1, " ", "", 0)
+        span = text_ranges(ranges, ascii=isinstance(self.printer, ScenePrinter))
+        return Piece(span, columns(span) + 1, " ", "", 0)
 
     def listed(self, named: Sequence[tuple[str, Expr]]) -> Iterator[tuple[str, list[Piece]]]:
         """Return names with what they stand for, those of families with letters."""
-        found = () if self.families is None else self.families.definitions(named)
-        for one in with_families(found, len(named)):
+        definitions = () if self.families is None else self.families.definitions(named)
+        for one in with_families(definitions, len(named)):
             if isinstance(one, FamilyRow) and self.over_letters is not None:
                 yield one.name, self.ranged(self.tree(self.over_letters.whole(one)), one)
             elif isinstance(one, int):
