@@ -299,6 +299,7 @@ def test_text_documents_and_json_tell_the_same():
         assert "5.718391382198" in document
 
 
+@pytest.mark.slow
 def test_picture(tmp_path):
     pytest.importorskip("matplotlib")
     analysis = (
@@ -354,6 +355,7 @@ def test_systems_without_isolated_equilibria_are_refused():
         derivation.analyze(branches={"l": (1, 2)}, steady=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 0.1])
 def test_root_loci_of_zieglers_column(damping):
     """Poles are the zeros of the characteristic polynomial, and move little between points."""
@@ -370,6 +372,7 @@ def test_root_loci_of_zieglers_column(damping):
     assert np.abs(np.diff(locus.poles, axis=0)).max() <= 0.0101 * np.abs(locus.poles).max()
 
 
+@pytest.mark.slow
 def test_poles_that_meet_at_zero_are_followed_beyond():
     """ω² R² - g R: two poles on the imaginary axis, then two on the real one."""
     found = branches(load(SYSTEMS / "beads/bead_on_rotating_hoop.yaml"), omega=(0, 12))
@@ -381,6 +384,7 @@ def test_poles_that_meet_at_zero_are_followed_beyond():
     assert bottom.poles.sum(axis=1) == pytest.approx(0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_pictures_of_loci(tmp_path):
     found = (
         load(SYSTEMS / "pendulums/zieglers_column.yaml").derive().analyze(branches={"P": (0, 6)})

@@ -68,6 +68,7 @@ def along(derivation, value):
         yield float(value.subs(state))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "with_jacobi"),
     [(TURNING, True), (ACCELERATED, False)],
@@ -85,6 +86,7 @@ def test_both_or_the_sum_alone_may_be_conserved(text, with_jacobi):
     assert equations.system.potential == 0
 
 
+@pytest.mark.slow
 def test_a_body_on_a_turning_table_under_a_spring_keeps_only_the_integral():
     """With a spring to a point of the table, T + V is not conserved, as a motion shows."""
     derivation = written(

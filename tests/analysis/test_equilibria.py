@@ -97,6 +97,7 @@ initial: {{x: 0.1, y: 0}}
     assert here.stability.verdict == verdict
 
 
+@pytest.mark.slow
 def test_lagranges_five_points():
     """Collinear points: roots of Euler's quintic by bisection of the force; the others exact."""
     found = analyzed((SYSTEMS / "celestial" / "arenstorf_orbit.yaml").read_text())
@@ -122,6 +123,7 @@ def test_lagranges_five_points():
     assert found.equilibria.starts > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mu", "stable"), [(0.0384, True), (0.0386, False)])
 def test_rouths_mass_ratio(mu, stable):
     """Routh: mu < (1 − √(23/27))/2 = 0.03852."""
@@ -185,6 +187,7 @@ initial: {x: 0.1, y: 0.2}
     assert verdicts(slow) == {(0.0, 0.0): "unstable"}
 
 
+@pytest.mark.slow
 def test_follower_force_flutters_without_a_negative_direction():
     """Ziegler's column: masses 2m and m, P along the last link; P > 2.086 k/l flutters."""
     scene = """\
@@ -276,6 +279,7 @@ initial: {x: 0, y: 0, z: 0}
     assert [left.part for left in found.left_out] == ["linearization", "modes"]
 
 
+@pytest.mark.slow
 def test_polar_coordinates_show_each_place_once():
     """(r, φ) and (−r, φ + π) are one place."""
     found = analyzed((SYSTEMS / "celestial" / "trojan_asteroid.yaml").read_text())
@@ -383,6 +387,7 @@ def block(force, potential="k/2*x^2"):
     return loads(BLOCK.replace("FORCE", force).replace("POTENTIAL", potential)).derive()
 
 
+@pytest.mark.slow
 def test_a_skate_rests_where_the_spring_pulls_across_the_blade():
     """x cos φ + y sin φ = 0: the constraint force balances, and differs along the continuum."""
     found = loads(SKATE).derive().analyze("equilibria").equilibria

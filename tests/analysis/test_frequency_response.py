@@ -130,6 +130,7 @@ def test_a_mode_that_no_input_moves_is_no_resonance():
     assert channel.static == pytest.approx(2 / 4, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_command_reports_and_draws(tmp_path):
     scene, arrays = tmp_path / "o.yaml", tmp_path / "o.npz"
     scene.write_text(OSCILLATOR.format(k=8, c=0.4))

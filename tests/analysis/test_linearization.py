@@ -78,6 +78,7 @@ def test_closed_forms_have_the_values_of_the_numbers():
         assert_allclose(closed, numbers, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_linear_quadratic_regulator_holds_the_pendulum_up():
     """Gains from A and B by SciPy's Riccati equation, put into the scene as a force."""
     space = linear(derived(CART), theta=0).state_space
@@ -96,6 +97,7 @@ def test_linear_quadratic_regulator_holds_the_pendulum_up():
     assert abs(trajectory.state["p"]) < 1e-2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulums/double_pendulum", "beads/bead_on_rotating_hoop"])
 def test_small_motions_are_those_of_the_state_space(name):
     """Motions that begin 1e-4 and 1e-5 away differ from exp(A t) by the square of that."""
@@ -118,6 +120,7 @@ def test_small_motions_are_those_of_the_state_space(name):
     assert misses[1] < misses[0] / 50
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulums/double_pendulum", "chains/pendulum_chain"])
 def test_multipliers_give_the_same_poles(name):
     """Second derivatives of the rods enter K by their multipliers."""

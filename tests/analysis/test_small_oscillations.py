@@ -42,6 +42,7 @@ def matrix(derivation, rows):
     return np.array([[float(at_values(derivation, e)) for e in row] for row in rows])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES[:6])
 def test_energies_are_taylors(scene):
     """T and −(L at rest) of the report, expanded by SymPy to second order about the equilibrium."""
@@ -65,6 +66,7 @@ def test_energies_are_taylors(scene):
     assert max(abs(float(c)) for c in coefficients) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)
 def test_modes_diagonalize_both_matrices(scene):
     derivation, _, form = reported(scene)
@@ -82,6 +84,7 @@ def test_modes_diagonalize_both_matrices(scene):
         assert np.abs((stiff - w2 * mass) @ shape).max() < 1e-9 * np.abs(stiff).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)
 def test_rows_are_those_of_the_matrices(scene):
     """Each printed row is M ẍ + C ẋ + K x up to a factor."""
@@ -103,6 +106,7 @@ def test_rows_are_those_of_the_matrices(scene):
     assert np.allclose(factors * [float(row.subs(at2)) for row in rows], again, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_linkage_swings_with_the_frequency_of_its_mode():
     derivation, _, form = reported("constraints/four_bar_linkage")
     (mode,) = form["modes"]
@@ -137,6 +141,7 @@ def test_damping_gives_poles_in_place_of_modes():
     assert imaginary == pytest.approx(abs(roots[0].imag))
 
 
+@pytest.mark.slow
 def test_text_and_documents():
     derivation = api.load(SYSTEMS / "oscillators/coupled_oscillators.yaml").derive()
     text = derivation.text(form="small-oscillations")
@@ -194,6 +199,7 @@ def test_without_a_stable_equilibrium_it_is_refused(text, message, tmp_path):
     assert "s.yaml:" in done.stderr
 
 
+@pytest.mark.slow
 def test_json_from_the_command_line():
     scene = str(SYSTEMS / "pendulums" / "double_pendulum.yaml")
     done = lagrange("derive", scene, "--form", "small-oscillations", "--json")

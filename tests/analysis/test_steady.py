@@ -109,6 +109,7 @@ def test_friction_makes_the_cone_attract():
     assert verdicts == {"undecided", "asymptotically stable"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [3.6, 40.0])
 def test_regular_precession_and_nutation_of_a_heavy_top(rate):
     """M g l = Ω (p_ψ − I1 Ω cos θ), and ω² = Ω² − 2 (M g l / I1) cos θ + (M g l / (I1 Ω))²."""
@@ -141,6 +142,7 @@ initial: {X: 0, Y: 0, r: 1, phi: 0, dot(X): 0.1, dot(Y): 0, dot(r): 0.2, dot(phi
 """
 
 
+@pytest.mark.slow
 def test_circular_orbit_of_two_bodies():
     """Kepler: r³ Ω² = G (m1 + m2), and the radius oscillates with Ω."""
     derivation = loads(TWO_BODIES).derive()
@@ -153,6 +155,7 @@ def test_circular_orbit_of_two_bodies():
     assert found.modes[0].frequency == pytest.approx(2.0, rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "at"),
     [
@@ -189,6 +192,7 @@ def test_inputs_drive_the_radius():
     assert space.c[1, 0] == pytest.approx(-2 * 3 / radius)  # p = M r² Ω stays
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "at", "fragment"),
     [

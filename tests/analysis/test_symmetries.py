@@ -56,6 +56,7 @@ def test_two_bodies_in_space() -> None:
     assert sp.expand(quantities["boost_x"] - (m1 * x1 + m2 * x2 - t * (m1 * vx1 + m2 * vx2))) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("section", "expected"),
     [
@@ -144,12 +145,14 @@ def test_nothing_holds_beyond_a_switch() -> None:
     assert names(found) == ["boost_y"]
 
 
+@pytest.mark.slow
 def test_products_of_others_are_left_out() -> None:
     """Three bodies have a sixth matrix: that of the centre's angular momentum."""
     found = linear_symmetries(derived("figure_eight"))
     assert names(found) == ["P_x", "P_y", "L_z", "boost_x", "boost_y"]
 
 
+@pytest.mark.slow
 def test_many_coordinates_are_looked_at_for_translations_alone() -> None:
     text = (
         "sizes: {n: 26}\nparameters: {m: 1, k: 2}\ncoordinates: ['x[i=1..n]']\n"
@@ -185,6 +188,7 @@ def test_quantities_stay_along_accurate_motions(name: str) -> None:
     assert max(moved) < 1e-6, dict(zip(names(found), moved, strict=True))
 
 
+@pytest.mark.slow
 def test_two_bodies_with_a_dashpot_keep_their_momentum():
     """Each keeps m ẋ + c (x − X); what both give is the momentum of the whole."""
     scene = """

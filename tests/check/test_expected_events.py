@@ -119,6 +119,7 @@ def test_scenes_that_hold(tmp_path: Path, events: str) -> None:
     assert outcome(tmp_path, events).outcome == "pass"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("events", "message"),
     [

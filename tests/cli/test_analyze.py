@@ -24,6 +24,7 @@ initial: {x: 1}
 """
 
 
+@pytest.mark.slow
 def test_branches_in_text_json_and_a_picture(tmp_path):
     pytest.importorskip("matplotlib")
     over = ("analyze", HOOP, "--branches", "omega=0..sqrt(2*g/R)")

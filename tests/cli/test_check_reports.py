@@ -95,6 +95,7 @@ def test_github_annotations_stay_on_one_line_each(path, message, hint):
     assert properties.count(",") == 1
 
 
+@pytest.mark.slow
 @given(st.text(), st.text(), st.text())
 @example("a\x07b", "\x1b[31m\n::error::bar", "\u202e\u2028\x9b2J")
 def test_no_report_steers_a_terminal(path, message, hint):

@@ -157,6 +157,7 @@ class TestWarnings:
     def test_quiet_says_nothing(self):
         assert lagrange("derive", self.SCENE, "-q").stderr == ""
 
+    @pytest.mark.slow
     def test_strict_refuses(self):
         done = lagrange("derive", self.SCENE, "--strict")
         assert (done.returncode, done.stdout) == (2, "")
@@ -206,6 +207,7 @@ class TestEmit:
 
 
 class TestSimulate:
+    @pytest.mark.slow
     def test_json_is_the_contract(self):
         found = json.loads(succeed("simulate", HOLE, "--accuracy", "1e-9", "--json"))
         assert found["status"] == "ok"
@@ -236,6 +238,7 @@ class TestSimulate:
             for name in rows[0]:
                 assert arrays[name].tolist() == [float(row[name]) for row in rows]
 
+    @pytest.mark.slow
     def test_initial_values_replace_those_of_the_scene(self):
         still = json.loads(
             succeed("simulate", BEAD, "-i", "x=0", "-i", "dot(x)=0", "--until", "1", "--json")

@@ -35,6 +35,7 @@ def csv_columns(path):
         return dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
 
 
+@pytest.mark.slow
 def test_columns_are_momenta_of_the_test_and_drifts_follow_from_them(tmp_path):
     file = tmp_path / "two.csv"
     options = ("--with", "conserved,energy", "--method", "RK4", "--step", "0.05")
@@ -76,6 +77,7 @@ def test_the_report_has_a_table_of_them():
     assert float(rows["energy"][1]) < 1e-9
 
 
+@pytest.mark.slow
 def test_an_energy_has_the_name_that_it_is_conserved_by():
     hoop = load(HOOP).derive().simulate(until=1.0, extra=["conserved"])
     assert list(hoop.conserved_drift) == ["jacobi"]
@@ -94,6 +96,7 @@ def test_nothing_is_conserved_and_this_is_said():
     assert "nothing was found among energies and momenta of linear symmetries" in shown
 
 
+@pytest.mark.slow
 def test_from_python_with_other_values():
     derivation = load(TWO_BODIES).derive()
     heavy = derivation.simulate(until=1.0, extra=["conserved"], parameters={"m1": 3.0})

@@ -28,6 +28,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_text_json_and_picture(folder):
     words = ("fit", "spring.yaml", "data.csv", "--free", "k,x")
     text = succeed(*words, cwd=folder)
@@ -41,6 +42,7 @@ def test_text_json_and_picture(folder):
     assert (folder / "fit.svg").read_text().lstrip().startswith("<?xml")
 
 
+@pytest.mark.slow
 def test_what_is_not_determined_is_exit_code_1(folder):
     done = lagrange("fit", "spring.yaml", "data.csv", "--free", "k,m", cwd=folder)
     assert done.returncode == 1

@@ -27,6 +27,7 @@ def test_choices_are_those_of_scenes():
     assert get_args(Formulation) == FORMULATIONS
 
 
+@pytest.mark.slow
 def test_derive_with_multipliers():
     text = succeed("derive", SPHERICAL, "--form", "multiplier")
     assert "3N = 3, K = 1, DOF = 2" in text
@@ -50,6 +51,7 @@ def test_json_has_both_predictions_and_singular_places():
     assert json.loads(succeed("derive", LINKAGE, "--json"))["predicted"] is None
 
 
+@pytest.mark.slow
 def test_singular_places_in_words():
     assert "Singular      φ where sin θ = 0" in succeed("derive", SPHERICAL)
     assert "Singular      phi where sin(theta) = 0" in succeed("derive", SPHERICAL, "--ascii")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import sympy as sp
 
 from lagrange_cli import load
@@ -17,6 +18,7 @@ def columns(path):
         return dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
 
 
+@pytest.mark.slow
 def test_momenta_are_those_of_the_hamiltonian_form(tmp_path):
     scene, file = str(SYSTEMS / "pendulums" / "pendulum_on_cart.yaml"), tmp_path / "m.csv"
     succeed("simulate", scene, "--until", "3", "--with", "momenta,energy", "-o", str(file))

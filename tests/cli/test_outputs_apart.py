@@ -54,6 +54,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "read"),
     [(kind, read) for kind in OUTPUTS for read in READ if read != "members" or kind == "ensemble"],

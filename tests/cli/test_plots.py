@@ -98,6 +98,7 @@ def test_without_matplotlib_there_is_pgfplots(folder, monkeypatch):
     assert simulate(folder, "--plot", "a.tex").returncode == 0
 
 
+@pytest.mark.slow
 def test_a_run_that_memory_does_not_hold_is_drawn_too(folder):
     """150,001 samples pass through a file."""
     curves = ("--plot-of", "y:x, area, energy")

@@ -31,6 +31,7 @@ def simulate(folder, *words):
     return lagrange("simulate", "scene.yaml", *words, cwd=folder)
 
 
+@pytest.mark.slow
 def test_points_as_a_table_as_json_and_in_python(folder):
     from lagrange_cli import load
 
@@ -51,6 +52,7 @@ def test_points_as_a_table_as_json_and_in_python(folder):
     assert section.t.tolist() == numbers[:, 0].tolist()
 
 
+@pytest.mark.slow
 def test_members_in_one_table(folder):
     words = ("--section", "x = 0", "--vary", "a=[0.1,0.2]", "--until", "20", "-j", "1")
     assert simulate(folder, *words, "-o", "points.npz").returncode == 0
@@ -104,6 +106,7 @@ def test_a_spent_budget_keeps_what_is_done(folder):
     assert member["reason"].startswith("stopped; what is kept ends at")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -98,6 +98,7 @@ class TestWidth:
         assert shown == derivation.text(width=columns)
         assert columns - 12 < widest(shown) <= columns
 
+    @pytest.mark.slow
     def test_pipes_have_80_columns(self, derivation):
         assert piped("derive", SCENE).decode() == derivation.text(width=80) == derivation.text()
         assert 70 < widest(derivation.text()) <= 80

@@ -37,6 +37,7 @@ def matrices(latex, letter):
     return [numbers(body) for body in found]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"width": "column"}, {"style": "beamer"}])
 def test_matrices_of_latex_are_those_of_the_analysis(options):
     found = analysis("pendulums/double_pendulum")
@@ -96,6 +97,7 @@ def test_poles_are_complex():
     assert "s_1 & = -0.6 + 6.29603 thin upright(i)" in text
 
 
+@pytest.mark.slow
 def test_conditions_and_conserved_quantities_are_said():
     (text,) = analysis("beads/bead_on_rotating_hoop").emit("markdown").values()
     assert r"where $\left| g \right| \le R \omega^{2}$: stable ($\mathbf{K}$ is positive" in text

@@ -157,6 +157,7 @@ def test_closures_of_both_kinds():
     assert r"$\psi_{k}$ where they hold velocities" in latex
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["lagrange", "explicit"])
 def test_a_coordinate_without_inertia_is_not_divided_by_it(form):
     equations = closures.moving_circle()

@@ -153,6 +153,7 @@ def test_displays_have_labels_of_their_own_or_no_numbers(style, steps):
     assert not re.search(r"\\begin\{(equation|align|gather)\}", plain)
 
 
+@pytest.mark.slow
 def test_a_formula_alone_is_an_equation_and_a_long_one_is_split():
     text = emitted("pendulums/triple_pendulum", sections="conserved", width="column")
     assert "\\begin{equation}\\label{eq:triple_pendulum:conserved:1}\n\\begin{split}" in text

@@ -98,6 +98,7 @@ def check(scene, seeds=(3, 4, 5)):
         assert abs(module.hamiltonian(t, z) - energy) <= 1e-10 * size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", FEW)
 def test_python(scene):
     check(scene)
@@ -153,6 +154,7 @@ class Canonical(Library):
         return out[:-1]
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize(
     "scene", ["chains/pendulum_chain", "oscillators/driven_spring", "fields/relativistic_particle"]

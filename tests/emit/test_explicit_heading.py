@@ -70,6 +70,7 @@ SCENES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_what_is_solved_is_said(name: str) -> None:
     scene, line = SCENES[name]
@@ -118,6 +119,7 @@ def test_multipliers_are_eliminated(name: str) -> None:
         assert sp.simplify(values[left] - sp.sympify(formula, names)) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["rolling/chaplygin_sleigh", "rolling/rolling_disk", "constraints/coupled_gears"]
 )
@@ -133,6 +135,7 @@ def test_solutions_solve_the_saddle_point_system(name: str) -> None:
     assert sp.simplify(sp.Matrix([*motion, *rates])).is_zero_matrix
 
 
+@pytest.mark.slow
 def test_json_has_a_row_for_each_multiplier() -> None:
     rolling = load("systems/rolling/wheel_down_incline.yaml").derive().equations
     report = derivation_report(rolling, "explicit")

@@ -50,6 +50,7 @@ def test_code_compiles_where_its_folder_is_searched_first(name, tmp_path):
     subprocess.run(words, cwd=tmp_path, check=True, timeout=60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["math", "swing", "class"])
 @pytest.mark.parametrize("to", EMITTERS)
 def test_names_are_those_that_are_announced(name, to):

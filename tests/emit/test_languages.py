@@ -84,6 +84,7 @@ def test_phrases_are_found():
     assert "Constraint forces" in spoken()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", OTHERS)
 def test_a_table_has_all_phrases_and_no_other(code):
     assert set(language(code).phrases) == spoken()
@@ -190,6 +191,7 @@ ANALYZED_SCENES = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", OTHERS)
 @pytest.mark.parametrize("scene", ANALYZED_SCENES)
 def test_no_english_word_is_left_in_an_analysis(code, scene):

@@ -42,6 +42,7 @@ def written(to: str, derivation=None, **options) -> str:
     return text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", ["text", "latex", "markdown", "typst"])
 def test_long_expressions_are_left_out_and_printed_on_request(to):
     short, whole = (written(to, written_out=w) for w in (False, True))
@@ -82,6 +83,7 @@ def test_each_language_says_what_is_left_out(options, count, sentence):
     assert sentence in page
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("to", "options", "typed"),
     [
@@ -96,6 +98,7 @@ def test_a_page_says_once_how_to_see_all(to, options, typed):
     assert written(to, **options).count(typed) == 1
 
 
+@pytest.mark.slow
 def test_json_and_code_have_everything():
     report = derived().report(latex=True)
     assert report["equations"][0]["residual"].count("sin") == TERMS - 1
@@ -104,6 +107,7 @@ def test_json_and_code_have_everything():
     assert "".join(derived().emit("c").values()).count("sin(") > TERMS / 2
 
 
+@pytest.mark.slow
 def test_the_option_is_one_of_derive_and_emit(tmp_path, capsys):
     scene = tmp_path / "bumps.yaml"
     scene.write_text(SCENE, encoding="utf-8")

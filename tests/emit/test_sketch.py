@@ -335,6 +335,7 @@ def test_the_pivot_of_a_driven_support_is_no_ground():
     assert len(strokes(sketch, "rod")) == 1
 
 
+@pytest.mark.slow
 def test_a_closed_linkage_has_the_angles_of_all_its_bars():
     sketch = sketch_of(derived("four_bar_linkage"))
     assert [arc.name for arc in strokes(sketch, "angle")] == ["alpha", "beta", "gamma"]
@@ -342,6 +343,7 @@ def test_a_closed_linkage_has_the_angles_of_all_its_bars():
     assert np.allclose(np.array(lengths) / lengths[0], np.array([0.5, 1.5, 1.25]) / 0.5, atol=5e-3)
 
 
+@pytest.mark.slow
 def test_a_circle_of_a_rod_is_not_drawn_again():
     assert not strokes(sketch_of(derived("chain_of_rods")), "curve")
 

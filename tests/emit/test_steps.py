@@ -87,6 +87,7 @@ def test_steps_of_all_other_scenes_are_certified_and_printed(name: str) -> None:
             assert all(printed(equations))
 
 
+@pytest.mark.slow
 @pytest.mark.latex
 @pytest.mark.parametrize(
     ("name", "way"),

@@ -67,6 +67,7 @@ def test_documents_compile_and_stay_on_the_page(make, form, displays_too_wide):
     assert displays_too_wide(emit(make(), form=form)) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "steps"),
     [
@@ -94,6 +95,7 @@ def test_a_line_that_is_too_long_is_found(displays_too_wide):
     assert 500 < points < 2000
 
 
+@pytest.mark.slow
 def test_formulas_are_numbered_once_each_and_can_be_referred_to():
     text = emit(chain_pendulum(6))
     labels = re.findall(r"<(eq:[\w:]+)>", text)

@@ -69,6 +69,7 @@ def put_in(expression, equations, body):
     return expression.replace(lambda e: isinstance(e, AppliedUndef), replaced)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", GIVEN)
 @pytest.mark.parametrize("name", list(SCENES))
 def test_a_given_function_in_place_of_the_unknown_one(name, body):

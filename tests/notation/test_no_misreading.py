@@ -62,6 +62,7 @@ def _typst_text(tree):
     return ' \\ & "" '.join(balanced(line.text for line in lines))
 
 
+@pytest.mark.slow
 @sliced(SCENES, argument="path")
 def test_formulas_read_back(path):
     equations = api.load(path).derive().equations

@@ -43,6 +43,7 @@ def _parameters():
         yield pytest.param(case, id=case["case"], marks=marks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", _parameters())
 def test_printed_form(case):
     derivation = _derived(case)

@@ -103,6 +103,7 @@ def test_dots_stand_over_the_letter_of_a_key():
     assert typst_name("q", 2, r"\hat{x}") == "dot.double(hat(x))"
 
 
+@pytest.mark.slow
 def test_every_macro_of_latex_keys_compiles():
     keys = [rf"\{name}" for name in sorted(SYMBOLS)]
     keys += [rf"\{name}{{x}}_{{1}}^*" for name in sorted(ACCENTS)]

@@ -94,6 +94,7 @@ def test_the_lever_rests_under_archimedes_law():
     assert "θ any where m g a - b F = 0" in text
 
 
+@pytest.mark.slow
 def test_virtual_work_of_d_alembert_is_certified():
     for name in ("bead_on_parabola", "masses_through_hole", "particle_on_sphere"):
         seal = report("derive", name)["certificate"]
@@ -115,6 +116,7 @@ def test_velocities_by_the_chain_rule_are_shown_for_each_particle():
     assert r"\dot{z}_{2} & = \dot{r}" in text
 
 
+@pytest.mark.slow
 def test_the_action_of_the_actual_path_is_stationary(tmp_path):
     ends = "--from", "x=0,z=0,t=0", "--to", "x=4,z=0,t=1"
     picture = tmp_path / "paths.tex"

@@ -127,6 +127,7 @@ def test_every_scene_has_a_lagrangian_from_a_book() -> None:
     assert len(SCENES) >= 60
 
 
+@pytest.mark.slow
 def test_scenes_have_the_names_of_their_files_and_a_source() -> None:
     scenes = {name: read_file(str(path)) for name, path in SCENES.items()}
     assert [scene.name for scene in scenes.values()] == list(SCENES)

@@ -52,6 +52,7 @@ def test_powers_and_products_are_those_of_sympy(pool):
         assert power(factors[0], exponent) == sp.Pow(factors[0], exponent)
 
 
+@pytest.mark.slow
 def test_what_is_plainly_real_is_real(pool):
     choose = random.Random(9)
     seen = 0

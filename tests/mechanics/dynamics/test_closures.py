@@ -145,6 +145,7 @@ def test_four_bar_linkage(text: str, seed: int) -> None:
     assert abs(normal - expected) < 1e-12 * (1 + abs(expected))
 
 
+@pytest.mark.slow
 def test_accounts_of_the_four_bar() -> None:
     """An angle of a massless link counts to E."""
     angles, rods = derived(FOUR_BAR), derived(FOUR_BAR_OF_RODS)

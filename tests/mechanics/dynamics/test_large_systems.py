@@ -210,6 +210,7 @@ def test_a_sparse_row_reads_like_a_tuple(held: dict[int, int]) -> None:
         row[8]
 
 
+@pytest.mark.slow
 def test_matrices_of_many_hold_what_is_not_zero() -> None:
     e = equations()
     assert sum(len(entries(row)) for row in e.system.mass_matrix) == 2 * LINKS

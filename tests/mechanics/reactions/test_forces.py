@@ -338,6 +338,7 @@ potentials: {weight: {gravity: g}}
 """)
 
 
+@pytest.mark.slow
 def test_precision_of_the_caller_is_left_alone():
     before = mpmath.mp.dps
     written(ANGLE)

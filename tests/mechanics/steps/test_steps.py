@@ -191,6 +191,7 @@ WRONG["equation"] = lambda s: replace(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WRONG)
 def test_no_wrong_line_passes(name: str) -> None:
     wrong = WRONG[name](full_steps())
