@@ -23,7 +23,7 @@ SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 TELLING = {
     "system": "Particle: bob of mass",
     "account": "Generalized coordinate: ",
-    "constraints": "restriction",
+    "constraints": "built into the positions",
     "energies": "The kinetic energy",
     "equations": "Equations of motion",
     "result": "Result",

@@ -17,6 +17,7 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.simulate import INTEGRATORS, Trajectory, simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import MOST_SAMPLES_IN_MEMORY
+from tests.parts import changed
 from tests.simulate.available import INSTALLED
 from tests.simulate.compiling import compiled_or_skip
 
@@ -102,9 +103,9 @@ def test_missing_parameter_is_named():
 
 
 def test_missing_initial_state_is_named(pendulum):
-    without = dataclasses.replace(pendulum, initial=None)
+    without = changed(pendulum, initial=None)
     assert refusal(without, until=1.0).endswith("-i theta=0")
-    suggested = dataclasses.replace(without, suggested=(("theta", "0.5"),))
+    suggested = changed(without, suggested=(("theta", "0.5"),))
     assert refusal(suggested, until=1.0).endswith("-i theta=0.5")
 
 

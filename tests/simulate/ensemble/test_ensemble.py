@@ -183,7 +183,7 @@ def test_models_of_numbers_are_those_of_the_scene(m, length, theta):
         plan = plan_of(PENDULUM, ["m", "l", "theta"], ["1", "2", "0"])
         NUMBERS["numbers"] = NumericMembers(plan.recipe, plan.member, plan.model)
     own = MemberValues({"m": repr(m), "l": repr(length)}, {"theta": repr(theta)})
-    found = NUMBERS["numbers"].of(own)
+    found = NUMBERS["numbers"].model_of(own)
     values = {p.name: p.value for p in found.parameters}
     assert (values["m"], values["l"], values["k"]) == (m, length, length / 4)
     assert found.initial == (theta, 0.0)
