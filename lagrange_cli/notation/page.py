@@ -112,7 +112,7 @@ class Page:
         show = paint or _unpainted
         sections = (
             "".join(
-                f"{show(line.name, line.role)}{line.rest}".rstrip() + "\n"
+                f"{show(line.name, line.role)}{line.tail}".rstrip() + "\n"
                 for block in section
                 for line in _block_lines(block, width)
             )
@@ -160,14 +160,14 @@ class _Line(NamedTuple):
 
     name: str
     role: Role
-    rest: str
+    tail: str
 
     @property
     def width(self) -> int:
-        return columns(self.name + self.rest)
+        return columns(self.name + self.tail)
 
     def extended(self, text: str) -> _Line:
-        return _Line(self.name, self.role, self.rest + text)
+        return _Line(self.name, self.role, self.tail + text)
 
 
 def _unpainted(text: str, role: Role) -> str:
@@ -232,9 +232,9 @@ def _packed(rows: Sequence[Row], width: int) -> Iterator[_Line]:
     head, *formulas = rows
     shown = [f"{row.name.lstrip()}{row.lead}{joined(row.pieces)}" for row in formulas]
     (line, *more) = _row_lines(head, width)
-    beside = "   ".join(shown)
-    if shown and not more and line.width + 8 + columns(beside) <= width:
-        yield line.extended(" " * 8 + beside)
+    one_row = "   ".join(shown)
+    if shown and not more and line.width + 8 + columns(one_row) <= width:
+        yield line.extended(" " * 8 + one_row)
         return
     yield from (line, *more)
     last: _Line | None = None

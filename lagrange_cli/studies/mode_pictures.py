@@ -176,7 +176,7 @@ def _box(pictures: ModePictures) -> tuple[Array, Array]:
     """Return the corners of a box around each of the pictures."""
     places = []
     for panel in pictures.panels:
-        drawn = [panel.sketch.rest, *map(panel.shown, range(len(panel.sketch.moved)))]
+        drawn = [panel.sketch.at_rest, *map(panel.shown, range(len(panel.sketch.moved)))]
         places += [line for d in drawn for _, line in d.strokes]
         places += [line for _, line in panel.sketch.still]
         places += [d.bodies for d in drawn]
@@ -224,7 +224,7 @@ def _figure(pictures: ModePictures, ending: str) -> tuple[Figure, list[Axes]]:
 def _draw_still(axes: Axes, panel: ModePanel) -> None:
     for kind, line in panel.sketch.still:
         axes.plot(*line.T, color=_STILL, lw=_WIDTHS.get(kind, _OTHER_WIDTH), zorder=1)
-    _draw(axes, panel.sketch.rest, _LIGHT)
+    _draw(axes, panel.sketch.at_rest, _LIGHT)
 
 
 def _draw(axes: Axes, drawn: Drawn, colour: str) -> list[Artist]:
@@ -323,10 +323,10 @@ def _svg_panel(panel: ModePanel, origin: Array, corner: Array) -> Iterator[str]:
     sketch = panel.sketch
     for kind, line in sketch.still:
         yield f'<polyline {_style(kind, _STILL)} points="{_points(at(line))}"/>'
-    for kind, line in sketch.rest.strokes:
+    for kind, line in sketch.at_rest.strokes:
         yield f'<polyline {_style(kind, _LIGHT)} points="{_points(at(line))}"/>'
     radius = _PIXELS * _BODY
-    for x, y in at(sketch.rest.bodies):
+    for x, y in at(sketch.at_rest.bodies):
         yield f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{radius:.2f}" fill="{_LIGHT}"/>'
     frames = [panel.shown(k) for k in (*range(len(sketch.moved)), 0)]
     for number, (kind, line) in enumerate(frames[0].strokes):

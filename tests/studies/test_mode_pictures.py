@@ -38,12 +38,12 @@ def test_a_chain_is_displaced_as_sines():
     """x_i is proportional to sin(π r i/(n + 1)) in mode r, and has five springs."""
     found = mode_pictures(loads(CHAIN).derive().equations, moving=False)
     for r, panel in enumerate(found.panels, 1):
-        moved = panel.sketch.moved[0].bodies - panel.sketch.rest.bodies
+        moved = panel.sketch.moved[0].bodies - panel.sketch.at_rest.bodies
         sines = np.sin(np.pi * r * np.arange(1, 5) / 5)
         scale = moved[:, 0] @ sines / (sines @ sines)
         np.testing.assert_allclose(moved[:, 0], scale * sines, atol=1e-9)
         assert abs(scale) > 0.05
-        assert sum(kind == "spring" for kind, _ in panel.sketch.rest.strokes) == 5
+        assert sum(kind == "spring" for kind, _ in panel.sketch.at_rest.strokes) == 5
         squared = 2 * np.sqrt(10) * np.sin(np.pi * r / 10)
         assert panel.title == f"ω = {squared:.4g}"
 
@@ -63,11 +63,11 @@ def test_rods_keep_their_lengths_along_a_period(place):
     for panel in found.panels:
         rods = [
             [np.linalg.norm(line[1] - line[0]) for kind, line in d.strokes if kind == "rod"]
-            for d in (panel.sketch.rest, *panel.sketch.moved)
+            for d in (panel.sketch.at_rest, *panel.sketch.moved)
         ]
         assert len(rods[0]) == 3
         np.testing.assert_allclose(rods, np.broadcast_to(rods[0], np.shape(rods)), rtol=1e-9)
-        apart = [np.abs(d.bodies - panel.sketch.rest.bodies).max() for d in panel.sketch.moved]
+        apart = [np.abs(d.bodies - panel.sketch.at_rest.bodies).max() for d in panel.sketch.moved]
         assert max(apart) > 0.2
         assert apart[6] < 1e-6 * max(apart) + 1e-9  # a quarter of the period
 

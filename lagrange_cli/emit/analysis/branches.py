@@ -309,7 +309,7 @@ class BranchSections:
             return None
         heads = (say("number"), say("point"), *self._heads(), say("error"), say("frequency"))
         rows = tuple(self._mark(k, mark) for k, mark in enumerate(marks[:MOST_LISTED]))
-        table = Table((*heads, say("branches")), rows).kept()
+        table = Table((*heads, say("branches")), rows).without_empty_columns()
         hidden = len(marks) - len(rows)
         more = Words(say("And {count} more, in JSON.", count=hidden)) if hidden else None
         return section(say("Marked points"), table, more)

@@ -86,7 +86,7 @@ class _LinearContents:
                 ],
                 result=True,
             ),
-            writer.told(say("{text}.", text=damping) if damping else "", rows.remark()),
+            writer.paragraph(say("{text}.", text=damping) if damping else "", rows.remark()),
         )
 
     def state_space(self, linear: Linearization) -> Section | None:
@@ -113,7 +113,7 @@ class _LinearContents:
             Words(say("the same is")),
             Law(law),
             formulas(matrices, result=True),
-            self.writer.told(rows.remark()),
+            self.writer.paragraph(rows.remark()),
         )
 
     def _named(self, letter: str, names: Sequence[str]) -> Formula:
@@ -165,7 +165,7 @@ class _LinearContents:
             if shapes
             else None,
             formulas(shapes, result=True),
-            self.writer.told(
+            self.writer.paragraph(
                 columns.remark(),
                 say("And {count} more, in JSON.", count=hidden) if hidden else "",
             ),

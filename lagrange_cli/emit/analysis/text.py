@@ -121,7 +121,7 @@ class _Writer:
         """Return the writer of derivations, in the same letters."""
         return TextWriter(self.analysis.equations, self.words, self.printer, say=self.say)
 
-    def told(self, phrase: str) -> str:
+    def phrase(self, phrase: str) -> str:
         """Say a phrase of the analysis."""
         symbol = self.printer.symbol
         return Teller(self.say, symbol, str, escape_controls)(phrase)
@@ -154,7 +154,7 @@ class _Writer:
                 self.point(p),
                 "name",
                 2,
-                self.told(reason_of(p)),
+                self.phrase(reason_of(p)),
             )
             for p, verdict in zip(points, verdicts, strict=True)
         ]
@@ -167,8 +167,8 @@ class _Writer:
                 coordinates = self.analysis.rest_equations.system.coordinates
                 pairs = zip(coordinates, absent.exact, strict=True)
                 place = self.values(absent.exact, None, [c.name for c, e in pairs if e == c.q])
-                told = (*place, *self.where(absent.conditions))
-                lines.append(Row(f"  {self.say('absent')}", "   ", told))
+                place_lines = (*place, *self.where(absent.conditions))
+                lines.append(Row(f"  {self.say('absent')}", "   ", place_lines))
         if steady is not None:
             momenta = ", ".join(
                 f"{self.symbol(s)}" + ("" if x is None else f" = {x:.6g}")
@@ -224,8 +224,8 @@ class _Writer:
             else:
                 value = self.value(name, None if exact is None else exact[k])
                 number = None if position is None else f"{float(str(position[k])):.6g}"
-                told = number is not None and (exact is None or not exact[k].is_Rational)
-                value += solid(f" = {number}") if told else []
+                has_number = number is not None and (exact is None or not exact[k].is_Rational)
+                value += solid(f" = {number}") if has_number else []
             comma = solid(",") if k + 1 < len(coordinates) else []
             pieces += [*_spaced(value, first=not pieces), *comma]
         return tuple(pieces)
@@ -276,7 +276,7 @@ class _Writer:
         space = linear.state_space
         names = [", ".join(map(self.printed, x)) for x in (space.states, space.inputs)]
         form = "x′ = A x + B u" if self.is_unicode else "x' = A*x + B*u"
-        states = self.of(form, x=names[0], u=names[1])
+        states = self.law(form, x=names[0], u=names[1])
         heading = self.say("State space")
         lines: list[Row | Block] = [Row(heading, "   ", words(states), "heading")]
         exact = linear.exact
@@ -286,13 +286,13 @@ class _Writer:
         if self.analysis.equations.system.outputs:
             outputs = ", ".join(map(self.printed, space.outputs))
             form = "y = C x + D u" if self.is_unicode else "y = C*x + D*u"
-            told = words(self.of(form, y=outputs))
-            lines.append(Row(self.say("Outputs"), "   ", told, "heading"))
+            linear_words = words(self.law(form, y=outputs))
+            lines.append(Row(self.say("Outputs"), "   ", linear_words, "heading"))
             lines += self.matrix("C", space.c, None)
             lines += self.matrix("D", space.d, None) if space.inputs else []
         return lines
 
-    def of(self, law: str, **names: str) -> str:
+    def law(self, law: str, **names: str) -> str:
         """``law, x of θ, θ̇, u of F``."""
         listed = [self.say("{letter} of {names}", letter=k, names=x) for k, x in names.items() if x]
         return ", ".join([law, *listed])
@@ -319,12 +319,12 @@ class _Writer:
                     if entry != 0:
                         value = numbers[i, j]
                         label = f"  {name}[{i + 1},{j + 1}]"
-                        told = "" if entry.is_Rational else f"= {value:.6g}"
-                        yield formula(label, " = ", self.pieces(entry), aside=told)
+                        size_note = "" if entry.is_Rational else f"= {value:.6g}"
+                        yield formula(label, " = ", self.pieces(entry), aside=size_note)
         elif numbers.shape[1] > _MOST_COLUMNS:
             rows, width = numbers.shape
-            told = self.say("{rows} by {columns}, in --json", rows=rows, columns=width)
-            yield Row(f"  {name}", f" {told}", role="name")
+            size_note = self.say("{rows} by {columns}, in --json", rows=rows, columns=width)
+            yield Row(f"  {name}", f" {size_note}", role="name")
         else:
             yield from _number_rows(name, numbers)
 
@@ -358,8 +358,10 @@ class _Writer:
     def shape(self, mode: Mode) -> str:
         amplitudes = [_complex(complex(a)) for a in mode.shape[:_MOST_COLUMNS]]
         more = ", …" if self.is_unicode else ", ..."
-        told = ", ".join(amplitudes) + (more if len(mode.shape) > _MOST_COLUMNS else "")
-        return self.say("shape {values}", values=told)
+        listed_amplitudes = ", ".join(amplitudes) + (
+            more if len(mode.shape) > _MOST_COLUMNS else ""
+        )
+        return self.say("shape {values}", values=listed_amplitudes)
 
     def exact_shape(self, mode: Mode) -> tuple[Piece, ...]:
         pieces: list[Piece] = []
@@ -373,7 +375,7 @@ class _Writer:
     def branches(self, result: Branches) -> BranchRows:
         names = [c.name for c in self.analysis.equations.system.coordinates]
         sign = "±" if self.is_unicode else "+-"
-        return BranchRows(result, names, self.say, self.told, self.printer.symbol, sign)
+        return BranchRows(result, names, self.say, self.phrase, self.printer.symbol, sign)
 
     def conserved(self) -> list[Row | Block]:
         symmetries = self.analysis.symmetries
@@ -400,13 +402,13 @@ class _Writer:
     def symmetry_row(self, symmetry: Symmetry) -> Row:
         shown = self.pieces(symmetry.expression)
         names = [c.name for c in self.analysis.equations.system.coordinates]
-        aside = self.told(symmetry.described(names))
+        aside = self.phrase(symmetry.described(names))
         return formula(f"  {self.printer.symbol(symmetry.name)}", " = ", shown, aside=aside)
 
     def left_out(self) -> list[Row | Block]:
         reasons: dict[str, list[str]] = {}
         for left in self.analysis.left_out:
-            reasons.setdefault(self.told(left.reason), []).append(part_word(left.part, self.say))
+            reasons.setdefault(self.phrase(left.reason), []).append(part_word(left.part, self.say))
         if not reasons:
             return []
         rows = [

@@ -63,7 +63,7 @@ def conserved(
         return None
     heading = say("Conserved quantities")
     names = ", ".join(letters.inline(_named(writer, name)) for name in undecided(equations))
-    doubts = writer.told(say("Of {names} this is not decided.", names=names) if names else "")
+    doubts = writer.paragraph(say("Of {names} this is not decided.", names=names) if names else "")
     if not equations.derivation.conserved and not further:
         none = f"{say('none')} {searched}" if searched else none_conserved_line(equations, say)
         text = none if none.endswith(".") else say("{text}.", text=none)

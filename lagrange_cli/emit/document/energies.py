@@ -38,7 +38,7 @@ def energies(writer: DocumentWriter) -> Section | None:
         lagrangian = writer.letters.inline(labels["L"])
         without = say("Here {lagrangian} is {without}.", lagrangian=lagrangian, without=without)
     rows_below = formulas(rows, result=True)
-    return section(say("Lagrangian"), Words(phrases), rows_below, writer.told(without))
+    return section(say("Lagrangian"), Words(phrases), rows_below, writer.paragraph(without))
 
 
 def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:

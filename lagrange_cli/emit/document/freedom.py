@@ -73,9 +73,9 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
             yield Words(say("There are {listed}.", listed=implied) if implied else say("None."))
         return
     items = []
-    for name, equations, told in account_lines(account.lines, writer.families, say):
+    for name, equations, status in account_lines(account.lines, writer.families, say):
         written = ", ".join(_statement(writer, text, ranges) for text, ranges in equations)
-        remark = letters.words(told)
+        remark = letters.words(status)
         item = say("{name}: {value}", name=letters.words(name), value=written)
         items.append(f"{item} ({remark})" if remark else item)
     if not alone:
@@ -127,19 +127,19 @@ def _listed(writer: DocumentWriter) -> Iterator[str]:
             _described(writer, c if c.name == name else replace(c, name=name, latex=None))
             for name, c in named
         )
-        told = letters.inline(letters.ranges(ranges)) if ranges else ""
+        range_text = letters.inline(letters.ranges(ranges)) if ranges else ""
         yield from names
-        yield writer.say("{names} for {ranges}", names=last, ranges=told) if ranges else last
+        yield writer.say("{names} for {ranges}", names=last, ranges=range_text) if ranges else last
 
 
 def _described(writer: DocumentWriter, coordinate: Coordinate) -> str:
     letters = writer.letters
     domain = " > 0" if coordinate.is_positive else ""
     text = letters.inline(f"{writer.coordinate(coordinate)}{domain}")
-    told = [letters.prose(coordinate.description)] if coordinate.description else []
+    descriptions = [letters.prose(coordinate.description)] if coordinate.description else []
     if coordinate.unit:
-        told.append(letters.unit(coordinate.unit))
-    return f"{text} ({', '.join(told)})" if told else text
+        descriptions.append(letters.unit(coordinate.unit))
+    return f"{text} ({', '.join(descriptions)})" if descriptions else text
 
 
 def _singular(writer: DocumentWriter) -> Iterator[Block]:

@@ -178,15 +178,15 @@ class DocumentLetters(Letters):
         """Return columns of half an em that an expression takes."""
 
     @abstractmethod
-    def at_least(self, of: str) -> str:
+    def at_least(self, symbol: str) -> str:
         """Return ``formula ≥ 0``."""
 
     @abstractmethod
-    def differential(self, of: str) -> str:
+    def differential(self, symbol: str) -> str:
         """Return a total time derivative as one fraction."""
 
     @abstractmethod
-    def size(self, of: str) -> str:
+    def size(self, symbol: str) -> str:
         """Return the magnitude of a vector."""
 
     @abstractmethod

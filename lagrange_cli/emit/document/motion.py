@@ -47,7 +47,7 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
         Law(f"{lagrange_law(writer, _multiplied(writer))},", ends=False),
         Words(say("read")),
         formulas(lagrange_equations(writer), result=True),
-        writer.told(*_divided(writer)),
+        writer.paragraph(*_divided(writer)),
     )
 
 

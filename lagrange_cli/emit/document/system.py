@@ -32,7 +32,7 @@ def system(writer: DocumentWriter) -> Section | None:
     )
     sizes = "" if writer.families is None else sizes_line(writer.families)
     here = say("Here {sizes}.", sizes=writer.letters.inline(sizes)) if sizes else ""
-    whole = writer.told(sentence if particles else "", here)
+    whole = writer.paragraph(sentence if particles else "", here)
     return section(say("System"), whole, _parameters(writer))
 
 
@@ -89,7 +89,7 @@ def _parameters(writer: DocumentWriter) -> Table | Words | None:
     heads = (say("Parameter"), say("Meaning"), say("Value"), say("Unit"))
     if not rows:
         return None
-    table = Table(heads, tuple(rows), prose=heads[1]).kept()
+    table = Table(heads, tuple(rows), prose=heads[1]).without_empty_columns()
     if len(table.heads) > 1:
         return table
     listed = ", ".join(symbol for symbol, *_ in rows)

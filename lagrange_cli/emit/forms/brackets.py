@@ -68,7 +68,7 @@ def _rates(writer: FormWriter, brackets: PoissonBrackets) -> Iterator[Block]:
             bracket = letters.inline(_label(writer, b))
             open_rate = "{bracket} is not all of the rate: forces, constraints or inputs add to it."
             sentences.append(writer.say(open_rate, bracket=bracket))
-    words = writer.told(*dict.fromkeys(sentences))
+    words = writer.paragraph(*dict.fromkeys(sentences))
     if words is not None:
         yield words
 

@@ -32,7 +32,7 @@ def hamiltonian_sections(writer: FormWriter) -> list[Section]:
         if p.velocity is not None
     ]
     rates = [writer.total(writer.momentum(p.momentum, 1), p.rate) for p in form.pairs]
-    paragraph = writer.told(_open(writer, form), *_remarks(writer, form))
+    paragraph = writer.paragraph(_open(writer, form), *_remarks(writer, form))
     return [
         Section(
             say("Momenta"), (Law(_momentum(writer), ends=False), formulas(momenta, result=True))

@@ -63,8 +63,8 @@ def small_oscillation_sections(writer: FormWriter) -> list[Section]:
 
 def _chosen(writer: FormWriter, form: SmallOscillations) -> str:
     """Say which equilibrium it is."""
-    told = form.at.stability
-    if told is not None and told.verdict in ("stable", "asymptotically stable"):
+    stability = form.at.stability
+    if stability is not None and stability.verdict in ("stable", "asymptotically stable"):
         return writer.say("It is the stable equilibrium nearest to the initial configuration.")
     return writer.say(
         "It is the equilibrium nearest to the initial configuration of those that are not found to"
@@ -76,8 +76,8 @@ def _poles(writer: FormWriter, form: SmallOscillations) -> Iterator[Section]:
     """Exponents of motions with damping or gyroscopic terms."""
     if form.poles:
         listed = ", ".join(writer.letters.inline(_complex(s)) for s in form.poles)
-        told = writer.say("Exponents of damped and gyroscopic motions: {poles}.", poles=listed)
-        yield Section(writer.say("Poles"), (Words(told),))
+        exponents = writer.say("Exponents of damped and gyroscopic motions: {poles}.", poles=listed)
+        yield Section(writer.say("Poles"), (Words(exponents),))
 
 
 def _modes(writer: FormWriter, form: SmallOscillations, letters: ModeLetters) -> Iterator[Section]:
@@ -93,8 +93,8 @@ def _modes(writer: FormWriter, form: SmallOscillations, letters: ModeLetters) ->
         writer.letters.inline(f"{writer.letters.symbol(str(w))} = {mode.frequency:.6g}")
         for w, mode in zip(letters.frequencies, form.modes, strict=True)
     ]
-    told = say("With the values of the parameters {values}.", values=", ".join(numbers))
-    yield Section(say("Angular frequencies"), (formulas(squares, result=True), Words(told)))
+    values_note = say("With the values of the parameters {values}.", values=", ".join(numbers))
+    yield Section(say("Angular frequencies"), (formulas(squares, result=True), Words(values_note)))
     if len(form.modes) > _MOST_COORDINATES:
         return
     sums = [

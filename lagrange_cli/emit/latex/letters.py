@@ -198,26 +198,26 @@ class LatexLetters(DocumentLetters):
     def room(self, node: DisplayNode) -> float:
         return width(self._printer.pieces(node))
 
-    def partial(self, of: str, by: str) -> str:
-        return rf"\frac{{\partial {of}}}{{\partial {by}}}"
+    def partial(self, symbol: str, by: str) -> str:
+        return rf"\frac{{\partial {symbol}}}{{\partial {by}}}"
 
     def bracket(self, first: str, second: str) -> str:
         return rf"\lbrace {first}, {second}\rbrace"
 
-    def rate(self, of: str) -> str:
-        return rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}} t}} {of}"
+    def rate(self, symbol: str) -> str:
+        return rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}} t}} {symbol}"
 
-    def differential(self, of: str) -> str:
-        return rf"\frac{{\mathrm{{d}} {of}}}{{\mathrm{{d}} t}}"
+    def differential(self, symbol: str) -> str:
+        return rf"\frac{{\mathrm{{d}} {symbol}}}{{\mathrm{{d}} t}}"
 
-    def virtual(self, of: str) -> str:
-        return rf"\delta {of}"
+    def virtual(self, symbol: str) -> str:
+        return rf"\delta {symbol}"
 
-    def square(self, of: str) -> str:
-        return f"{of}^{{2}}"
+    def square(self, symbol: str) -> str:
+        return f"{symbol}^{{2}}"
 
-    def size(self, of: str) -> str:
-        return f"|{of}|"
+    def size(self, symbol: str) -> str:
+        return f"|{symbol}|"
 
     def below(self, letter: str, index: str) -> str:
         return f"{letter}_{{{index}}}"
@@ -228,8 +228,8 @@ class LatexLetters(DocumentLetters):
     def times(self, first: str, second: str) -> str:
         return rf"{first} \, {second}"
 
-    def at_least(self, of: str) -> str:
-        return rf"{of} \ge 0"
+    def at_least(self, symbol: str) -> str:
+        return rf"{symbol} \ge 0"
 
     def named(self, name: str) -> str:
         return rf"\text{{{latex_text(name)}}}"

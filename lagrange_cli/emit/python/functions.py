@@ -388,18 +388,18 @@ _DOC = '"""Accelerations, then multipliers; raises where they do not exist."""'
 def sharing(programs: Mapping[str, Program]) -> list[str]:
     """Return the prefixes (``""``, ``contact_``) whose accelerations and multipliers come from one
     solve, which the functions ``rhs`` and ``multipliers`` can share."""
-    sides = {of: programs.get(f"{of}rhs") for of in ("", "contact_")}
+    sides = {prefix: programs.get(f"{prefix}rhs") for prefix in ("", "contact_")}
     return [
-        of
-        for of, side in sides.items()
+        prefix
+        for prefix, side in sides.items()
         if side is not None
-        and f"{of}multipliers" in programs
-        and multipliers_beside(side) == programs[f"{of}multipliers"]
+        and f"{prefix}multipliers" in programs
+        and multipliers_beside(side) == programs[f"{prefix}multipliers"]
     ]
 
 
 def shared_sources(
-    of: str,
+    prefix: str,
     side: Program,
     names: Mapping[str, str],
     parameter: str,
@@ -414,17 +414,17 @@ def shared_sources(
     body = load_inputs(side, dialect, sequences or (("p", side.parameters),), style)
     body += [*assigned(side.assignments, dialect), *solved, "return a0"]
     text = indent("\n".join(body), _TAB)
-    call = f"_{of}solution(t, y, {passed})"
-    head = f"def _{of}solution(t, y, {passed}):\n    {_DOC}\n"
+    call = f"_{prefix}solution(t, y, {passed})"
+    head = f"def _{prefix}solution(t, y, {passed}):\n    {_DOC}\n"
     n = side.coordinates
     rates = f"*_numbers(y)[{n}:], *{call}[:{n}]"
     multipliers = multipliers_beside(side)
     assert multipliers is not None
     return [
         f"{head}{text}\n",
-        defined(f"{of}rhs", parameter, [f"return array([{rates}], float)"], side, style),
+        defined(f"{prefix}rhs", parameter, [f"return array([{rates}], float)"], side, style),
         defined(
-            f"{of}multipliers",
+            f"{prefix}multipliers",
             parameter,
             [f"return array({call}[{n}:], float)"],
             multipliers,

@@ -278,12 +278,12 @@ def _sources(
     sequences: Sequence[tuple[str, int]] = (),
 ) -> Iterator[str]:
     """Write the functions of programs; ``parameter`` gives the last arguments of one by name."""
-    shared = {f"{of}rhs": of for of in sharing(programs)}
-    written = {f"{of}multipliers" for of in shared.values()}
+    shared = {f"{prefix}rhs": prefix for prefix in sharing(programs)}
+    written = {f"{prefix}multipliers" for prefix in shared.values()}
     for name, program in programs.items():
         if name in shared:
-            of = shared[name]
-            yield from shared_sources(of, program, names, parameter(name), sequences, ARRAYS)
+            prefix = shared[name]
+            yield from shared_sources(prefix, program, names, parameter(name), sequences, ARRAYS)
         elif name not in written:
             yield function_source(program, name, names, parameter(name), sequences, ARRAYS)
 

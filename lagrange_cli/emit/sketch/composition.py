@@ -279,15 +279,15 @@ class _Drawing:
         particles = known.configurations.particles
         radius = 0.09 if particles <= _MOST_LABELS else 0.06 if particles <= 60 else 0.035
         ends = {end for link in known.links for end in link.ends}
-        held = {end for k in known.links if k.kind not in ("radius", "rope") for end in k.ends}
+        held_ends = {end for k in known.links if k.kind not in ("radius", "rope") for end in k.ends}
         supports = [k for k in range(particles, len(known.names)) if known.is_fixed(k)]
         for number in range(particles, len(known.names)):
             at = self.body(number)
             guided = any(k.kind == "rope" and number in k.ends for k in known.links)
             if number not in supports or guided:
                 self._dot("joint", at, 0.06, known.names[number])
-            elif number in held:
-                self._draw_support(at, number, len([k for k in supports if k in held]))
+            elif number in held_ends:
+                self._draw_support(at, number, len([k for k in supports if k in held_ends]))
             elif number in ends or number < known.declared:
                 self._dot("origin", at, 0.04, known.names[number])
                 if known.names[number]:
@@ -310,8 +310,8 @@ class _Drawing:
         if count > _MOST_SUPPORTS:
             lines = shapes.fastening(at)
         else:
-            held = [k.ends for k in self.known.links if number in k.ends]
-            others = [self.body(a if b == number else b) for a, b in held]
+            held_links = [k.ends for k in self.known.links if number in k.ends]
+            others = [self.body(a if b == number else b) for a, b in held_links]
             below = sum(float(end[1] - at[1]) for end in others) < 0
             lines = shapes.hanger(at) if below else shapes.support(at)
         for line in lines:
@@ -355,7 +355,7 @@ class _Drawing:
         values = [(c.name, known.q[0][k]) for k, c in enumerate(known.equations.system.coordinates)]
         shown = ", ".join(f"{name} = {value:.6g}" for name, value in values[:_MOST_VALUES])
         more = ", ..." if len(values) > _MOST_VALUES else ""
-        if known.given:
+        if known.is_given:
             yield f"the start, t = {known.times[0]:.6g}: {shown}{more}"
             return
         yield "the scene gives no start: a configuration that its constraints allow"

@@ -83,7 +83,7 @@ class Configurations:
         Times, shape (K,).
     places
         Positions of the bodies, shape (K, bodies, 3).
-    given
+    is_given
         True if the scene gives this start, with all parameters.
     """
 
@@ -94,7 +94,7 @@ class Configurations:
     q: Array
     times: Array
     places: Array
-    given: bool
+    is_given: bool
     _positions: Function
 
     @property

@@ -108,15 +108,15 @@ def _restrained(
     others = {c.name for c in configurations.equations.system.coordinates} - owners.keys()
     if not others.isdisjoint(names):
         return None
-    held: dict[int, int] = {}
+    held_points: dict[int, int] = {}
     for name in names:
         for body, axis in owners.get(name, ()):
             if np.ptp(configurations.places[:, body, axis]) > 1e-9 * configurations.size:
-                held[body] = held.get(body, 0) + 1
+                held_points[body] = held_points.get(body, 0) + 1
             elif body < configurations.particles and axis in axes:
-                held.setdefault(body, 1)
-    least = 2 if len(held) > 1 else 1
-    bodies = [body for body, count in held.items() if count >= least]
+                held_points.setdefault(body, 1)
+    least = 2 if len(held_points) > 1 else 1
+    bodies = [body for body, count in held_points.items() if count >= least]
     return bodies[0] if len(bodies) == 1 and bodies[0] < configurations.particles else None
 
 

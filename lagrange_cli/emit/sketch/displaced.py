@@ -61,7 +61,7 @@ class DisplacedSketch:
 
     Attributes
     ----------
-    rest
+    at_rest
         The rest position.
     still
         Supports and curves, which do not move.
@@ -71,7 +71,7 @@ class DisplacedSketch:
         True if everything is and stays on one line.
     """
 
-    rest: Drawn
+    at_rest: Drawn
     still: tuple[tuple[StrokeKind, Array], ...]
     moved: tuple[Drawn, ...]
     is_line: bool
@@ -84,7 +84,7 @@ class RestingSketch:
     ----------
     equations
         The equations of motion.
-    rest
+    rest_place
         Coordinates at rest, shape (n,).
 
     Raises
@@ -93,10 +93,10 @@ class RestingSketch:
         There are no particles, or too many bodies, or no values that could be drawn.
     """
 
-    def __init__(self, equations: Equations, rest: Array) -> None:
-        self._around, self._rest = configurations(equations), rest
+    def __init__(self, equations: Equations, rest_place: Array) -> None:
+        self._around, self._rest = configurations(equations), rest_place
         self._time = float(self._around.times[0])
-        self._known = known = findings(self._with([rest]))
+        self._known = known = findings(self._with([rest_place]))
         down = gravity(known.configurations)
         self._wheels = find_wheels(known.configurations, down)
         self._view = view_of(known.configurations, down)
@@ -158,9 +158,9 @@ class _Drawing:
 
     def __init__(self, known: Findings, view: View, wheels: list[Wheel], count: int) -> None:
         self.known, self.view, self.wheels, self.count = known, view, wheels, count
-        rest, flat = view.project(known.places[0]), view.project(known.places[:count])
-        extent = float(np.ptp(rest, axis=0).max())
-        self.middle = (rest.min(axis=0) + rest.max(axis=0)) / 2
+        place, flat = view.project(known.places[0]), view.project(known.places[:count])
+        extent = float(np.ptp(place, axis=0).max())
+        self.middle = (place.min(axis=0) + place.max(axis=0)) / 2
         self.scale = _EXTENT / (extent or frame_of(known).size)
         spread = np.ptp(flat.reshape(-1, 2), axis=0) * self.scale
         self.is_line = bool(spread.min() < 1e-6) and not wheels
@@ -230,5 +230,10 @@ class _Drawing:
     def _hangs(self, body: int) -> bool:
         """Tell whether what a pivot holds is below it."""
         linked = [k.ends for k in self.known.links if body in k.ends]
-        rest = self.at(self.known.places[0])
-        return sum(float(rest[a if b == body else b][1] - rest[body][1]) for a, b in linked) <= 0
+        rest_place = self.at(self.known.places[0])
+        return (
+            sum(
+                float(rest_place[a if b == body else b][1] - rest_place[body][1]) for a, b in linked
+            )
+            <= 0
+        )

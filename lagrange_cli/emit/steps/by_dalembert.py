@@ -36,8 +36,8 @@ def applied_forces(writer: StepsWriter) -> Section | None:
         if rows:
             blocks += [writer.title(body.name)] if len(writer.steps.bodies) > 1 else []
             blocks.append(formulas(rows))
-    told = "" if blocks else writer.say("No applied force acts on a particle.")
-    return section(writer.say("Applied forces"), writer.told(told), *blocks)
+    note = "" if blocks else writer.say("No applied force acts on a particle.")
+    return section(writer.say("Applied forces"), writer.paragraph(note), *blocks)
 
 
 def principle(writer: StepsWriter) -> Section | None:
@@ -74,8 +74,8 @@ def _independent(writer: StepsWriter) -> str:
             " each of these, every coefficient vanishes.",
             listed=name,
         )
-    told = "The {listed} are independent, so the coefficient of each vanishes."
-    return writer.say(told, listed=name)
+    sentence = "The {listed} are independent, so the coefficient of each vanishes."
+    return writer.say(sentence, listed=name)
 
 
 def _further_terms(writer: StepsWriter) -> Iterator[Block]:
@@ -192,8 +192,8 @@ def newton_equations(writer: StepsWriter) -> Section | None:
 
 def _newton(writer: StepsWriter, body: BodySteps) -> Iterator[Formula]:
     for part in body.components:
-        told = part.acceleration == 0 or part.acceleration.is_Symbol
-        if body.mass is not None and not told:
+        is_short = part.acceleration == 0 or part.acceleration.is_Symbol
+        if body.mass is not None and not is_short:
             acceleration = writer.cartesian(part.name, 2)
             label = writer.letters.times(writer.factor(body.mass), acceleration)
             yield writer.row(label, body.mass * part.acceleration)

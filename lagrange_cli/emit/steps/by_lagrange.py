@@ -56,9 +56,9 @@ def constraints(writer: StepsWriter) -> Section | None:
     line = multipliers_line(equations, say)
     return section(
         say("Constraints with multipliers"),
-        writer.told(*sentences),
+        writer.paragraph(*sentences),
         formulas(rows),
-        writer.told(say("{text}.", text=line) if line else ""),
+        writer.paragraph(say("{text}.", text=line) if line else ""),
     )
 
 

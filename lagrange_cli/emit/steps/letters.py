@@ -31,7 +31,7 @@ class Letters(ABC):
         """Return a vector of particle i."""
 
     @abstractmethod
-    def partial(self, of: str, by: str) -> str:
+    def partial(self, symbol: str, by: str) -> str:
         """Return a partial derivative."""
 
     @abstractmethod
@@ -39,15 +39,15 @@ class Letters(ABC):
         """Return a Poisson bracket."""
 
     @abstractmethod
-    def rate(self, of: str) -> str:
+    def rate(self, symbol: str) -> str:
         """Return a total time derivative."""
 
     @abstractmethod
-    def virtual(self, of: str) -> str:
+    def virtual(self, symbol: str) -> str:
         """Return a virtual displacement."""
 
     @abstractmethod
-    def square(self, of: str) -> str:
+    def square(self, symbol: str) -> str:
         """Return the square of a symbol."""
 
     @abstractmethod
@@ -106,20 +106,20 @@ class UnicodeLetters(Letters):
     def vector(self, letter: str, order: int = 0) -> str:
         return self.symbol(f"{letter}_i", order)
 
-    def partial(self, of: str, by: str) -> str:
-        return f"∂{of}/∂{by}"
+    def partial(self, symbol: str, by: str) -> str:
+        return f"∂{symbol}/∂{by}"
 
     def bracket(self, first: str, second: str) -> str:
         return f"{{{first}, {second}}}"
 
-    def rate(self, of: str) -> str:
-        return f"d/dt {of}"
+    def rate(self, symbol: str) -> str:
+        return f"d/dt {symbol}"
 
-    def virtual(self, of: str) -> str:
-        return f"δ{of}"
+    def virtual(self, symbol: str) -> str:
+        return f"δ{symbol}"
 
-    def square(self, of: str) -> str:
-        return f"{of}²"
+    def square(self, symbol: str) -> str:
+        return f"{symbol}²"
 
     def below(self, letter: str, index: str) -> str:
         return f"{letter}_{index}"
@@ -155,14 +155,14 @@ class AsciiLetters(UnicodeLetters):
     def __init__(self) -> None:
         self._printer = ScenePrinter()
 
-    def partial(self, of: str, by: str) -> str:
-        return f"d({of})/d({by})"
+    def partial(self, symbol: str, by: str) -> str:
+        return f"d({symbol})/d({by})"
 
-    def virtual(self, of: str) -> str:
-        return f"delta({of})"
+    def virtual(self, symbol: str) -> str:
+        return f"delta({symbol})"
 
-    def square(self, of: str) -> str:
-        return f"{of}^2"
+    def square(self, symbol: str) -> str:
+        return f"{symbol}^2"
 
     def total(self, index: str, body: str) -> str:
         return f"sum_{index} {body}"

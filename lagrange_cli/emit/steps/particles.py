@@ -30,7 +30,7 @@ def positions(writer: StepsWriter) -> Section | None:
         )
     return section(
         writer.say("Positions"),
-        writer.told(sentence),
+        writer.paragraph(sentence),
         *_by_body(writer, lambda part: [writer.row(writer.cartesian(part.name), part.position)]),
         *_by_constraints(
             writer, (writer.row(writer.cartesian(c.name), c.position) for c in _determined(writer))

@@ -100,7 +100,7 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     prose: str = ""
 
-    def kept(self) -> Table:
+    def without_empty_columns(self) -> Table:
         """Return the columns in which something stands."""
         used = [i for i in range(len(self.heads)) if any(row[i] for row in self.rows)]
         picked = [tuple(row[i] for i in used) for row in (self.heads, *self.rows)]
@@ -144,10 +144,10 @@ class Section:
 
 def section(heading: str, *blocks: Block | None) -> Section | None:
     """Return a section of the blocks that there are; None if none holds anything."""
-    kept = tuple(
+    kept_terms = tuple(
         b for b in blocks if b is not None and not (isinstance(b, Formulas) and not b.rows)
     )
-    return Section(heading, kept) if kept else None
+    return Section(heading, kept_terms) if kept_terms else None
 
 
 def formulas(rows: Iterable[Formula], *, result: bool = False) -> Formulas:

@@ -99,10 +99,10 @@ class Writer:
 
     # -- paragraphs -----------------------------------------------------------------
 
-    def told(self, *sentences: str) -> Words | None:
+    def paragraph(self, *sentences: str) -> Words | None:
         """Return a paragraph of the sentences that are not empty."""
-        kept = [s for s in sentences if s]
-        return Words(" ".join(kept)) if kept else None
+        nonempty = [s for s in sentences if s]
+        return Words(" ".join(nonempty)) if nonempty else None
 
     def title(self, name: str) -> Title:
         """Return the title of the formulas below it, a name of the scene."""

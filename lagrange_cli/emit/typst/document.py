@@ -66,26 +66,26 @@ class TypstLetters(DocumentLetters):
     def room(self, node: DisplayNode) -> float:
         return width(_PRINTER.pieces(node))
 
-    def partial(self, of: str, by: str) -> str:
-        return f"frac(partial {of}, partial {by})"
+    def partial(self, symbol: str, by: str) -> str:
+        return f"frac(partial {symbol}, partial {by})"
 
     def bracket(self, first: str, second: str) -> str:
         return f"{{{first}, {second}}}"
 
-    def rate(self, of: str) -> str:
-        return f"{_PRINTER.ddt} {of}"
+    def rate(self, symbol: str) -> str:
+        return f"{_PRINTER.ddt} {symbol}"
 
-    def differential(self, of: str) -> str:
-        return f"frac(upright(d) {of}, upright(d) t)"
+    def differential(self, symbol: str) -> str:
+        return f"frac(upright(d) {symbol}, upright(d) t)"
 
-    def virtual(self, of: str) -> str:
-        return f"delta {of}"
+    def virtual(self, symbol: str) -> str:
+        return f"delta {symbol}"
 
-    def square(self, of: str) -> str:
-        return f"{of}^2"
+    def square(self, symbol: str) -> str:
+        return f"{symbol}^2"
 
-    def size(self, of: str) -> str:
-        return f"abs({of})"
+    def size(self, symbol: str) -> str:
+        return f"abs({symbol})"
 
     def below(self, letter: str, index: str) -> str:
         return typst_scripted(letter, "_", index)
@@ -96,8 +96,8 @@ class TypstLetters(DocumentLetters):
     def times(self, first: str, second: str) -> str:
         return f"{first} thin {second}"
 
-    def at_least(self, of: str) -> str:
-        return f"{of} >= 0"
+    def at_least(self, symbol: str) -> str:
+        return f"{symbol} >= 0"
 
     def named(self, name: str) -> str:
         return typst_string(name)
