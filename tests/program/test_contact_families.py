@@ -54,7 +54,7 @@ def states(equations, count=6):
 def test_loops_compute_what_statements_do(chain, language, monkeypatch, tmp_path):
     plain = statements(chain, monkeypatch)
     code = language(chain, tmp_path) if language is contacts.Machine else language(chain)
-    n, m, u = len(chain.coordinates), len(chain.closures), len(chain.contacts)
+    n, m, u = len(chain.system.coordinates), len(chain.system.closures), len(chain.system.contacts)
     sizes = {
         "contact_rhs": 2 * n,
         "contact_multipliers": m + u,

@@ -139,6 +139,6 @@ def test_both_ways_of_writing_say_the_same(left: str, right: str) -> None:
     other = derived(text.replace("THIS", f"{right} <= {left}"))
     turned = derived(text.replace("THIS", f"-({right}) >= -({left})"))
     for e in (other, turned):
-        ours, theirs = one.contacts[0].closure, e.system.contacts[0].closure
+        ours, theirs = one.system.contacts[0].closure, e.system.contacts[0].closure
         assert sp.expand(ours.expression - theirs.expression) == 0
         assert [sp.expand(ours.gradient[j] - theirs.gradient[j]) for j in range(2)] == [0, 0]

@@ -63,7 +63,7 @@ def same(kinetic: str, sections: str) -> None:
     body = re.sub("definitions: .*\n", "", BODY)
     long = body.format(kinetic=written_out(kinetic), sections=written_out(sections))
     assert "w" not in re.findall(r"\b\w\b", long)
-    assert short.account.dof == derived(long).derivation.account.dof
+    assert short.derivation.account.dof == derived(long).derivation.account.dof
     for x, y in zip(numbers(short), numbers(derived(long)), strict=True):
         assert abs(x - y) <= mpmath.mpf(10) ** -20 * (1 + abs(y))
 

@@ -235,7 +235,7 @@ initial: {x: 0.9, z: -1.2}
 simulate: {until: 5, accuracy: 1e-9, samples: 51}
 """
     kept = equations(tmp_path, "linear", scene=pendulum.replace("FORM", "coordinates: [x, z]"))
-    assert kept.closures
+    assert kept.system.closures
     found = simulate(kept)
     angle = """
 inputs: {a: {file: a.csv, column: a, interpolation: KIND}}
