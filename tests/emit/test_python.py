@@ -93,7 +93,7 @@ def test_hostile_names_and_texts(tmp_path):
     assert imported == {"functools", "math", "numpy", "sys", "types", "typing"}
     assert HOSTILE.split()[0] not in source
     functions = load(source)
-    assert list(functions["DEFAULTS"]) == [p.value for p in hostile().parameters]
+    assert list(functions["DEFAULTS"]) == [p.value for p in hostile().system.parameters]
     reference = Reference(hostile())
     state = np.linspace(-1, 1, 14)
     got = functions["rhs"](0.0, state)

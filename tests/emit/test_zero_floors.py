@@ -83,7 +83,7 @@ def test_projection_to_a_floor_at_zero_in_python(name, tmp_path):
 def test_what_no_state_obeys_is_no_rounding(real, tmp_path):
     """A floor at zero does not make a closure that cannot be met look like one that is."""
     free = closures.pendulum()
-    x, z = free.coordinates
+    x, z = free.system.coordinates
     nowhere = closures.closure("rod", x.q**2 + z.q**2 + 1, [x, z])
     equations = contacts.with_contacts(
         changed(free, closures=(nowhere,)), contacts.contact("floor", z.q, [x, z])
