@@ -218,6 +218,7 @@ def test_a_command_that_is_ended_leaves_no_compiler(hanging, place, number):
             process.send_signal(number)
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(10)
-        assert process.returncode == 128 + number
+        # Shells report the same of a process that its signal ended.
+        assert process.returncode in (128 + number, -number)
     assert hanging()
     assert _left(place) == []
