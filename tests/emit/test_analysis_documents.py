@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from lagrange_cli import InputError, load, loads
-from tests.emit.emit_scenes import chain_pendulum
 from tests.emit.test_documents import log_of, sticking_out
 from tests.notation.formula_readers import TypstReader
 
@@ -114,17 +113,6 @@ def test_steady_motions_have_rates_or_momenta():
     assert r"\mathbf{K} & = 3 M \dot{\theta}^{2} = 54" in text
 
 
-def test_what_does_not_fit_is_left_to_json():
-    equations = chain_pendulum(8)
-    from lagrange_cli.analysis.analyze import analyze
-    from lagrange_cli.api.analyzed import Analyzed
-
-    found = Analyzed.of(analyze(equations, ["linearization"], at={"theta1": "0"}))
-    (text,) = found.emit("latex", style="beamer").values()
-    assert r"$\mathbf{A}$ has 16 rows and 16 columns; JSON holds it." in text
-    assert "pmatrix" not in text.partition("State space")[2]
-
-
 ROW_OF_SPRINGS = """
     sizes: {n: 12}
     parameters: {m: 1, k: 2}
@@ -135,6 +123,15 @@ ROW_OF_SPRINGS = """
 """
 
 
+@pytest.mark.slow
+def test_what_does_not_fit_is_left_to_json():
+    found = loads(ROW_OF_SPRINGS.replace("n: 12", "n: 8"), file="row.yaml").derive()
+    (text,) = found.analyze("linearization").emit("latex", style="beamer").values()
+    assert r"$\mathbf{A}$ has 16 rows and 16 columns; JSON holds it." in text
+    assert "pmatrix" not in text.partition("State space")[2]
+
+
+@pytest.mark.slow
 @pytest.mark.latex
 @pytest.mark.parametrize("options", [{}, {"width": "column"}, {"style": "beamer"}])
 def test_a_matrix_of_twelve_columns_and_a_vector_of_twenty_four_fit(options, tmp_path):

@@ -171,7 +171,7 @@ def test_other_types_compile(scene, real, tmp_path):
 
 @pytest.mark.slow
 def test_too_many_to_write_out():
-    derivation = load(SYSTEMS / "chains" / "chain_of_rods.yaml", parameters={"n": 600}).derive()
+    derivation = load(SYSTEMS / "chains" / "chain_of_rods.yaml", parameters={"n": 310}).derive()
     with pytest.raises(InputError, match="too many to write out"):
         derivation.emit("c", jacobian=True)
 
