@@ -195,9 +195,14 @@ def test_an_interrupted_run_goes_on(folder):
 
 
 @pytest.mark.parametrize(
-    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["int", "term"]
+    ("number", "code", "jobs"),
+    [
+        (signal.SIGTERM, 143, "1"),
+        (signal.SIGINT, 130, "2"),
+        pytest.param(signal.SIGINT, 130, "1", marks=pytest.mark.campaign),
+        pytest.param(signal.SIGTERM, 143, "2", marks=pytest.mark.campaign),
+    ],
 )
-@pytest.mark.parametrize("jobs", ["1", "2"])
 def test_signals_leave_finished_blocks(folder, number, code, jobs):
     words = ("--vary", "theta=linspace(0.1,3,20000)", "--until", "400", "-o", "out.npz")
     process = subprocess.Popen(
@@ -232,11 +237,25 @@ def test_a_map_is_drawn_of_a_grid(folder):
     assert b"<svg" in (folder / "end.svg").read_bytes()
 
 
+#: An ensemble of several blocks.
+MANY = ("--sample", "theta ~ uniform(-3, 3)", "--members", "30000", "--until", "40", "--final")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The arrays of a run of many members that nothing ends early."""
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "scene.yaml").write_text(SCENE)
+    assert run(folder, *MANY, "-o", "out.npz").returncode == 0
+    with np.load(folder / "out.npz") as arrays:
+        return dict(arrays)
+
+
 @pytest.mark.parametrize("jobs", ["1", "2"])
-def test_a_killed_run_goes_on_in_its_store(folder, jobs):
+def test_a_killed_run_goes_on_in_its_store(folder, whole, jobs):
     """Neither half a block is counted nor a whole one run again."""
     zarr = pytest.importorskip("zarr")
-    words = ("--sample", "theta ~ uniform(-3, 3)", "--members", "30000", "--until", "60", "--final")
+    words = MANY
     store, own = folder / "out.zarr", (*words, "-j", jobs, "-o", "out.zarr")
     process = subprocess.Popen(
         [sys.executable, "-m", "lagrange_cli", "simulate", "scene.yaml", *own],
@@ -256,11 +275,9 @@ def test_a_killed_run_goes_on_in_its_store(folder, jobs):
     assert run(folder, *words, "-o", "out.zarr").returncode == 2
     code, found = report(folder, *words, "-o", "out.zarr", "--resume", "-j", jobs)
     assert (code, found["counts"], found["finished"]) == (0, {"ok": 30000}, 30000)
-    assert run(folder, *words, "-o", "out.npz").returncode == 0
-    with np.load(folder / "out.npz") as whole:
-        group = zarr.open_group(str(store), mode="r")
-        for name in ("given/theta", "final/theta", "member/estimated", "member/status"):
-            assert np.array_equal(group[name.replace("/", ".")][:].tolist(), whole[name])
+    group = zarr.open_group(str(store), mode="r")
+    for name in ("given/theta", "final/theta", "member/estimated", "member/status"):
+        assert np.array_equal(group[name.replace("/", ".")][:].tolist(), whole[name])
     again = run(folder, *words, "-o", "out.zarr")
     assert (again.returncode, "is there already" in again.stderr) == (2, True)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import json
 
@@ -27,8 +28,13 @@ simulate: {until: 2, samples: 41}
 QUICK = ("--methods", "DOP853,RK4,auto", "--repeat", "1")
 
 
-def traded(*words, **more):
-    return succeed("tradeoff", "-", *QUICK, *words, input=SCENE, **more)
+def traded(*words):
+    return succeed("tradeoff", "-", *QUICK, *words, input=SCENE)
+
+
+@functools.cache
+def printed_json():
+    return json.loads(traded("--json"))
 
 
 def refused(*words):
@@ -39,7 +45,7 @@ def refused(*words):
 
 
 def test_json_is_the_contract():
-    found = json.loads(traded("--json"))
+    found = printed_json()
     assert found["name"] == "pendulum"
     assert found["reference"]["error"] < 1e-11
     assert {run["method"] for run in found["runs"]} == {"DOP853", "RK4"}
@@ -53,8 +59,12 @@ def test_json_is_the_contract():
             assert run["energy_drift"] is not None
 
 
-def test_text_has_table_picture_and_recommendation():
-    shown = traded()
+def test_text_has_table_picture_and_recommendation_and_files_are_written(tmp_path):
+    report = tmp_path / "trade.json"
+    words = ["-o", str(report)]
+    if importlib.util.find_spec("matplotlib") is not None:
+        words += ["--plot", str(tmp_path / "trade.svg")]
+    shown = traded(*words)
     assert shown.startswith("pendulum until t = 2: ")
     assert "Reference  " in shown
     assert "rtol 1e-06" in shown
@@ -62,6 +72,10 @@ def test_text_has_table_picture_and_recommendation():
     assert "Recommended\n  1e-03  --method" in shown
     assert "--accuracy 1e-09" in shown
     assert "\x1b" not in shown
+    assert json.loads(report.read_text())["name"] == "pendulum"
+    if "--plot" in words:
+        assert "<svg" in (tmp_path / "trade.svg").read_text()
+    assert {p.suffix for p in tmp_path.iterdir()} <= {".json", ".svg"}
 
 
 def test_options_change_the_scene():
@@ -77,7 +91,7 @@ def test_options_change_the_scene():
 
 
 def test_recommended_options_can_be_pasted():
-    found = json.loads(traded("--json"))
+    found = printed_json()
     for entry in found["recommended"]:
         words = entry["options"].split()
         run = json.loads(succeed("simulate", "-", *words, "--json", input=SCENE))
@@ -85,18 +99,6 @@ def test_recommended_options_can_be_pasted():
             entry["method"],
             entry["rhs_evaluations"],
         )
-
-
-def test_files_are_written(tmp_path):
-    report = tmp_path / "trade.json"
-    words = ["-o", str(report)]
-    if importlib.util.find_spec("matplotlib") is not None:
-        words += ["--plot", str(tmp_path / "trade.svg")]
-    traded(*words)
-    assert json.loads(report.read_text())["name"] == "pendulum"
-    if "--plot" in words:
-        assert "<svg" in (tmp_path / "trade.svg").read_text()
-    assert {p.suffix for p in tmp_path.iterdir()} <= {".json", ".svg"}
 
 
 def test_without_matplotlib_the_plot_is_refused_before_the_work(monkeypatch):
