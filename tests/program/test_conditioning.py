@@ -27,6 +27,7 @@ from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference
 from tests.emit.emitted_c import Compiled
 from tests.parts import changed
+from tests.systems.shipped import SLICE
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 ROUNDING = 2.0**-53
@@ -133,7 +134,7 @@ def _digits(monkeypatch):
 def test_errors_are_those_of_the_data(name, kind):
     equations = NAMED[name]()
     bound = FACTOR_OF_THREE if len(equations.system.coordinates) > 2 else FACTOR
-    assert worst(equations, python(equations), kind) < bound
+    assert worst(equations, python(equations), kind, 20) < bound
 
 
 @pytest.mark.slow
@@ -170,14 +171,19 @@ def every_system():
         yield f"system {number}", make
 
 
+def sliced_systems():
+    """Systems as parameters; shipped scenes beside the slice are a campaign."""
+    for name, make in every_system():
+        chosen = name in SLICE or name.startswith("system ")
+        yield pytest.param(name, make, id=name, marks=() if chosen else pytest.mark.campaign)
+
+
 def blocks_of(equations):
     return [b for b in build_program(equations, ["acceleration"]).blocks if len(b.coordinates) > 1]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "make"), list(every_system()), ids=lambda x: x if isinstance(x, str) else ""
-)
+@pytest.mark.parametrize(("name", "make"), list(sliced_systems()))
 def test_the_exact_solution_solves_the_equations_and_its_pivots_hold_no_difference(name, make):
     equations = make()
     reference = Reference(equations)

@@ -120,7 +120,7 @@ def test_tolerance_is_no_contradiction() -> None:
 
 
 CHAIN = """
-sizes: {n: 13}
+sizes: {n: %s}
 parameters: {l: 0.1}
 plane: xz
 points: {"p[0]": [0, 0, 0], far: [%s, 0, 0]}
@@ -132,12 +132,12 @@ constraints:
 
 
 def test_a_long_list_of_names_is_cut() -> None:
-    problem = refusal(CHAIN % 3 + '  end: {distance: ["p[13]", far], equals: l}\n')
+    problem = refusal(CHAIN % (13, 3) + '  end: {distance: ["p[13]", far], equals: l}\n')
     assert problem.message.startswith("constraints 'rod[1]', 'rod[2]', 'rod[3]', 'rod[4]', ..., ")
     assert "'rod[13]', 'end' (14 in all) contradict each other" in problem.message
     assert problem.message.endswith("3 apart, where the 14 others reach 1.4 at most")
 
 
 def test_an_impossible_equation_is_found_among_many() -> None:
-    problem = refusal(CHAIN % 1 + '  wall: "x[13]^2 + sin(z[13]) + cos(3*x[13]) = -5"\n')
+    problem = refusal(CHAIN % (8, 1) + '  wall: "x[8]^2 + sin(z[8]) + cos(3*x[8]) = -5"\n')
     assert problem.message.startswith("constraint 'wall' cannot hold")
