@@ -175,10 +175,17 @@ def test_emitted_code_gives_what_a_dense_solution_gives(name, tmp_path):
 
 @pytest.mark.compiler
 @pytest.mark.parametrize(
-    "name", ["net", "own_masses", pytest.param("braced", marks=pytest.mark.campaign)]
+    "make",
+    [
+        lambda: net(4),
+        CASES["own_masses"],
+        pytest.param(CASES["net"], marks=pytest.mark.campaign),
+        pytest.param(CASES["braced"], marks=pytest.mark.campaign),
+    ],
+    ids=["small_net", "own_masses", "net", "braced"],
 )
-def test_all_functions_are_those_of_straight_code(name, tmp_path, monkeypatch):
-    equations = CASES[name]()
+def test_all_functions_are_those_of_straight_code(make, tmp_path, monkeypatch):
+    equations = make()
     energy = sp.Add(*(M.symbol * c.v**2 / 2 for c in equations.system.coordinates))
     energy += sp.Add(*(M.symbol * 9 * c.q for c in equations.system.coordinates[1::2]))
     equations = changed(

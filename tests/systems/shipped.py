@@ -101,10 +101,6 @@ def sliced(
     return pytest.mark.parametrize(argument, cases)
 
 
-#: Scenes without contacts: one right-hand side for all of a motion.
-every_smooth_scene = pytest.mark.parametrize("name", [n for n in SCENES if n not in CONTACTS])
-
-
 @cache
 def derived(
     name: str,

@@ -13,6 +13,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from lagrange_cli import Derivation, load
+from lagrange_cli.cache import open_cache
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.program import build_program
 from tests.systems import textbook_bicycle
@@ -26,7 +27,7 @@ DIGITS, STEP = 60, mpmath.mpf(10) ** -15
 
 @pytest.fixture(scope="module")
 def derivation() -> Derivation:
-    return load(APART["bicycle"]).derive()
+    return load(APART["bicycle"]).derive(cache=open_cache())
 
 
 @pytest.fixture(scope="module")
