@@ -159,6 +159,7 @@ def test_formulation_of_the_scene():
     assert scene.derive().model().defaults.until == 2.0
 
 
+@pytest.mark.usefixtures("frozen_garbage")
 def test_the_examples_in_docstrings_hold(monkeypatch):
     monkeypatch.chdir(ROOT)
     names = {"load": load, "loads": loads}

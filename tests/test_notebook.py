@@ -138,6 +138,7 @@ def test_an_ensemble_shows_its_members(derivation):
     assert Tables(hostile._repr_html_()).rows[1][-1] == HOSTILE
 
 
+@pytest.mark.usefixtures("frozen_garbage")
 def test_a_trade_shows_its_front(derivation):
     trade = derivation.tradeoff(methods=["DOP853"], repeat=1, until=0.5)
     assert repr(trade).startswith("<Trade of double_pendulum: ")

@@ -205,6 +205,7 @@ def failed_examples(block: Block, here: str, folder: Path) -> Iterator[str]:
 @pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.latex
+@pytest.mark.usefixtures("frozen_garbage")
 @pytest.mark.parametrize("page", PAGES)
 def test_every_block_gives_what_it_shows(page, tmp_path):
     assert list(differences(page, clone(tmp_path))) == []

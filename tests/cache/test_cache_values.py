@@ -16,9 +16,8 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.free_symbols import unknown_function
 from lagrange_cli.mechanics.stored_derivation import unwritten
 from lagrange_cli.scene import read_file
-from tests.campaign import slice_of
 from tests.parts import changed
-from tests.systems.shipped import SCENES
+from tests.systems.shipped import NARROW, SCENES, sliced
 
 X, Y = sp.symbols("x y", real=True)
 
@@ -86,7 +85,7 @@ def test_too_deep_expressions_are_not_written():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", slice_of(list(SCENES), 24))
+@sliced(SCENES, NARROW)
 def test_equations_of_shipped_scenes_come_back_node_by_node(name):
     equations = derive(read_file(str(SCENES[name])))
     parts = changed(equations, textbook=unwritten), equations.derivation.textbook()

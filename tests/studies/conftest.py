@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
 
@@ -27,6 +28,7 @@ def traded(oscillator: Model, tmp_path_factory: pytest.TempPathFactory) -> Trade
     if path.exists():
         found: Trade = pickle.loads(path.read_bytes())
         return found
+    gc.freeze()  # before each timed run garbage is collected
     found = trade(oscillator, repeat=2, budget=0.3)
     own = path.with_suffix(f".{os.getpid()}")
     own.write_bytes(pickle.dumps(found))

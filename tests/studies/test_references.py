@@ -130,6 +130,7 @@ def test_a_reference_in_long_doubles_is_checked_by_another_method(traded):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("frozen_garbage")
 def test_without_a_compiler_two_methods_are_compared(oscillator, monkeypatch):
     monkeypatch.setenv("CC", "/nowhere/cc")
     found = trade(oscillator, methods=["DOP853"], repeat=1, until=2.0, budget=10.0)
@@ -168,6 +169,7 @@ def refusal(*args, **kwargs):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("frozen_garbage")
 def test_chaos_is_refused_with_an_end_that_has_a_reference():
     of = model(DOUBLE)
     message, hint = refusal(of, repeat=1)

@@ -40,10 +40,10 @@ def test_overflow_keeps_what_was_finite():
     def rhs(t, y):
         return np.array([y[1], y[0]])
 
-    of = problem(rhs, [1.0, 1.0], 1000.0, ("length",), samples=501)
+    of = problem(rhs, [1e150, 1e150], 500.0, ("length",), samples=251)
     measured = integrate_to_accuracy(of, 1e-6, Watch())
     assert measured.failure is not None
-    assert 690 < of.times[len(measured.states) - 1] < 710
+    assert 350 < of.times[len(measured.states) - 1] < 365
     assert np.isfinite(measured.states).all()
 
 
@@ -97,8 +97,8 @@ def test_stiff_systems_get_an_implicit_method():
 
 @pytest.mark.slow
 def test_fast_oscillation_is_not_called_stiff():
-    """Five hundred turns are resolved by an explicit method, whatever their frequency."""
-    *given, exact = oscillator(2.0**20, 3.0e-3)
+    """Two hundred turns are resolved by an explicit method, whatever their frequency."""
+    *given, exact = oscillator(2.0**20, 1.2e-3)
     of = problem(*given)
     measured = integrate_to_accuracy(of, 1e-6, Watch())
     assert measured.method == "DOP853"

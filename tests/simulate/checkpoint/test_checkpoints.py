@@ -117,8 +117,8 @@ def in_parts(model, path, calls, stream=None, **how):
 def how_of(method):
     if method.adaptive:
         rtol = 1e-9 if method.order > 5 else 1e-6
-        return {"method": method.name, "rtol": rtol, "atol": rtol, "samples": 301, "until": 12.0}
-    return {"method": method.name, "step": 0.01, "until": 5.0}
+        return {"method": method.name, "rtol": rtol, "atol": rtol, "samples": 126, "until": 5.0}
+    return {"method": method.name, "step": 0.01, "until": 2.0}
 
 
 #: Each method, and each kind of scene with a few of them.

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli import loads
+from tests.campaign import pairs_of
 
 WHEEL = """
 parameters: {m: 2, R: 0.5, I: 0.25, k: 3}
@@ -35,9 +36,9 @@ FORMS = {
 }
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("name", ["phi", "x"])
-@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize(
+    ("form", "name", "reverse"), pairs_of([*FORMS], ["phi", "x"], [False, True])
+)
 def test_each_member_has_its_own_start(form: str, name: str, *, reverse: bool) -> None:
     values = [0.0, 0.7, -1.25, 2.0, 0.3]
     values = values[::-1] if reverse else values

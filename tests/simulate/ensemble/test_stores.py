@@ -77,8 +77,9 @@ def files_below(size):
 def test_a_store_has_what_memory_has(pendulum, tmp_path, ending, jobs, how):
     """Whether blocks are written by this process, its threads or others."""
     path = tmp_path / f"out{ending}"
-    expected = pendulum.ensemble(drawn(), **KEPT, **how)
-    found = pendulum.ensemble(drawn(), **KEPT, **how, store=path, jobs=jobs)
+    members = drawn(50 if not how else 12)
+    expected = pendulum.ensemble(members, **KEPT, **how)
+    found = pendulum.ensemble(members, **KEPT, **how, store=path, jobs=jobs)
     same(found, expected)
     assert repr(found) == repr(expected)
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
@@ -186,7 +187,7 @@ def test_what_is_not_marked_as_finished_is_run_again(pendulum, tmp_path):
 def test_a_full_disk_loses_nothing(pendulum, tmp_path, ending):
     kept = FIGURES if ending == ".parquet" else {**KEPT, "columns": None}
     path = str(tmp_path / f"out{ending}")
-    many = {"samples": 20001} if ending == ".zarr" else {}
+    many = {"samples": 2001} if ending == ".zarr" else {}
     with files_below(4096), pytest.raises(InputError, match="cannot write"):
         pendulum.ensemble(drawn(), **kept, **many, store=path)
     found = pendulum.ensemble(drawn(), **kept, **many, store=path, resume=True)

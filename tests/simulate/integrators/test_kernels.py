@@ -14,6 +14,7 @@ import pytest
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, StepError, start_integrator
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
+from tests.campaign import values_of
 from tests.simulate.native_systems import SYSTEMS, interpreted, native
 
 METHODS = [INTEGRATORS[name] for name in COMPILED]
@@ -70,12 +71,15 @@ def test_kepler_returns_after_ten_periods(method):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("method", "name"),
-    [(m, name) for m in TWINS for name in ("pendulum", "rotation", "driven")]
-    + [(m, "three") for m in TWINS if m in GENERAL],
+    ("pair", "tolerance"),
+    values_of(
+        [(m, name) for m in TWINS for name in ("pendulum", "rotation", "driven")]
+        + [(m, "three") for m in TWINS if m in GENERAL],
+        [1e-5, 1e-9, 1e-13],
+    ),
 )
-@pytest.mark.parametrize("tolerance", [1e-5, 1e-9, 1e-13])
-def test_the_twin_in_python_makes_the_same_steps(method, name, tolerance):
+def test_the_twin_in_python_makes_the_same_steps(pair, tolerance):
+    method, name = pair
     rhs = native(name)
     y0 = [1.0, 0.5, 0.25][: 3 if name == "three" else 2]
     times = np.linspace(0.0, 6.0, 41)

@@ -98,8 +98,8 @@ def differences(derivation, names, until, steps):
 
 
 CASES = {
-    "pendulums/double_pendulum": (["theta1", "dot(theta2)", "m2", "l1", "g"], 1.0, 12),
-    "celestial/kepler": (["r", "dot(phi)", "G", "M"], 3.5e6, 12),
+    "pendulums/double_pendulum": (["theta1", "dot(theta2)", "m2", "l1", "g"], 0.5, 6),
+    "celestial/kepler": (["r", "dot(phi)", "G", "M"], 1.75e6, 6),
 }
 
 

@@ -173,7 +173,7 @@ class TestFiles:
             pytest.importorskip("matplotlib")
         paths = [tmp_path / f"{k}.{ending}" for k in range(2)]
         for path in paths:
-            atwood.plot(path, "z_bob:x_bob + r, dot(r):r, energy")
+            atwood.plot(path, "z_bob:x_bob + r, energy")
         first, second = (path.read_bytes() for path in paths)
         assert first == second
         assert len(first) > 1000

@@ -15,7 +15,7 @@ from lagrange_cli.simulate.integrators import Integrator
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.results.trajectory import Trajectory
-from tests.campaign import pairs_of, values_of
+from tests.campaign import values_of
 from tests.simulate.available import INSTALLED
 
 G = 9.81
@@ -93,7 +93,7 @@ def test_the_others_are_refused_with_a_reason(method: type[Integrator]):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("method", "rtol", "e"), pairs_of(FOLLOWING, TOLERANCES, (0.5, 0.9)), ids=name_of
+    ("method", "rtol", "e"), values_of(FOLLOWING, TOLERANCES, (0.5, 0.9)), ids=name_of
 )
 def test_bounces_that_accumulate_are_ended(method: type[Integrator], rtol: float, e: float):
     """The ball lies still behind the last bounce; each bounce is where it should be."""

@@ -342,7 +342,7 @@ constraints:
   bar: (xb - xa)^2 + (zb - za)^2 = l^2
 initial:
   {xa: cos(A), za: sin(A), xb: l + cos(A), zb: sin(A), dot(xa): -5*sin(A), dot(xb): -5*sin(A)}
-simulate: {until: 4, samples: 401}
+simulate: {until: 2, samples: 201}
 """
 
 

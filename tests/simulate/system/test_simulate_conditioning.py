@@ -165,7 +165,7 @@ initial: {x: 2, dot(x): 0}
 """
     model = model_of(loads(scene).derive().equations)
     ways = compiled_or_skip(model), interpreted(model, "asked for")
-    work = [simulate(model, until=50.0, accuracy=1e-4, functions=f) for f in ways]
+    work = [simulate(model, until=35.0, accuracy=1e-4, functions=f) for f in ways]
     assert [found.method for found in work] == ["Radau", "Radau"]
     native, python = (found.all_evaluations for found in work)
     assert native < 1.2 * python
