@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -15,6 +13,7 @@ from lagrange_cli.cache import open_cache
 from lagrange_cli.check import check_paths, check_scene, scenes_in
 from lagrange_cli.check.expectations import CHECKS
 from lagrange_cli.errors import InputError, InternalError, Problem
+from tests.cli.terminal import lagrange
 
 BEAD = """\
 name: bead
@@ -341,13 +340,7 @@ class TestWalk:
 
 class TestCommand:
     def run(self, *words: str, **more):
-        return subprocess.run(
-            [sys.executable, "-m", "lagrange_cli", "check", *words],
-            capture_output=True,
-            text=True,
-            timeout=120,
-            **more,
-        )
+        return lagrange("check", *words, **more)
 
     @pytest.mark.slow
     def test_exit_codes_and_reports(self, tmp_path):
@@ -366,14 +359,12 @@ class TestCommand:
         assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
         assert "::error file=" in self.run(bad, "--format", "github").stdout
 
-    @pytest.mark.slow
     def test_missing_path_exits_2(self):
         done = self.run("nowhere.yaml")
         assert (done.returncode, done.stdout) == (2, "")
         assert "no such file or folder: 'nowhere.yaml'" in done.stderr
         assert self.run().returncode == 2
 
-    @pytest.mark.slow
     def test_standard_input(self):
         done = self.run("-", input=BEAD + "expect: {dof: 1}\n")
         assert done.returncode == 0, done.stderr

@@ -353,10 +353,10 @@ def test_closures_without_rank_are_singular(tmp_path):
         status, _ = compiled(function, 0.0, y, compiled.defaults, size)
         assert status == 1
         assert np.isnan(python[function](0.0, y, compiled.defaults)).all()
-    equations = CASES["large_net"]()
+    equations = CASES["tree"]()
     y = state(equations, 3)
     y[0:2] = y[2:4]
-    (folder := tmp_path / "net").mkdir()
+    (folder := tmp_path / "tree").mkdir()
     compiled, (_, python) = Compiled(equations, folder), python_functions(equations)
     status, _ = compiled("rhs", 0.0, y, compiled.defaults, len(y))
     assert status == 1
@@ -414,11 +414,11 @@ SCRIPT = """
 import sys
 from hashlib import sha256
 sys.path.insert(0, sys.argv[1])
-from tests.program.test_large_systems import CASES
+from tests.program.test_large_systems import CASES, net
 from lagrange_cli.emit.registry import EMITTERS
-for name in ("net", "own_masses"):
+for make in (lambda: net(4), CASES["own_masses"]):
     for language in ("c", "python"):
-        for text in EMITTERS[language].emit(CASES[name]()).values():
+        for text in EMITTERS[language].emit(make()).values():
             print(sha256(text.encode()).hexdigest())
 """
 
