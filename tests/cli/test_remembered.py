@@ -14,6 +14,7 @@ from lagrange_cli.cache import Cache
 from lagrange_cli.cli import remembered
 from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.files import read_bytes
+from tests.campaign import values_of
 from tests.cli.terminal import ROOT, Done, lagrange, succeed
 
 DOUBLE = "systems/pendulums/double_pendulum.yaml"
@@ -283,8 +284,10 @@ UNUSABLE = {
 }
 
 
-@pytest.mark.parametrize("name", UNUSABLE)
-@pytest.mark.parametrize("words", [("derive", HOLE), ("emit", HOLE, "--to", "python")])
+@pytest.mark.parametrize(
+    ("name", "words"),
+    values_of(list(UNUSABLE), [("derive", HOLE), ("emit", HOLE, "--to", "python")]),
+)
 def test_without_a_usable_cache_all_is_well(name, words, monkeypatch):
     expected = succeed(*words)
     for variable, value in UNUSABLE[name].items():

@@ -21,7 +21,7 @@ from tests.program import test_bandwidth as bands
 from tests.program import test_large_systems as large
 from tests.program.test_contact_families import chain_over_floors
 from tests.program.test_program import one_coordinate, x
-from tests.systems.shipped import SCENES, derived, sliced
+from tests.systems.shipped import NARROW, SCENES, derived, sliced
 
 #: Every kind of system once: written out and by loops, free and with closures, inputs, a recording,
 #: outputs, contacts.
@@ -137,7 +137,7 @@ def test_many_states_at_once(name):
 
 
 @pytest.mark.slow
-@sliced(name for name in SCENES if name not in FEW)
+@sliced((name for name in SCENES if name not in FEW), NARROW)
 def test_many_states_of_every_scene(name):
     of_scene(name)
 

@@ -15,7 +15,7 @@ from tests.cli.terminal import lagrange
 from tests.emit.emitted_c import WARNINGS, compiler, run
 from tests.emit.test_jacobians import SCENES, Library, state_near
 from tests.emit.test_jacobians import module_of as module_with
-from tests.systems.shipped import SYSTEMS, sliced
+from tests.systems.shipped import NARROW, SYSTEMS, sliced
 
 #: Of one and of two coupled coordinates; solved by elimination and by a loop; with velocities in V;
 #: no square of the velocities; with friction and inputs; of a moving frame.
@@ -105,7 +105,7 @@ def test_python(scene):
 
 
 @pytest.mark.slow
-@sliced(sorted(set(SCENES) - set(FEW)), argument="scene")
+@sliced(sorted(set(SCENES) - set(FEW)), NARROW, "scene")
 def test_shipped_scenes(scene):
     check(scene, (3,))
 

@@ -19,7 +19,7 @@ from lagrange_cli.scene import parse_expression, read_text
 from tests.emit.test_latex import compiled, logs_by_document, one_document, overfull
 from tests.mechanics.steps.test_steps import FULL
 from tests.systems import shipped
-from tests.systems.shipped import APART, SCENES, derived, sliced
+from tests.systems.shipped import APART, NARROW, SCENES, derived, sliced
 
 #: Scenes that are tried in every run, with the others in long ones.
 SLICE = (
@@ -30,6 +30,8 @@ SLICE = (
     "rolling_disk",
     "wheel_down_incline",
 )
+
+WAYS: tuple[Way, ...] = ("lagrange", "dalembert")
 
 #: Scenes whose steps nobody would read.
 TOO_LONG = {"bicycle", "fput", "hanging_net", "net_of_rods_and_springs", "pleiades"}
@@ -66,7 +68,7 @@ def is_certified(equations: Equations) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", ["lagrange", "dalembert"])
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("name", SLICE)
 def test_steps_of_scenes_are_certified_and_printed(name: str, way: Way) -> None:
     equations = stepped(name, way)
@@ -75,9 +77,9 @@ def test_steps_of_scenes_are_certified_and_printed(name: str, way: Way) -> None:
 
 
 @pytest.mark.slow
-@sliced(sorted({*SCENES, *APART} - set(SLICE)), {*shipped.SLICE, "fput"})
+@sliced(sorted({*SCENES, *APART} - set(SLICE)), {*NARROW, "fput"})
 def test_steps_of_all_other_scenes_are_certified_and_printed(name: str) -> None:
-    for way in ("lagrange", "dalembert"):
+    for way in WAYS:
         if name in TOO_LONG:
             with pytest.raises(InputError, match="too long to be read"):
                 stepped(name, way)
@@ -128,11 +130,9 @@ def test_a_snippet_compiles_with_amsmath(tmp_path: Path) -> None:
     ],
 )
 def test_documents_of_scenes_stay_on_the_page(names: set[str], tmp_path: Path) -> None:
-    documents = {
-        f"{name} {way}": latex(stepped(name, way))
-        for name in sorted(names)
-        for way in ("lagrange", "dalembert")
-    }
+    scenes = {f"{name} {way}": stepped(name, way) for name in sorted(names) for way in WAYS}
+    assert all(map(is_certified, scenes.values()))
+    documents = {name: latex(equations) for name, equations in scenes.items()}
     logs = logs_by_document(compiled(tmp_path, one_document(documents)))
     wide = {name: [p for p in overfull(log) if p > 5] for name, log in logs.items()}
     assert wide == {name: [] for name in documents}
