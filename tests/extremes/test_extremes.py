@@ -13,8 +13,22 @@ pytestmark = pytest.mark.slow
 
 QUICK = [case for case in CASES if not case.long]
 
+#: Cases that take a second and more, and whose kind has others here or in tests of accuracy.
+DEAR = ("double pendulum, m2/m1 = 1e-12", "double pendulum from (3, 3) for 30 s")
 
-@pytest.mark.parametrize("case", QUICK, ids=lambda case: case.name)
+
+def test_dear_cases_are_cases():
+    assert {case.title for case in QUICK} > {*DEAR}
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, marks=pytest.mark.campaign if case.title in DEAR else ())
+        for case in QUICK
+    ],
+    ids=lambda case: case.name,
+)
 def test_extreme(case):
     result = found(case)
     assert result.outcome in case.expected, result

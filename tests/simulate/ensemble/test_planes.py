@@ -57,8 +57,12 @@ def test_values_stand_where_their_members_are(plan, specs):
     assert (found.x_label.plain, found.y_label.plain) == ("θ in rad", "m in kg")
 
 
-@pytest.mark.parametrize("spec", ["linspace(0.1,0.4,4)", "[0.1,0.2,0.4,0.8]"], ids=["even", "not"])
-def test_the_same_map_has_the_same_bytes(plan, spec):
+@pytest.mark.parametrize(
+    ("spec", "endings"),
+    [("linspace(0.1,0.4,4)", ("png", "pdf", "svg")), ("[0.1,0.2,0.4,0.8]", ("png",))],
+    ids=["even", "not"],
+)
+def test_the_same_map_has_the_same_bytes(plan, spec, endings):
     """And what has no value has a colour of its own, that the bar does not have."""
     from matplotlib.image import imread
 
@@ -67,7 +71,7 @@ def test_the_same_map_has_the_same_bytes(plan, spec):
     holes = replace(whole, values=np.where(whole.values > 0.3, np.nan, whole.values))
     part = np.isnan(holes.values).mean()
     assert 0.2 < part < 0.8
-    pictures = {ending: draw_map(holes, ending) for ending in ("png", "pdf", "svg")}
+    pictures = {ending: draw_map(holes, ending) for ending in endings}
     assert all(draw_map(holes, ending) == picture for ending, picture in pictures.items())
     grey = [
         (np.abs(imread(io.BytesIO(picture))[..., :3] - 0.8) < 0.01).all(axis=2).mean()
