@@ -15,6 +15,7 @@ from lagrange_cli.emit.latex.document import equations_latex
 from lagrange_cli.notation.html import html_formula, html_table, html_text
 from lagrange_cli.studies.lyapunov import Lyapunov
 from tests.emit.emit_scenes import chain_pendulum
+from tests.systems.shipped import derived
 
 ROOT = Path(__file__).resolve().parents[1]
 HOSTILE = "<script>alert(\"$x$\")</script> & <b onclick='y'> $\\frac{1}$ </td></table>"
@@ -178,8 +179,8 @@ def test_a_page_holds_no_text_of_the_scene_as_markup():
 
 
 @pytest.mark.slow
-def test_equations_that_nobody_would_read_are_left_out():
-    bicycle = load(ROOT / "systems" / "rolling" / "bicycle.yaml").derive()
+def test_equations_that_nobody_would_read_are_left_out(derivation):
+    bicycle = replace(derivation, equations=derived("bicycle"))
     assert "`--written-out` prints them." in bicycle._repr_markdown_()
     assert len(bicycle._repr_latex_()) < 20_000
     assert repr(bicycle) == "<Derivation of bicycle>"
