@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ SCENES = [
 ]
 
 
+@cache
 def reported(scene):
     derivation = api.load(SYSTEMS / f"{scene}.yaml").derive()
     report = derivation.report(form="small-oscillations")

@@ -61,7 +61,7 @@ def test_closed_standard_input(scene):
         ("--help",),
         ("--version",),
         ("derive", "--help"),
-        ("simulate", "--help"),
+        pytest.param(("simulate", "--help"), marks=pytest.mark.campaign),
         ("emit", "x", "--list"),
         ("derive", "scene.yaml"),
         ("check", "scene.yaml"),

@@ -24,6 +24,7 @@ from tests.emit.emit_systems import T
 from tests.emit.emitted_c import TYPES, WARNINGS, Compiled, compiler, run, write
 from tests.emit.test_python_closures import loaded
 from tests.parts import changed
+from tests.systems.shipped import sliced
 
 
 class Moded(Compiled):
@@ -155,9 +156,13 @@ def test_impossible_impacts_have_a_status(tmp_path):
     assert module.reset(0.0, [0, 1, 0, 0], event=0) is None
 
 
+#: Cases whose ``main`` is compiled for its motions, without a warning.
+RUN = {"bouncing_ball", "particle_on_sphere", "ladder"}
+
+
 @pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("name", list(contacts.CASES))
+@sliced(contacts.CASES, set(contacts.CASES) - RUN)
 def test_source_with_main_is_clean_c_and_cxx(name, tmp_path):
     equations = contacts.CASES[name]()
     gcc = compiler()
