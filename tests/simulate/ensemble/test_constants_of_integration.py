@@ -7,11 +7,12 @@ holds both starts, and x(t) = x_0 cos(w t) whatever phi_0 is.
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
 
-from lagrange_cli import loads
+from lagrange_cli import Derivation, loads
 from tests.campaign import pairs_of
 
 WHEEL = """
@@ -36,13 +37,18 @@ FORMS = {
 }
 
 
+@cache
+def derivation(form: str) -> Derivation:
+    return loads(FORMS[form]).derive()
+
+
 @pytest.mark.parametrize(
     ("form", "name", "reverse"), pairs_of([*FORMS], ["phi", "x"], [False, True])
 )
 def test_each_member_has_its_own_start(form: str, name: str, *, reverse: bool) -> None:
     values = [0.0, 0.7, -1.25, 2.0, 0.3]
     values = values[::-1] if reverse else values
-    ensemble = loads(FORMS[form]).derive().ensemble({name: values})
+    ensemble = derivation(form).ensemble({name: values})
     assert ensemble.status == ["ok"] * len(values)
     for member, value in enumerate(values):
         x0, phi0 = (value, 0.0) if name == "x" else (1.0, value)

@@ -184,7 +184,7 @@ class TestFiles:
         pytest.importorskip("matplotlib")
         latex = {"r": r"\vardiamondsuitheartsuit", "theta": r"\underbrace{x}"}
         labels = replace(atwood.labels, title=HOSTILE, latex=latex, units={"r": "$", "theta": "{"})
-        replace(atwood, labels=labels).plot(tmp_path / f"a.{ending}")
+        replace(atwood, labels=labels).plot(tmp_path / f"a.{ending}", "r, theta:r")
         assert (tmp_path / f"a.{ending}").stat().st_size > 1000
 
     def test_pgfplots_has_the_curve(self, atwood, tmp_path):

@@ -7,6 +7,8 @@ component is to zero; errors are judged by what the rounding of the entries leav
 
 from __future__ import annotations
 
+from functools import cache
+
 import mpmath
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from scipy.integrate import solve_ivp
 
 from lagrange_cli import loads
 from lagrange_cli.emit.python.constraints import helper_source
+from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.system.functions import interpreted
@@ -137,14 +140,18 @@ def test_a_free_body_from_where_components_vanish(q, v) -> None:
     assert np.abs(columns - expected).max() <= 5e-8
 
 
+@cache
+def equations_at_identity() -> Equations:
+    return loads(BODY.format(start=IDENTITY)).derive().equations
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "Gauss16", "Radau", "BDF", "IDA", "taylor"])
 def test_every_method_leaves_the_identity(method) -> None:
     package = {"IDA": "sksundae", "taylor": "heyoka"}.get(method)
     if package is not None:
         pytest.importorskip(package)
-    equations = loads(BODY.format(start=IDENTITY)).derive().equations
-    found = simulate(equations, method=method, rtol=1e-9, atol=1e-11, until=2.0)
+    found = simulate(equations_at_identity(), method=method, rtol=1e-9, atol=1e-11, until=2.0)
     expected = reference((1, 0, 0, 0), (0, 0.05, 0.5, 0.02), np.array([0.0, 2.0]))[:4, -1]
     ends = [found.columns[n][-1] for n in ("q0", "q1", "q2", "q3")]
     assert np.abs(ends - expected).max() <= 1e-5
