@@ -76,6 +76,7 @@ def test_an_end_over_parameters_follows_them():
         assert run.state["x"] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_sizes_replace_those_of_the_scene_and_its_equations():
     ring = ROOT / "systems" / "chains" / "oscillator_ring.yaml"
     derivation = load(ring).derive()
@@ -159,6 +160,7 @@ def test_formulation_of_the_scene():
     assert scene.derive().model().defaults.until == 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("frozen_garbage")
 def test_the_examples_in_docstrings_hold(monkeypatch):
     monkeypatch.chdir(ROOT)

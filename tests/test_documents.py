@@ -59,6 +59,7 @@ def test_katex_renders_every_formula_of_markdown(documents):
     assert int(outcome.counted.split()[0]) > 400
 
 
+@pytest.mark.slow
 def test_long_formulas_of_markdown_stand_in_several_displays(documents):
     """KaTeX expands 1,000 macros in a display."""
     (page,) = EMITTERS["markdown"].emit(chain_pendulum(16), {}).values()

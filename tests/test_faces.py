@@ -6,6 +6,8 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 import lagrange_cli
 
 ROOT = Path(lagrange_cli.__file__).parent
@@ -48,6 +50,7 @@ def entered() -> dict[Path, set[str]]:
     return found
 
 
+@pytest.mark.slow
 def test_rooms_list_the_modules_that_others_import():
     """Where ``__all__`` lists modules it lists those, no more and no less."""
     assert len(MODULES) > 300

@@ -139,6 +139,7 @@ def test_an_ensemble_shows_its_members(derivation):
     assert Tables(hostile._repr_html_()).rows[1][-1] == HOSTILE
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("frozen_garbage")
 def test_a_trade_shows_its_front(derivation):
     trade = derivation.tradeoff(methods=["DOP853"], repeat=1, until=0.5)
@@ -196,6 +197,7 @@ def test_parts_of_a_derivation_are_shown_alone(derivation):
         derivation.show("acount")
 
 
+@pytest.mark.slow
 def test_long_equations_are_broken(katex):
     formula = equations_latex(chain_pendulum(8))
     lines = formula.splitlines()[1:-1]
@@ -205,6 +207,7 @@ def test_long_equations_are_broken(katex):
     assert katex([formula]) == []
 
 
+@pytest.mark.slow
 def test_an_analysis_shows_its_page(derivation, katex):
     analysis = derivation.analyze()
     page = analysis._repr_markdown_()

@@ -6,6 +6,8 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 TESTS = Path(__file__).parent
 
 #: Names of others that are public in spite of the underscore.
@@ -30,6 +32,7 @@ def _is_on_self(node: ast.AST) -> bool:
     return isinstance(node, ast.Attribute) and ast.unparse(node.value) in ("self", "cls")
 
 
+@pytest.mark.slow
 def test_no_test_reads_a_private_name() -> None:
     for path in TESTS.rglob("*.py"):
         names = private_names(ast.parse(path.read_text(encoding="utf-8")))

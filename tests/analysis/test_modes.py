@@ -34,6 +34,7 @@ initial: {p: 0.1, q: 0.2}
 """
 
 
+@pytest.mark.slow
 def test_chain_between_walls():
     """ω_j = 2 √(k/m) sin(jπ/(2(n + 1)))."""
     found = loads(CHAIN).derive().analyze("modes").modes

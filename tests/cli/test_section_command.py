@@ -98,6 +98,7 @@ def test_with_a_method_nothing_is_promised(folder):
     assert json.loads(simulate(folder, *words, "--json").stdout)["members"][0].get("error") is None
 
 
+@pytest.mark.slow
 def test_a_spent_budget_keeps_what_is_done(folder):
     done = simulate(folder, "--section", "x = 0", "--until", "1e5", "--budget", "0.5", "--json")
     assert done.returncode == 1

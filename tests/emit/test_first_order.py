@@ -29,6 +29,7 @@ def test_rates_move_as_lagranges_equations_do(scene):
         assert end[velocity] == pytest.approx(expected[f"dot({name})"], rel=1e-6, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_rows_that_are_not_solved_hold_along_the_motion():
     """With accelerations and multipliers of a simulation they vanish."""
     derivation = api.load(SYSTEMS / "constraints/four_bar_linkage.yaml").derive()

@@ -96,6 +96,7 @@ def texts(folder: Path) -> dict[str, str]:
     return {path.name: path.read_bytes().decode() for path in sorted(folder.iterdir())}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", GOLDENS)
 def test_outputs_are_those_that_were_approved(
     name: str,

@@ -55,6 +55,7 @@ def test_steps_as_json(updates: bool, capsysbinary: pytest.CaptureFixture[bytes]
     compared("masses_through_hole", "json", updates, capsysbinary)
 
 
+@pytest.mark.slow
 def test_pages_are_what_the_command_writes(updates: bool, tmp_path: Path) -> None:
     """The table of docs/steps lists the pages and the scenes that they are written from."""
     table = (PAGES / "README.md").read_text(encoding="utf-8")
@@ -94,6 +95,7 @@ def test_pdfs_are_those_of_today(updates: bool, monkeypatch: pytest.MonkeyPatch)
         assert b"Date" not in made
 
 
+@pytest.mark.slow
 @pytest.mark.latex
 def test_a_pdf_is_the_same_each_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     if shutil.which("pdflatex") is None:

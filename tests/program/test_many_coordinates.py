@@ -60,6 +60,7 @@ def assert_energy_is_that_shown(equations, program, seed):
         assert abs(energy - shown) < 1e-20 * abs(shown)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("support", ["0", "A*sin(3*t)"])
 def test_the_energy_of_many_links_is_that_shown_and_grows_as_they_do(support):
     equations = chain(20, support)
@@ -68,6 +69,7 @@ def test_the_energy_of_many_links_is_that_shown_and_grows_as_they_do(support):
     assert count_operations(program).total <= 25 * 20
 
 
+@pytest.mark.slow
 def test_a_right_hand_side_of_many_links_is_that_of_newton():
     """M of links is what their endings have in common: Σ m l l cos(a − a)."""
     equations = chain(20)
@@ -131,6 +133,7 @@ initial: {"q[i=1..n]": 0.3}
 """
 
 
+@pytest.mark.slow
 def test_an_energy_that_doubles_do_not_hold_is_that_shown():
     """The logarithm of 0 is no number of doubles: there the two energies cannot be compared."""
     equations = derive(read_text(UNDERFLOWING))

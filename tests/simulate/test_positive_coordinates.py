@@ -73,6 +73,7 @@ def end(trajectory: object, name: str, time: float, *, within: float = 1e-9) -> 
     assert (trajectory.columns[name] > 0).all()  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-10])
 @pytest.mark.parametrize(
     ("scene", "name", "time"),

@@ -85,6 +85,7 @@ def test_step_sets_the_sample_times(pendulum):
     assert simulate(pendulum, until=1.0, step=0.1).t == pytest.approx(np.linspace(0, 1, 11))
 
 
+@pytest.mark.slow
 def test_fixed_step_divides_the_samples(pendulum):
     found = simulate(pendulum, until=1.0, method="RK4", step=0.03, samples=11)
     assert len(found.t) == 11

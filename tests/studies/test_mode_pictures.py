@@ -34,6 +34,7 @@ def equations(*place):
     return load(SYSTEMS.joinpath(*place)).derive().equations
 
 
+@pytest.mark.slow
 def test_a_chain_is_displaced_as_sines():
     """x_i is proportional to sin(π r i/(n + 1)) in mode r, and has five springs."""
     found = mode_pictures(loads(CHAIN).derive().equations, moving=False)
@@ -55,6 +56,7 @@ def test_a_sketch_has_no_springs_but_those_of_the_scene():
     assert svg_text(sketch).startswith("<svg")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "place", [("pendulums", "triple_pendulum.yaml"), ("constraints", "four_bar_linkage.yaml")]
 )
@@ -72,6 +74,7 @@ def test_rods_keep_their_lengths_along_a_period(place):
         assert apart[6] < 1e-6 * max(apart) + 1e-9  # a quarter of the period
 
 
+@pytest.mark.slow
 def test_the_moving_svg_is_a_loop_without_scripts():
     found = mode_pictures(equations("pendulums", "coupled_pendulums.yaml"), moving=True)
     text = animated_modes(found, "svg").decode()

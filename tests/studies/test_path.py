@@ -52,6 +52,7 @@ def oscillator_action(x0, x1, span, m=2.0, w=3.0):
     return m * w / (2 * s) * ((x0**2 + x1**2) * c - 2 * x0 * x1)
 
 
+@pytest.mark.slow
 def test_a_ball_flies_on_its_parabola():
     found = paths(BALL, {"x": 1, "z": 2, "t": -1}, {"x": 5, "z": "2 - g/10", "t": 1.5})
     (only,) = found.solutions
@@ -67,6 +68,7 @@ def test_a_ball_flies_on_its_parabola():
     assert found.exit_code == 0
 
 
+@pytest.mark.slow
 def test_a_free_particle_keeps_its_velocity():
     free = OSCILLATOR.replace("potentials: {spring: m*w^2*x^2/2}", "")
     (only,) = paths(free, {"x": 0.25, "t": 0}, {"x": -1, "t": 4}).solutions
@@ -75,6 +77,7 @@ def test_a_free_particle_keeps_its_velocity():
     assert (only.conjugacy.kind, only.conjugacy.index) == ("minimum", 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("halves", "index"), [(0.4, 0), (0.99, 0), (1.01, 1), (1.7, 1), (2.3, 2)])
 def test_an_oscillator_is_a_saddle_beyond_half_a_period(halves, index):
     span = halves * math.pi / 3

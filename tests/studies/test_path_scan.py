@@ -46,6 +46,7 @@ def test_a_pendulum_comes_back_on_every_one_of_its_paths(span):
     assert found.summary()["scan"]["motions"] == scan.count
 
 
+@pytest.mark.slow
 def test_whole_turns_are_found_among_the_same_motions():
     """Rotations: one turn takes 2 K(1/k)/(ω k)."""
     derivation = load(PENDULUM).derive()

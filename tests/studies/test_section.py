@@ -82,6 +82,7 @@ def test_the_times_of_an_oscillator_are_known(oscillator, condition, first, peri
     assert section.exit_code == 0
 
 
+@pytest.mark.slow
 def test_a_touch_is_open_and_a_miss_is_none(oscillator):
     touched = oscillator.section("x = 1", until=20)
     np.testing.assert_allclose(touched.members[0].open, 2 * np.pi * np.arange(1, 4), atol=1e-4)

@@ -219,6 +219,7 @@ class Recorder:
         return made(max(setting.rtol, 2e-13), seconds, setting=setting)
 
 
+@pytest.mark.slow
 def test_short_runs_are_repeated_in_turn_and_long_ones_are_not():
     points = [made(1e-3, 1e-3, setting=Setting("RK45", rtol=x)) for x in (1e-3, 1e-4)]
     points.append(made(None, setting=Setting("RK45", rtol=1e-5)))
@@ -257,6 +258,7 @@ def test_cheap_runs_come_first_and_methods_asked_for_go_on_however_slow():
     assert {seconds > 0.1 for _, seconds in bench.asked[34:]} == {True}
 
 
+@pytest.mark.slow
 def test_no_garbage_is_collected_while_runs_are_timed(oscillator, monkeypatch):
     enabled = []
     run = Bench.run

@@ -68,6 +68,7 @@ def test_components_without_anything_in_common_are_not_compared():
 names = st.sampled_from(["theta1", "theta2", "theta10", "a", "Z", "phi", "x_1", "lambda", "q"])
 
 
+@pytest.mark.slow
 @given(names, names)
 def test_differences_begin_with_a_plus_as_sympy_decides(first, second):
     """cos a cos b + sin a sin b = cos(a − b), written as SymPy would write the argument."""

@@ -121,6 +121,7 @@ def test_every_period_of_an_angle_is_a_solution(equation: str, angle: str) -> No
     assert at_start(text, "angle") == pytest.approx(float(sp.sympify(angle)), rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("start", "kept"), [("x: -2, y: 1, z: 5", "z"), ("x: -3, y: 9, z: 1", "y")]
 )

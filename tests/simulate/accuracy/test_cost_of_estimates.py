@@ -92,6 +92,7 @@ def test_a_run_that_nearly_was_enough_is_the_looser_one_of_the_next_attempt(atte
     assert after_near.evaluations < 0.8 * after_far.evaluations
 
 
+@pytest.mark.slow
 def test_an_attempt_that_misses_early_is_given_up_where_another_may_follow():
     *given, _ = oscillator(3.0, 500.0)
     of = problem(*given, samples=641)

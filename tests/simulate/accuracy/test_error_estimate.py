@@ -68,6 +68,7 @@ def test_parts_of_a_run_give_what_all_samples_give(seed):
         np.testing.assert_array_equal(got, wanted)
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize("unknown", [False, True])
 def test_machine_code_compares_runs_as_arrays_do(unknown):

@@ -440,6 +440,7 @@ def test_a_server_that_is_no_scheduler_is_refused():
     assert time.monotonic() - began < 60
 
 
+@pytest.mark.slow
 def test_dask_that_is_not_installed_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match="needs dask and distributed") as refused:

@@ -42,6 +42,7 @@ def derivation(form: str) -> Derivation:
     return loads(FORMS[form]).derive()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("form", "name", "reverse"), pairs_of([*FORMS], ["phi", "x"], [False, True])
 )
@@ -57,6 +58,7 @@ def test_each_member_has_its_own_start(form: str, name: str, *, reverse: bool) -
         assert np.abs(ensemble.columns["phi"][member] - phi0 - (x - x0) / 0.5).max() < 1e-8
 
 
+@pytest.mark.slow
 def test_members_are_single_runs() -> None:
     starts = [{"phi": 0.4, "x": 1.5}, {"phi": -2.0, "x": 1.5}, {"phi": 0.4, "x": -0.5}]
     derived = loads(WHEEL).derive()

@@ -52,6 +52,7 @@ def test_draws_are_distributed_as_they_say():
     assert abs(np.corrcoef([a, v, b])[np.triu_indices(3, 1)]).max() < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_drawn_members_are_simulated(jobs):
     derivation = load("systems/pendulums/pendulum.yaml").derive()

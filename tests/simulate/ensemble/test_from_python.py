@@ -51,6 +51,7 @@ def test_members_are_taken_one_by_one(oscillator):
     assert (ensemble.figures["estimated"] <= 1e-10).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_the_file_is_that_of_the_command(tmp_path, jobs):
     words = f"simulate {PENDULUM} --until 1 --with energy --vary theta=[0.1,0.2] --vary l=[1,2]"

@@ -43,6 +43,7 @@ def oscillator():
     return loads(OSCILLATOR).derive()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [{}, ALONE], ids=["side by side", "one by one"])
 def test_what_is_kept_is_read_off_all_samples(oscillator, how):
     members = {"x": [0.5, 1.0, 2.0], "k": [1.0, 4.0]}
@@ -59,6 +60,7 @@ def test_what_is_kept_is_read_off_all_samples(oscillator, how):
     assert np.array_equal(some.given["k"], whole.given["k"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [{}, {"method": "DOP853", "rtol": 1e-12}])
 def test_numbers_of_a_motion_in_closed_form(oscillator, how):
     amplitudes = np.array([0.5, 1.0, 2.0])
@@ -88,6 +90,7 @@ def test_numbers_of_a_motion_in_closed_form(oscillator, how):
     assert np.isnan(found.reduced["first(x > 3)"]).all()
 
 
+@pytest.mark.slow
 def test_the_swing_of_a_pendulum_by_elliptic_functions():
     """Its largest velocity 2 k sqrt(g/l), and a quarter of its period K(k)."""
     angles = np.array([0.3, 1.5, 3.0])
@@ -142,6 +145,7 @@ def test_functions_are_not_resumed_since_they_may_be_others(oscillator, tmp_path
         )
 
 
+@pytest.mark.slow
 def test_a_member_that_ends_early_has_no_end_and_no_mean():
     scene = OSCILLATOR.replace("k*x^2/2", "-k*x^4/4").replace("until: 20", "until: 5")
     found = (
@@ -169,6 +173,7 @@ def test_names_that_are_none_are_refused(oscillator):
 # Numbers of samples alone.
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(
     st.floats(0.2, 8),

@@ -57,6 +57,7 @@ def test_values_stand_where_their_members_are(plan, specs):
     assert (found.x_label.plain, found.y_label.plain) == ("θ in rad", "m in kg")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spec", "endings"),
     [("linspace(0.1,0.4,4)", ("png", "pdf", "svg")), ("[0.1,0.2,0.4,0.8]", ("png",))],

@@ -72,6 +72,7 @@ def files_below(size):
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".npz", ".zarr"])
 @pytest.mark.parametrize(("jobs", "how"), [(1, {}), (2, {}), (2, ALONE)])
 def test_a_store_has_what_memory_has(pendulum, tmp_path, ending, jobs, how):
@@ -85,6 +86,7 @@ def test_a_store_has_what_memory_has(pendulum, tmp_path, ending, jobs, how):
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
+@pytest.mark.slow
 def test_xarray_opens_a_store_as_it_is(pendulum, tmp_path):
     path = str(tmp_path / "out.zarr")
     result = pendulum.ensemble(drawn(), **KEPT, store=path)
@@ -112,6 +114,7 @@ def test_xarray_opens_a_store_as_it_is(pendulum, tmp_path):
     assert json.loads(said["versions"])["numpy"] == np.__version__
 
 
+@pytest.mark.slow
 def test_chunks_are_those_that_zarr_writes(pendulum, tmp_path):
     """Byte for byte, and no others; they are encoded here."""
     path = tmp_path / "out.zarr"
@@ -131,6 +134,7 @@ def test_chunks_are_those_that_zarr_writes(pendulum, tmp_path):
     assert files() == own
 
 
+@pytest.mark.slow
 def test_a_grid_is_unstacked_by_its_values(pendulum, tmp_path):
     path = str(tmp_path / "out.zarr")
     pendulum.ensemble({"theta": [0.1, 0.2, 0.3], "l": [1, 2]}, **FIGURES, store=path)
@@ -143,6 +147,7 @@ def test_a_grid_is_unstacked_by_its_values(pendulum, tmp_path):
     assert abs(found - alone.final["theta"][0]) < 2e-8
 
 
+@pytest.mark.slow
 def test_a_store_may_be_at_an_address(pendulum):
     pytest.importorskip("fsspec")
     path = "memory://stores/out.zarr"
@@ -166,6 +171,7 @@ def lose(path, block):
             array[part] = "half" if name.startswith("member.") and array.dtype.kind == "T" else 7.0
 
 
+@pytest.mark.slow
 def test_what_is_not_marked_as_finished_is_run_again(pendulum, tmp_path):
     path = str(tmp_path / "out.zarr")
     whole = pendulum.ensemble(drawn(), **KEPT)
@@ -183,6 +189,7 @@ def test_what_is_not_marked_as_finished_is_run_again(pendulum, tmp_path):
     assert done == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".npz", ".parquet", ".zarr"])
 def test_a_full_disk_loses_nothing(pendulum, tmp_path, ending):
     kept = FIGURES if ending == ".parquet" else {**KEPT, "columns": None}
@@ -203,6 +210,7 @@ def test_a_folder_that_is_read_only_is_refused(pendulum, tmp_path):
         pendulum.ensemble(drawn(), **KEPT, store=folder / "out.zarr")
 
 
+@pytest.mark.slow
 def test_stores_of_something_else_are_refused(pendulum, tmp_path):
     path = tmp_path / "out.zarr"
     pendulum.ensemble(drawn(), **KEPT, store=path)
@@ -225,6 +233,7 @@ def test_stores_of_something_else_are_refused(pendulum, tmp_path):
         pendulum.ensemble(drawn(), **KEPT, store=tmp_path / "out.hdf5")
 
 
+@pytest.mark.slow
 def test_members_that_fail_are_in_a_store(pendulum, tmp_path):
     members = {"m": [1, 0, -1], "theta": [0.1, 0.2]}
     path = tmp_path / "out.zarr"
@@ -239,6 +248,7 @@ def test_members_that_fail_are_in_a_store(pendulum, tmp_path):
 # Tables.
 
 
+@pytest.mark.slow
 def test_a_table_has_a_row_for_each_member(pendulum, tmp_path):
     path = tmp_path / "out.parquet"
     result = pendulum.ensemble(drawn(), **FIGURES, store=path, jobs=2)
@@ -255,6 +265,7 @@ def test_a_table_has_a_row_for_each_member(pendulum, tmp_path):
     assert table.schema.field("reduced/first(theta < 0)").metadata[b"units"] == b"s"
 
 
+@pytest.mark.slow
 def test_an_interrupted_table_goes_on(pendulum, tmp_path):
     path = tmp_path / "out.parquet"
 
@@ -302,6 +313,7 @@ class BegunError(Exception):
     """A run that has kept its first block."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".npz", ".zarr"])
 def test_a_thousand_million_members_begin_at_once(pendulum, tmp_path, ending):
     """None is made before it is run: the first block of them is kept within two seconds."""

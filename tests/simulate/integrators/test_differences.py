@@ -87,6 +87,7 @@ def test_jacobians_of_solvers_are_those_of_the_equations(derivation, exact, meth
     assert np.abs(kept - right).max() < 1e-3 * np.abs(right).max()
 
 
+@pytest.mark.slow
 def test_a_stiff_chain_takes_few_right_hand_sides(derivation):
     """With SciPy's own differences there were 3619 steps of 49,918 right-hand sides."""
     model = model_of(derivation.equations)

@@ -46,6 +46,7 @@ def samples(integrator, times, **limits):
     return states
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS, **names)
 @pytest.mark.parametrize("lanes", [True, False])
 def test_harmonic_oscillator(method, lanes):
@@ -441,6 +442,7 @@ def test_rest_takes_one_evaluation_a_step_where_nothing_depends_on_time():
         assert (run.steps, run.evaluations) == (4, most)
 
 
+@pytest.mark.slow
 def test_a_parabola_needs_no_further_slopes_between_steps(real_compiler, monkeypatch):
     monkeypatch.setenv("CC", real_compiler)  # The error is that of the code that users run.
     how = Control(np.zeros(2), np.full(2, 1e-9), 1.0, 1.0)

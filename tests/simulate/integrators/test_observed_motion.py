@@ -27,6 +27,7 @@ def coarse_run(scene):
     return problem, lambda: CoarseRun(problem, watch, 1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.compiler
 @pytest.mark.parametrize(
     "scene",
@@ -70,6 +71,7 @@ def test_what_is_seen_does_not_depend_on_the_parts_of_the_run():
     assert (whole.explicit.states == parts.explicit.states).all()
 
 
+@pytest.mark.slow
 def test_a_motion_that_comes_no_further_is_ended():
     _, begin = coarse_run("pendulums/double_pendulum")
     motion = begin().motion

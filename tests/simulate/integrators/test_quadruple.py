@@ -161,6 +161,7 @@ def test_a_motion_to_thirty_digits(
             assert abs(off) < error
 
 
+@pytest.mark.slow
 def test_a_constraint_is_kept_to_thirty_digits() -> None:
     state = [
         value(number) for number in advanced(begun(INTEGRATORS["DOP853"], 1e-24, ON_A_ROD), 10**6)

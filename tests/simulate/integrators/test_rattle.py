@@ -71,6 +71,7 @@ def flow(y0, steps=50, h=0.02):
     return run.y
 
 
+@pytest.mark.slow
 def test_the_order():
     fine = simulate(model(ROD), method="DOP853", rtol=1e-13)
     errors = []
@@ -143,6 +144,7 @@ def test_it_goes_on_from_a_state_bit_by_bit():
     assert (whole.t, *whole.y) == (other.t, *other.y)
 
 
+@pytest.mark.slow
 def test_without_constraints_it_is_verlet():
     text = """
 name: free

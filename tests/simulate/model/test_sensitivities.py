@@ -141,6 +141,7 @@ simulate: {until: 1.25, accuracy: 1e-10, samples: 51}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiled", [True, False])
 def test_parameters_that_others_and_the_start_depend_on(compiled, monkeypatch):
     """x = 2·x0·cos(√(k/m) t), where k = m·w² follows m and w."""
@@ -164,6 +165,7 @@ def test_parameters_that_others_and_the_start_depend_on(compiled, monkeypatch):
     assert np.abs(rates + np.sin(3 * t) + 3 * t * np.cos(3 * t)).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_other_values_of_a_derivation():
     derivation = loads(OSCILLATOR).derive()
     run = derivation.simulate(sensitivity=["w"], parameters={"w": 2}, initial={"x": 1})
@@ -183,6 +185,7 @@ simulate: {until: 2*sqrt(m/K), accuracy: 1e-9, samples: 21}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "values", [{"m": 0.7}, {"K": 5, "x0": -0.2}, {"x0": "1/3", "m": "sqrt(2)"}]
 )
@@ -198,6 +201,7 @@ def test_other_values_are_those_of_a_scene_that_has_them(values):
         assert np.abs(run.columns[name] - column).max() <= 2e-9 * scale, name
 
 
+@pytest.mark.slow
 def test_code_is_made_once_for_all_values(monkeypatch):
     made = []
     model_of = sensitivities.model_of
@@ -225,6 +229,7 @@ simulate: {until: 0.3, formulation: minimal}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "values"),
     [
@@ -327,6 +332,7 @@ REFUSALS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(REFUSALS))
 def test_refusals(name):
     derivation = load(SYSTEMS / f"{name}.yaml").derive()
@@ -340,6 +346,7 @@ def test_an_unknown_name():
         derivation.simulate(sensitivity=["x00"])
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path):
     scene = tmp_path / "oscillator.yaml"
     scene.write_text(OSCILLATOR)

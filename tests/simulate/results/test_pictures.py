@@ -127,6 +127,7 @@ class TestPanels:
         assert panel.y_label.latex == r"$r$, ${\vartheta}$"
         assert [line.label.plain for line in panel.lines] == ["r", "θ"]
 
+    @pytest.mark.slow
     def test_impacts_are_as_steep_as_they_are(self, ball):
         (line,) = shown(ball, "dot(z)")[0].lines
         impact = ball.events[0]
@@ -167,6 +168,7 @@ class TestPoints:
 
 
 class TestFiles:
+    @pytest.mark.slow
     @pytest.mark.parametrize("ending", ["png", "svg", "pdf", "tex"])
     def test_pictures_are_the_same_every_time(self, atwood, tmp_path, ending):
         if ending != "tex":
@@ -179,6 +181,7 @@ class TestFiles:
         assert len(first) > 1000
         assert not re.search(rb"<dc:date>|/CreationDate|\b20\d\d-\d\d-\d\d", first)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("ending", ["svg", "pdf"])
     def test_texts_of_scenes_are_no_mathematics(self, atwood, tmp_path, ending):
         pytest.importorskip("matplotlib")

@@ -74,6 +74,7 @@ def test_every_method_calls_it(cart, method):
     assert np.abs(motion.columns["x"] - pushed(motion.t)).max() <= 1e-6
 
 
+@pytest.mark.slow
 def test_a_jump_is_kept_or_told(cart):
     for end in np.random.default_rng(0).uniform(0.1, 4.9, 6).tolist():
         motion = cart.simulate(inputs={"F": lambda t, end=end: 4.0 * (t > end)}, accuracy=1e-6)
@@ -82,6 +83,7 @@ def test_a_jump_is_kept_or_told(cart):
         assert error <= 3e-6 or motion.status != "ok"
 
 
+@pytest.mark.slow
 def test_values_of_a_simulation_go_with_it(cart):
     def sine(t):
         return math.sin(3 * t)
@@ -93,6 +95,7 @@ def test_values_of_a_simulation_go_with_it(cart):
         assert np.abs(motion.columns["x"] - exact).max() <= 2e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "formulation"),
     [

@@ -57,6 +57,7 @@ def model(text):
     return model_of(loads(text).derive().equations)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
 def test_relaxation_oscillations(accuracy):
     of = model(RELAXATION)

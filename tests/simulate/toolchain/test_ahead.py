@@ -193,6 +193,7 @@ def _simulate(scene: str) -> subprocess.Popen[bytes]:
     return process
 
 
+@pytest.mark.slow
 def test_a_command_compiles_the_integrators_once(calls, place):
     with _simulate(SCENE) as process:
         assert process.wait(120) == 0
@@ -201,6 +202,7 @@ def test_a_command_compiles_the_integrators_once(calls, place):
     assert _left(place) == []
 
 
+@pytest.mark.slow
 def test_a_refused_scene_leaves_no_compiler(hanging, place):
     with _simulate(CONTRADICTION) as process:
         assert process.wait(120) == 2
