@@ -13,6 +13,7 @@ from lagrange_cli.emit.analysis.linear import linear_sections
 from lagrange_cli.emit.analysis.numerical import response_lines, response_table
 from lagrange_cli.emit.analysis.places import Places
 from lagrange_cli.emit.analysis.wording import (
+    MOST_LISTED,
     Teller,
     along_lines,
     averaged_line,
@@ -50,9 +51,6 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.values import Equilibria, Equilibrium
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.notation.vocabulary import Vocabulary
-
-#: Equilibria that are listed.
-_MOST_LISTED = 16
 
 
 def analysis_sections(
@@ -136,7 +134,7 @@ class _Contents:
         if result is None:
             return None
         say, letters = self.writer.say, self.writer.letters
-        points = result.points[:_MOST_LISTED]
+        points = result.points[:MOST_LISTED]
         hidden = len(result.points) - len(points)
         blocks: list[Block | None] = [Words(say("{text}.", text=_capital(count_line(result, say))))]
         blocks += self._points(points)

@@ -10,7 +10,7 @@ import numpy as np
 
 from lagrange_cli.emit.analysis.matrices import Matrices
 from lagrange_cli.emit.analysis.places import Places
-from lagrange_cli.emit.analysis.wording import damping_line
+from lagrange_cli.emit.analysis.wording import MOST_LISTED, damping_line
 from lagrange_cli.emit.phrases.equations import free_letter
 from lagrange_cli.emit.steps.sections import Block, Formula, Law, Section, Words, formulas, section
 from lagrange_cli.notation.build import display
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.values import Linearization, Mode
     from lagrange_cli.emit.document.writer import DocumentWriter
     from lagrange_cli.notation.tree import DisplayNode
-
-#: Modes that are listed.
-_MOST_LISTED = 16
 
 #: Part of a line that a root over a squared frequency fills at most.
 _WIDEST_ROOT = 0.6
@@ -131,7 +128,7 @@ class _LinearContents:
 
     def modes(self, modes: Sequence[Mode]) -> Section | None:
         say, letters = self.writer.say, self.writer.letters
-        shown = modes[:_MOST_LISTED]
+        shown = modes[:MOST_LISTED]
         damped = any(mode.pole is not None for mode in modes)
         frequency = free_letter(self.writer.equations, ("omega", "Omega", "nu"))
         pole = free_letter(self.writer.equations, ("s", "lambda", "z"))

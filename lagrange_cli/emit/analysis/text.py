@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.analysis.branches import BranchRows
 from lagrange_cli.emit.analysis.numerical import along_rows, exponent_rows, response_rows
 from lagrange_cli.emit.analysis.wording import (
+    MOST_LISTED,
     Teller,
     count_line,
     damping_line,
@@ -49,8 +50,8 @@ if TYPE_CHECKING:
         Turning,
     )
 
-#: Equilibria and modes that are listed, and columns of a matrix that is written out.
-_MOST_LISTED, _MOST_COLUMNS = 16, 8
+#: Columns of a matrix that is written out.
+_MOST_COLUMNS = 8
 
 
 def analysis_page(analysis: Analysis, *, ascii: bool = False, code: str = "en") -> Page:
@@ -141,7 +142,7 @@ class _Writer:
         steady, counted = self.analysis.steady, words(count_line(equilibria, self.say))
         name = self.say("Equilibria") if steady is None else self.say("Steady motions")
         head = Row(name, "   ", counted, "heading")
-        points = equilibria.points[:_MOST_LISTED]
+        points = equilibria.points[:MOST_LISTED]
         verdicts = [
             "" if p.stability is None else verdict_word(p.stability.verdict, self.say)
             for p in points
@@ -336,9 +337,9 @@ class _Writer:
         if damped:
             kind = self.say("poles and angular frequencies")
         lines: list[Row | Block] = [Row(self.say("Modes"), "   ", words(kind), "heading")]
-        for mode in modes[:_MOST_LISTED]:
+        for mode in modes[:MOST_LISTED]:
             lines += self.mode(mode)
-        hidden = len(modes) - _MOST_LISTED
+        hidden = len(modes) - MOST_LISTED
         return [*lines, self.hidden(hidden)] if hidden > 0 else lines
 
     def mode(self, mode: Mode) -> Iterator[Row]:
