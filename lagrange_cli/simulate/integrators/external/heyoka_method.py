@@ -21,7 +21,6 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -65,6 +64,8 @@ def compiled_once(state: Any, key: str, build: Callable[[], Any]) -> Any:
 
 def _compiled_code(state: Any, cache: Cache, key: str, build: Callable[[], Any]) -> Any:
     """Compile or load while heyoka's own cache is switched off."""
+    from pathlib import Path  # a run without heyoka does without
+
     if cache.reason is not None:
         return build()
     before = cache.get(key, SUFFIX)
@@ -96,6 +97,8 @@ def _within(state: Any, folder: str, build: Callable[[], Any]) -> Any:
 
 def _keep(cache: Cache, key: str, folder: str) -> None:
     """Take what heyoka has written into the cache, if it is one file and complete."""
+    from pathlib import Path  # a run without heyoka does without
+
     if [name for name in os.listdir(folder) if name.startswith(_DATABASE)] == [_DATABASE]:
         cache.put(key, Path(folder, _DATABASE).read_bytes(), SUFFIX)
 
