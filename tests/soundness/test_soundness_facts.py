@@ -27,10 +27,10 @@ def test_a_slice_of_the_campaign(monkeypatch: pytest.MonkeyPatch) -> None:
     campaign = importlib.import_module("soundness_facts").campaign
     counts, lines = campaign(24, 7)
     assert counts["scenes"] > 20
-    assert counts["facts stated"] > 20
-    assert counts["false expectations"] > 100
+    assert counts["facts stated"] > 24
+    assert counts["false expectations"] > 120
     assert counts["facts stated and false"] == counts["false expectations passed"] == 0, lines
-    assert counts["facts true and not stated"] + counts["true expectations failed"] <= 2, lines
+    assert counts["facts true and not stated"] + counts["true expectations failed"] <= 1, lines
 
 
 def test_numbers_convict_facts_that_are_planted(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -38,9 +38,9 @@ def test_grazes_are_right_or_end_the_promise(monkeypatch: pytest.MonkeyPatch, ki
     """None is wrong, and many that can be told from what they are next to are held."""
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     grazes = importlib.import_module("soundness_grazes")
-    found = grazes.results(kind, 8, seed=7)
+    found = grazes.results(kind, 14, seed=7)
     assert not [r for r in found if r.wrong]
-    assert any(r.status == "ok" for r in found)
+    assert sum(r.status == "ok" for r in found) >= 2
     # Behind a graze that ends the promise nothing is kept.
     assert all(r.kept < 1 for r in found if r.status != "ok")
 
