@@ -30,7 +30,7 @@ class Derivation(Derived):
     """Certified equations of motion.
 
     ``str`` gives the text of ``lagrange derive``; notebooks show it typeset. Its fields are those
-    of :class:`~.derived.Derived`; a method that is a function of these stands in the module named.
+    of :class:`~.derived.Derived`; a method that is assigned is explained in its module.
     """
 
     # Analyses of the equations.
