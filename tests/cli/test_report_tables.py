@@ -8,8 +8,8 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.cli.reports.tables import TableColumn, json_text, labelled, sentence_row, table
 from lagrange_cli.notation.page import UNBROKEN, page
+from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
 
 COLUMNS = (TableColumn("name"), TableColumn("value", 6, ">", " "), TableColumn("why"))
 CELLS = st.text("abc ", max_size=8).map(str.strip)

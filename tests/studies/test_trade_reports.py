@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.cli.reports.tradeoff import (
+from lagrange_cli.errors import InputError
+from lagrange_cli.notation.page import UNBROKEN
+from lagrange_cli.report.tradeoff import (
     character_plot,
     options_of,
     tradeoff_summary,
     tradeoff_text,
 )
-from lagrange_cli.errors import InputError
-from lagrange_cli.notation.page import UNBROKEN
 from lagrange_cli.simulate import simulate
 from lagrange_cli.studies.tradeoff.result import draw_trade
 from lagrange_cli.studies.tradeoff.runs import Setting

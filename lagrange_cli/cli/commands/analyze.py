@@ -15,7 +15,6 @@ from lagrange_cli.cli.commands.analysis_request import AnalysisPictures, Analysi
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
-from lagrange_cli.cli.reports.tables import json_text
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import can_encode, deliver, page_encoding
@@ -23,6 +22,7 @@ from lagrange_cli.emit.base import completed
 from lagrange_cli.emit.document_options import ANALYZED
 from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.notation.page import USUAL_WIDTH, Page
+from lagrange_cli.report.tables import json_text
 
 if TYPE_CHECKING:
     from lagrange_cli.api.analyzed import Analyzed

@@ -11,7 +11,6 @@ from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
-from lagrange_cli.cli.reports.tables import json_text
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import can_encode, deliver, page_encoding
@@ -19,6 +18,7 @@ from lagrange_cli.emit.base import completed
 from lagrange_cli.emit.document_options import FORMS
 from lagrange_cli.emit.registry import DERIVED
 from lagrange_cli.notation.page import USUAL_WIDTH, Page
+from lagrange_cli.report.tables import json_text
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:

@@ -12,7 +12,6 @@ from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard_folder
 from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
 from lagrange_cli.cli.remembered import Answer, read_source, remembered
-from lagrange_cli.cli.reports.tables import TableColumn, table
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import print_text
@@ -20,6 +19,7 @@ from lagrange_cli.emit.base import Emitter
 from lagrange_cli.emit.registry import EMITTERS, emitter
 from lagrange_cli.files import write_files
 from lagrange_cli.notation.page import Page, page
+from lagrange_cli.report.tables import TableColumn, table
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:

@@ -312,7 +312,7 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
 def _simulate(
     session: Session, choice: MemberChoice, asked: SimulationRequest, cluster: Cluster | None
 ) -> int:
-    from lagrange_cli.cli.reports.ensemble import FORMATS, SimulatedMembers
+    from lagrange_cli.report.ensemble import FORMATS, SimulatedMembers
     from lagrange_cli.simulate.ensemble.plan.plan import blocks_of, plan_members
     from lagrange_cli.simulate.ensemble.run.cluster import ClusterEngine
     from lagrange_cli.simulate.ensemble.run.run import run_members

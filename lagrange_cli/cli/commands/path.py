@@ -10,10 +10,10 @@ from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import SceneRequest, path_models_of_scene
 from lagrange_cli.cli.remembered import read_source
-from lagrange_cli.cli.reports.path import FORMATS
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
+from lagrange_cli.report.path import FORMATS
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import Scene

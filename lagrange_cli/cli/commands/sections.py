@@ -68,7 +68,7 @@ def find_section(
     InputError
         The scene, the condition, the members or the options are wrong.
     """
-    from lagrange_cli.cli.reports.section import FORMATS, FoundSection
+    from lagrange_cli.report.section import FORMATS, FoundSection
     from lagrange_cli.simulate.model.requested_outputs import WrittenCondition
 
     condition = WrittenCondition(text, "--section")

@@ -17,13 +17,13 @@ from lagrange_cli.cli.commands import ensemble, sections
 from lagrange_cli.cli.guard import checkpoint_files, guard
 from lagrange_cli.cli.models import SceneRequest, SimulationRequest, model_of_scene
 from lagrange_cli.cli.remembered import read_source
-from lagrange_cli.cli.reports.simulate import FORMATS, Simulated
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.interrupts import Interrupts, OverdueError, noted_interrupts, within
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, sole_writer
+from lagrange_cli.report.simulate import FORMATS, Simulated
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.toolchain.shared_library import compilations_ahead
 from lagrange_cli.stages import Listener, heard_by

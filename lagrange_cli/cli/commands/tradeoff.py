@@ -10,11 +10,11 @@ from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.models import SceneRequest, model_of_scene
 from lagrange_cli.cli.remembered import read_source
-from lagrange_cli.cli.reports.tradeoff import FORMATS
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.files import ending_of, write_file
+from lagrange_cli.report.tradeoff import FORMATS
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.conditions import Formulation

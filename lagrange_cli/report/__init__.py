@@ -1,6 +1,6 @@
-"""Reports of the commands: what each prints for a person, and its JSON.
+"""Reports of values: what a person reads of each, and its JSON.
 
-In go the values that the commands work out (a trajectory, a measured trade, the outcomes of a
+In go the values that the rooms below work out (a trajectory, a measured trade, the outcomes of a
 check), out come texts; nothing is computed here and nothing is printed. One module a command,
 named like it, each with a table ``FORMATS`` from the name of a format to the function that
 writes it. Tables and JSON text are those of :mod:`.tables`; read :mod:`.simulate`

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.reports.tables import TableColumn, json_text, labelled, table
 from lagrange_cli.notation.page import Page, page
+from lagrange_cli.report.tables import TableColumn, json_text, labelled, table
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.fit.result import Fit, FittedValue

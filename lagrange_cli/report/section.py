@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lagrange_cli.cli.reports.tables import TableColumn, json_text, labelled, sentence_row, table
 from lagrange_cli.notation.page import Page, Row, page
+from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.section.result import Section, SectionPoints

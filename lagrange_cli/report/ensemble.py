@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.reports.tables import json_text, labelled, sentence_row
 from lagrange_cli.notation.page import Page, Row, page, words
+from lagrange_cli.report.tables import json_text, labelled, sentence_row
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.plan.enumeration import Members

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.reports.tables import TableColumn, json_text, labelled, sentence_row, table
 from lagrange_cli.notation.page import Page, Row, page
+from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.reference import Reference

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-from lagrange_cli.cli.reports.tables import TableColumn, json_text, table
 from lagrange_cli.errors import Problem, escape_controls, render
 from lagrange_cli.notation.page import Page, Role, Row, page
+from lagrange_cli.report.tables import TableColumn, json_text, table
 
 if TYPE_CHECKING:
     from lagrange_cli.check import Report, SceneReport
