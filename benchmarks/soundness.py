@@ -93,6 +93,14 @@ PARTS = (
         None,
     ),
     Part(
+        "steps",
+        "Printed steps",
+        "Steps of all shipped scenes and of generated ones, by Lagrange's equations and by"
+        " d'Alembert's principle, are read back from their text; each formula is derived anew from"
+        " the lines printed above it.",
+        ("--scenes", "300"),
+    ),
+    Part(
         "mutants",
         "Mutated scenes and expressions",
         "Through the command line: exit codes, places of refusals, and seconds.",

@@ -130,8 +130,10 @@ FRENCH = {
         " dissipation sont"
     ),
     "Here {lagrangian} is {without}.": "Ici, {lagrangian} est écrit {without}.",
-    "Here {lagrangian} is {without}, which change no equation of motion.": (
-        "Ici, {lagrangian} est écrit {without}, qui ne changent aucune équation du mouvement."
+    "{terms} in {lagrangian} holds no coordinate and no velocity: it changes no equation"
+    " of motion.": (
+        "{terms} dans {lagrangian} ne contient ni coordonnée ni vitesse et ne change aucune"
+        " équation du mouvement."
     ),
     "without constants": "sans constantes",
     "without functions of {time} alone": "sans fonctions de {time} seul",

@@ -132,8 +132,10 @@ GERMAN = {
         " Dissipationsfunktion sind"
     ),
     "Here {lagrangian} is {without}.": "Hier steht {lagrangian} {without}.",
-    "Here {lagrangian} is {without}, which change no equation of motion.": (
-        "Hier steht {lagrangian} {without}, die keine Bewegungsgleichung ändern."
+    "{terms} in {lagrangian} holds no coordinate and no velocity: it changes no equation"
+    " of motion.": (
+        "{terms} in {lagrangian} enthält weder Koordinaten noch Geschwindigkeiten und ändert keine"
+        " Bewegungsgleichung."
     ),
     "without constants": "ohne Konstanten",
     "without functions of {time} alone": "ohne Funktionen von {time} allein",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.phrases.equations import is_generalized_potential
 from lagrange_cli.emit.steps.by_lagrange import equation, lagrange_law, multiplier_terms
+from lagrange_cli.emit.steps.energies import lagrangian_row
 from lagrange_cli.emit.steps.sections import (
     Block,
     Formula,
@@ -143,13 +144,14 @@ def comparison(writer: StepsWriter) -> Section | None:
     if steps.difference:
         difference = writer.letters.inline(writer.letters.number(steps.difference))
         size = say("{difference} at most, relative to their terms", difference=difference)
-    potential = "U" if is_generalized_potential(writer.equations) else "V"
+    potential = labels["U" if is_generalized_potential(writer.equations) else "V"]
     return section(
         say("The same by Lagrange's equations"),
         formulas(
             [
                 writer.row(labels["T"], writer.equations.system.kinetic),
-                writer.row(labels[potential], writer.equations.system.potential),
+                writer.row(potential, writer.equations.system.potential),
+                lagrangian_row(writer),
             ]
         ),
         Law(lagrange_law(writer, multiplier_terms(writer))),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.phrases.equations import is_generalized_potential, without_line
+from lagrange_cli.emit.phrases.equations import is_generalized_potential
 from lagrange_cli.emit.steps.sections import (
     Block,
     Formula,
@@ -91,21 +91,25 @@ def potential_energy(writer: StepsWriter) -> Section | None:
 
 
 def lagrangian(writer: StepsWriter) -> Section | None:
-    """L = T − V, or what of that changes the equations of motion."""
-    labels, short = writer.labels, writer.equations.derivation.short_lagrangian
+    """L = T − V in full, as all later lines follow from it; then what of it changes no equation."""
+    idle, short = "", writer.equations.derivation.short_lagrangian
+    if short is not None:
+        idle = writer.say(
+            "{terms} in {lagrangian} holds no coordinate and no velocity: it changes no equation"
+            " of motion.",
+            terms=writer.inline(short.left_out),
+            lagrangian=writer.letters.inline(writer.labels["L"]),
+        )
+    rows = formulas([lagrangian_row(writer)], result=True)
+    return section(writer.say("Lagrangian"), rows, writer.paragraph(idle))
+
+
+def lagrangian_row(writer: StepsWriter) -> Formula:
+    """``L = T - V = ...``, in full."""
+    labels = writer.labels
     potential = labels["U" if is_generalized_potential(writer.equations) else "V"]
     row = writer.sum_row(labels["L"], writer.equations.system.lagrangian)
-    if short is not None and row.chain:
-        row = writer.sum_row(labels["L"], short.expression)
-        inline = writer.letters.inline
-        sentence = writer.say(
-            "Here {lagrangian} is {without}, which change no equation of motion.",
-            lagrangian=inline(labels["L"]),
-            without=without_line(writer.equations, inline(writer.letters.symbol("t")), writer.say),
-        )
-        return section(writer.say("Lagrangian"), formulas([row], result=True), Words(sentence))
-    row = replace(row, middle=f"{labels['T']} - {potential}")
-    return section(writer.say("Lagrangian"), formulas([row], result=True))
+    return replace(row, middle=f"{labels['T']} - {potential}")
 
 
 def dissipation(writer: StepsWriter) -> Section | None:

@@ -210,6 +210,10 @@ class _StepsCheck:
             run = tapes.dissipation.run([seen.series[s] for s in tapes.moving], 0)
             drag = [x[0] for x in run.gradient({0: _ONE})[1 + tapes.n : 1 + 2 * tapes.n]]
         momenta, slopes = tapes.momenta(seen), tapes.slopes(seen)
+        # L and the energy function as they are printed, by T and V and by L.
+        system, (_, kinetic, potential) = self.equations.system, seen.values
+        yield system.lagrangian, kinetic - potential
+        yield system.energy, tapes.energy_function(seen)[0]
         for j, steps in enumerate(self.steps.coordinates):
             yield steps.momentum, momenta[j][0]
             yield steps.momentum_rate, momenta[j][1]
