@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.depiction import (
     PlacedPoint,
     StatedRelation,
 )
+from lagrange_cli.mechanics.dynamics.idle_potentials import idle_potential_warnings
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
@@ -243,6 +244,7 @@ def _warnings(
     yield from _unused_warnings(derivation.reduced.scene, unused)
     yield from filter(None, [rank_deficiency_warning(derivation, initial)])
     yield from jump_warnings(derivation.reduced)
+    yield from idle_potential_warnings(derivation.reduced)
 
 
 def _unused_warnings(scene: Scene, unused: tuple[str, ...]) -> tuple[Problem, ...]:
