@@ -187,7 +187,7 @@ def find_equilibria(problem: _RestProblem) -> Equilibria:
     different = problem.completed(without_repeats(system, _ordered(system, points)))
     judged = tuple(replace(p, stability=_stability(problem, p)) for p in different)
     complete = forms.complete and not system.jumps
-    return Equilibria(judged, forms.absent, complete, starts, system.held_inputs)
+    return Equilibria(judged, forms.absent, complete, starts, system.held_inputs, forms.nonzero)
 
 
 def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]:

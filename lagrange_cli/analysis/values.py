@@ -137,6 +137,8 @@ class Equilibria:
         Equilibria in closed form that exist for other values of the parameters only.
     complete
         True if it is proven that there are no others.
+    nonzero
+        Names of parameters without a value; ``complete`` holds where none of them is zero.
     starts
         Number of starts of the numeric search, 0 if none was needed.
     held_inputs
@@ -148,6 +150,7 @@ class Equilibria:
     complete: bool = False
     starts: int = 0
     held_inputs: tuple[tuple[str, float], ...] = ()
+    nonzero: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

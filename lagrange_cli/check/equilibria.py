@@ -9,17 +9,22 @@ from typing import TYPE_CHECKING, get_args
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.notation.scene_language import to_scene_language
 from lagrange_cli.scene.conditions import EquilibriumExpectation, Expect
 from lagrange_cli.scene.language.expression import Expression
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from lagrange_cli.analysis.equilibria.rest_system import RestSystem
     from lagrange_cli.analysis.values import Equilibria, Equilibrium
 
 
 #: Difference, relative to 1 and to the number, that is allowed.
 _WITHIN = 1e-9
+
+#: Equilibria that a hint lists.
+_MOST_LISTED = 8
 
 
 def expected_equilibria(expect: Expect, equations: Equations) -> Iterator[Problem]:
@@ -44,6 +49,63 @@ def expected_equilibria(expect: Expect, equations: Equations) -> Iterator[Proble
         )
     for expected in expect.equilibria:
         yield from _one_equilibrium(expected, equilibria, equations)
+
+
+def expected_law(expect: Expect, equations: Equations) -> Iterator[Problem]:
+    """Require the listed equations together to be a law of equilibrium, in all parameters."""
+    if expect.equilibrium is None:
+        return
+    from lagrange_cli.analysis.equilibria.laws import law_verdict
+    from lagrange_cli.analysis.equilibria.rest_system import rest_system
+
+    mark = expect.equilibrium[0].mark()
+    sides = [
+        (interpret(equations, e.left), interpret(equations, e.right)) for e in expect.equilibrium
+    ]
+    try:
+        system = rest_system(equations, {})
+    except InputError as error:
+        yield _not_found(error, mark, "equilibrium")
+        return
+    verdict = law_verdict(system, [left - right for left, right in sides])
+    messages = {
+        "unbalanced": "the forces do not balance wherever this holds",
+        "narrow": "this does not hold all along a branch of the equilibria",
+        "undecided": "it cannot be decided whether this is a law of equilibrium",
+    }
+    if verdict != "proven":
+        yield Problem(
+            messages[verdict],
+            mark,
+            hint=f"found: {_listed_laws(system, equations)}",
+            rule="equilibrium",
+        )
+
+
+def _listed_laws(system: RestSystem, equations: Equations) -> str:
+    """List the equilibria for all values of the parameters."""
+    from lagrange_cli.analysis.equilibria.laws import laws_of_equilibrium
+
+    forms = laws_of_equilibrium(system)
+    listed = [_law(point, equations) for point in (forms.points if forms else ())]
+    return "\n  ".join(["", *listed[:_MOST_LISTED]]) if listed else "none in closed form"
+
+
+def _law(point: Equilibrium, equations: Equations) -> str:
+    """``theta any where m*g*a = b*F``."""
+    pairs = zip(equations.system.coordinates, point.exact or (), strict=True)
+    place = ", ".join(
+        f"{c.name} any"
+        if c.name in point.free
+        else f"{c.name} = {to_scene_language(value, equations)}"
+        for c, value in pairs
+    )
+    conditions = " and ".join(
+        f"{to_scene_language(c.smaller, equations)} {c.relation} "
+        f"{to_scene_language(c.larger, equations)}"
+        for c in point.conditions
+    )
+    return f"{place} where {conditions}" if conditions else place
 
 
 def _one_equilibrium(

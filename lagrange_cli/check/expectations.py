@@ -23,7 +23,12 @@ from lagrange_cli.check.compare import (
     lagrangians_agree,
     proportional,
 )
-from lagrange_cli.check.equilibria import expected_equilibria, expected_frequencies, number_of
+from lagrange_cli.check.equilibria import (
+    expected_equilibria,
+    expected_frequencies,
+    expected_law,
+    number_of,
+)
 from lagrange_cli.emit.forms.json_values import hamiltonian_in_scene_language
 from lagrange_cli.errors import Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
@@ -343,6 +348,7 @@ CHECKS: dict[str, _Check] = {
     "state": _state,
     "drift": _drift,
     "events": _events,
+    "equilibrium": expected_law,
     "equilibria": expected_equilibria,
     "frequencies": expected_frequencies,
 }

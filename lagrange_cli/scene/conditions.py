@@ -174,6 +174,8 @@ class Expect:
         Names of quantities with the largest drift allowed.
     events
         Events of the motion.
+    equilibrium
+        Equations that together are a law of equilibrium, for all values of the parameters.
     equilibria, equilibria_mark
         Equilibria, and the place of the key; empty if there are to be none.
     frequencies, frequencies_mark
@@ -195,6 +197,7 @@ class Expect:
     states: tuple[StateExpectation, ...] = ()
     drift: tuple[tuple[str, Expression], ...] = ()
     events: tuple[EventExpectation, ...] = ()
+    equilibrium: tuple[Equation, ...] | None = None
     equilibria: tuple[EquilibriumExpectation, ...] | None = None
     equilibria_mark: Mark | None = None
     frequencies: tuple[Expression, ...] | None = None

@@ -256,6 +256,10 @@ _EXPECT = _mapping(
             ),
             "Events in their order",
         ),
+        "equilibrium": _either(
+            _EQUATION,
+            _list_of(_EQUATION, "Equations that hold together"),
+        ),
         "equilibria": _list_of(
             {
                 "type": "object",

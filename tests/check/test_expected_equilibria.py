@@ -75,3 +75,39 @@ def test_no_equilibrium_where_none_is_found(tmp_path):
     falling = falling.replace("{theta: 0.1}", "{h: 0}")
     assert checked(tmp_path, "  equilibria: []\n", falling) == []
     assert checked(tmp_path, "  frequencies: [1]\n", falling) == ["there is no equilibrium"]
+
+
+LEVER = """\
+name: lever
+parameters: {m: 2, a: {value: 1, positive: true}, b: {value: 4, positive: true}, F: 1, g: 9.81}
+plane: xz
+points: {grip: [b*cos(theta), 0, b*sin(theta)]}
+particles: {load: {mass: m, position: [-a*cos(theta), 0, -a*sin(theta)]}}
+coordinates: [theta]
+potentials: {weight: {gravity: g}}
+forces: {effort: {on: grip, force: [0, 0, -F]}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("law", "messages"),
+    [
+        ("m*g*a = b*F", []),
+        ("[m*g*a = b*F]", []),
+        ("m*g*a = 2*b*F", ["the forces do not balance wherever this holds"]),
+        (
+            "[m*g*a = b*F, theta = 1]",
+            ["this does not hold all along a branch of the equilibria"],
+        ),
+    ],
+)
+def test_a_law_of_equilibrium_is_one_of_symbols(tmp_path, law, messages):
+    """The values of the scene do not obey the law."""
+    assert checked(tmp_path, f"  equilibrium: {law}\n", LEVER) == messages
+
+
+def test_the_hint_has_the_law(tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(f"{LEVER}expect: {{equilibrium: m = F}}\n")
+    (problem,) = check_scene(str(path)).problems
+    assert "theta any where m*g*a = b*F" in problem.hint

@@ -2,23 +2,35 @@
 
 An equation that is a product gives a branch for each factor. Within a branch an equation in one
 unknown is solved (:mod:`.single_equation`), an unknown that stands linearly is eliminated, and so
-on until nothing is left. Each step keeps all solutions, so that a search that ends has found all.
+on until nothing is left. A factor in parameters alone gives a branch as well, under the relation
+that it vanishes: the law of a lever (:mod:`.parameter_relations`); so does a factor that was
+divided by. Each step keeps all solutions, so that a search that ends has found all.
 Candidates are put into the equations before they count.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import mpmath
 import sympy as sp
-from mpmath import mpf
 
+from lagrange_cli.analysis.equilibria.parameter_relations import (
+    DIGITS,
+    ParameterFacts,
+    Relation,
+    all_vanish,
+    solved_relation,
+)
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem
-from lagrange_cli.analysis.equilibria.single_equation import factors_of, real_roots
+from lagrange_cli.analysis.equilibria.single_equation import (
+    constant_factors,
+    factors_of,
+    real_roots,
+)
 from lagrange_cli.analysis.values import AbsentEquilibrium, Equilibrium, Existence, Mpf
-from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
+from lagrange_cli.mechanics.algebra.polynomials import cancelled
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import vanish
@@ -32,10 +44,6 @@ _UNKNOWNS = 12
 _BRANCHES = 300
 #: Operations of one equation.
 _OPERATIONS = 400
-
-#: Digits of the numbers that decide, and the relative size below which one is rounding.
-DIGITS = 50
-ROUNDING = mpf(10) ** -30
 
 
 class _BudgetError(Exception):
@@ -54,50 +62,110 @@ class ClosedForms:
         Equilibria that do not exist for these values.
     complete
         True if there are no others.
+    nonzero
+        Names of parameters without a value for which that is proven only where they are not zero.
     """
 
     points: tuple[Equilibrium, ...]
     absent: tuple[AbsentEquilibrium, ...]
     complete: bool
+    nonzero: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class _Branch:
-    """Equations that are still to be solved, and the values found so far, the last first."""
+class Branch:
+    """Equations that are still to be solved, and the values found so far, the last first.
+
+    ``relations`` between parameters hold in all of it. Where one of the ``excluded`` expressions
+    vanishes another branch has what there is.
+    """
 
     equations: tuple[sp.Expr, ...]
     unknowns: tuple[sp.Symbol, ...]
     values: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
     conditions: tuple[Existence, ...] = ()
+    relations: tuple[Relation, ...] = ()
+    excluded: frozenset[sp.Expr] = frozenset()
 
     def solved(
         self, unknown: sp.Symbol, value: sp.Expr, conditions: tuple[Existence, ...] = ()
-    ) -> _Branch:
+    ) -> Branch:
         """Substitute a value for an unknown."""
-        return _Branch(
-            tuple(e.xreplace({unknown: value}) for e in self.equations),
-            tuple(u for u in self.unknowns if u != unknown),
-            ((unknown, value), *self.values),
-            (*self.conditions, *conditions),
+        return replace(
+            self,
+            equations=tuple(e.xreplace({unknown: value}) for e in self.equations),
+            unknowns=tuple(u for u in self.unknowns if u != unknown),
+            values=((unknown, value), *self.values),
+            conditions=(*self.conditions, *conditions),
         )
 
+    def without(self, expressions: Iterable[sp.Expr]) -> Branch:
+        """Leave what there is where an expression in parameters vanishes to other branches."""
+        return replace(self, excluded=self.excluded | {s * e for e in expressions for s in (1, -1)})
 
-class _Solver:
-    """Follows the branches of the equations of one system."""
+    def related(self, condition: Existence, relation: Relation | None) -> Branch:
+        """Take a relation between parameters to hold."""
+        solved = () if relation is None else (relation,)
+        equations = self.equations
+        for taken in solved:
+            equations = tuple(map(taken.applied, equations))
+        return replace(
+            self,
+            equations=equations,
+            conditions=(*self.conditions, condition),
+            relations=(*self.relations, *solved),
+        )
 
-    def __init__(self, system: RestSystem) -> None:
-        self.system = system
+    @property
+    def solution(self) -> dict[sp.Symbol, sp.Expr]:
+        """The values over parameters and the unknowns that stay open."""
+        values = dict[sp.Symbol, sp.Expr]()
+        for unknown, value in self.values:
+            values[unknown] = value.xreplace(values)
+        return values
+
+    def under_relations(self, expression: sp.Expr) -> sp.Expr:
+        """Put the relations between parameters into an expression."""
+        for relation in self.relations:
+            expression = relation.applied(expression)
+        return expression
+
+
+class Solver:
+    """Follows the branches of some equations in the unknowns of a system.
+
+    Parameters
+    ----------
+    exhaustive
+        Follow also the branches in which a parameter without a value is zero.
+
+    Attributes
+    ----------
+    complete
+        True if all branches were followed to their end.
+    nonzero
+        Parameters without a value that were taken not to be zero.
+    """
+
+    def __init__(self, system: RestSystem, *, exhaustive: bool = False) -> None:
+        self.system, self.exhaustive = system, exhaustive
         coordinates = system.equations.system.coordinates
+        masses = (p.mass for p in system.equations.system.particles)
+        self.facts = ParameterFacts(
+            system.known,
+            {m: sp.Dummy(m.name, positive=True) for m in masses if m.is_Symbol},
+            [p.symbol for p in system.equations.system.parameters],
+        )
         self.angles = {c.q for c in coordinates if c.is_angle}
         self.branches = 0
+        self.nonzero: set[sp.Symbol] = set()
         # Equations of an angle outside of sines and cosines are solved for one turn only.
         turning = (k for k, c in enumerate(coordinates) if c.is_angle and k not in system.free)
         self.complete = all(k in system.periodic for k in turning)
 
-    def run(self) -> Iterator[_Branch]:
+    def run(self, equations: Sequence[sp.Expr], unknowns: Sequence[sp.Symbol]) -> Iterator[Branch]:
         """Yield the branches that end in a solution."""
-        equations = (*self.system.forces, *self.system.constraints)
-        pending = [_Branch(equations, self.system.unknowns)]
+        pending = [Branch(tuple(equations), tuple(unknowns))]
         while pending:
             self.branches += 1
             if self.branches > _BRANCHES:
@@ -115,7 +183,7 @@ class _Solver:
             except _BudgetError:
                 self.complete = False
 
-    def _simplified(self, branch: _Branch) -> _Branch | None:
+    def _simplified(self, branch: Branch) -> Branch | None:
         """Drop equations that hold; None if one of them cannot hold."""
         unknowns, remaining = frozenset(branch.unknowns), []
         for written in branch.equations:
@@ -130,62 +198,96 @@ class _Solver:
                 remaining.append(equation)
         return replace(branch, equations=tuple(remaining))
 
-    def _may_vanish(self, expression: sp.Expr) -> bool:
-        """Say whether an expression in parameters is zero for their values."""
-        known = self.system.known
-        if not expression.free_symbols <= known.keys():
-            return False
-        return _is_zero(expression, known)
-
-    def _step(self, branch: _Branch) -> list[_Branch]:
+    def _step(self, branch: Branch) -> list[Branch]:
         unknowns = frozenset(branch.unknowns)
         split = [factors_of(e, unknowns) for e in branch.equations]
         for k, (equation, factors) in enumerate(zip(branch.equations, split, strict=True)):
             balances = self._balances(equation, unknowns)
             if len(factors) == 1 and not balances:
                 continue
+            before, after = branch.equations[:k], branch.equations[k + 1 :]
+            regular = branch.without(balances)
             return [
-                *(
-                    replace(
-                        branch, equations=(*branch.equations[:k], f, *branch.equations[k + 1 :])
-                    )
-                    for f in factors
-                ),
-                *(self._balanced(branch, k, balance) for balance in balances),
+                *(replace(regular, equations=(*before, f, *after)) for f in factors),
+                *self._related(replace(branch, equations=(*before, *after)), balances),
             ]
         equations = tuple(factors[0] for factors in split)
         branch = replace(branch, equations=equations)
         return self._by_roots(branch) or self._by_elimination(branch)
 
+    # Factors in parameters alone.
+
     def _balances(self, equation: sp.Expr, unknowns: frozenset[sp.Symbol]) -> list[sp.Expr]:
         """List the factors in parameters alone that may vanish: ``a m g − b F`` of a lever.
 
-        These are differences, and factors that are zero for the values of the parameters.
+        These are differences, functions such as a sine, and factors that are zero for the values
+        of the parameters. A parameter without a value is taken not to be zero.
         """
-        numerator = sp.fraction(cancelled(equation))[0]
-        factors = [f.as_base_exp()[0] for f in sp.Mul.make_args(factored_form(numerator))]
-        constant = [f for f in factors if f.free_symbols and not f.free_symbols & unknowns]
-        return [f for f in constant if self._may_vanish(f) or self._is_difference(f)]
+        balances = []
+        for factor in constant_factors(equation, unknowns):
+            if self.facts.vanishes(factor) or self._is_difference(factor):
+                balances.append(factor)
+            elif not self.facts.is_nonzero(factor):
+                if factor.is_Symbol and not self.exhaustive:
+                    self.nonzero.add(factor)
+                else:
+                    balances.append(factor)
+        return balances
 
     def _is_difference(self, factor: sp.Expr) -> bool:
-        """Say whether the terms of a sum have both signs."""
+        """Say whether the terms of a sum with values have both signs."""
         known = self.system.known
-        if not factor.is_Add or factor.is_nonzero:
+        if not factor.is_Add or factor.is_nonzero or not factor.free_symbols <= known.keys():
             return False
-        if not factor.free_symbols <= known.keys():
-            return True
         try:
             return len({term > 0 for term in evaluate(factor.args, known)}) == 2
         except DomainError:
             return False
 
-    def _balanced(self, branch: _Branch, k: int, balance: sp.Expr) -> _Branch:
-        """Leave out an equation that holds if a factor in parameters alone is zero."""
-        equations = (*branch.equations[:k], *branch.equations[k + 1 :])
-        condition = Existence(balance, sp.S.Zero, "=")
-        return replace(branch, equations=equations, conditions=(*branch.conditions, condition))
+    def _related(self, branch: Branch, expressions: Iterable[sp.Expr]) -> Iterator[Branch]:
+        """Take one of the expressions in parameters to vanish."""
+        for expression in expressions:
+            if expression in branch.excluded:
+                continue
+            relation = solved_relation(expression, self.facts)
+            if relation is not None and branch.equations:
+                self.nonzero |= set(self.facts.open_symbols(relation.divisor) or ())
+                if not all(map(relation.is_whole_in, branch.equations)):
+                    self.complete = False
+            yield branch.related(self.facts.balance(expression), relation)
 
-    def _by_roots(self, branch: _Branch) -> list[_Branch] | None:
+    def _divided(
+        self, branch: Branch, divisors: Sequence[sp.Expr], regular: Sequence[Branch]
+    ) -> list[Branch]:
+        """Add the branches in which a factor vanishes that ``regular`` ones are divided by."""
+        exceptions: list[sp.Expr] = []
+        for divisor in dict.fromkeys(divisors):
+            if self.facts.vanishes(divisor):
+                return list(self._related(branch, [divisor]))
+            if self.facts.is_nonzero(divisor):
+                continue
+            symbols = self.facts.open_symbols(divisor)
+            if symbols is None:
+                exceptions.append(divisor)
+                continue
+            zeros = [s for s in symbols if self._holds_without(branch, s)]
+            if self.exhaustive:
+                exceptions += zeros
+            else:
+                self.nonzero |= set(zeros)
+        return [*(b.without(exceptions) for b in regular), *self._related(branch, exceptions)]
+
+    def _holds_without(self, branch: Branch, symbol: sp.Symbol) -> bool:
+        """Say whether the equations may hold where a parameter is zero."""
+        unknowns = frozenset(branch.unknowns)
+        zero = (cancelled(e.xreplace({symbol: sp.S.Zero})) for e in branch.equations)
+        return not any(
+            e != 0 and not e.free_symbols & unknowns and self.facts.is_nonzero(e) for e in zero
+        )
+
+    # Unknowns.
+
+    def _by_roots(self, branch: Branch) -> list[Branch] | None:
         """Solve the shortest equation in one unknown; None if there is none that can be."""
         unknowns = frozenset(branch.unknowns)
         for equation in sorted(branch.equations, key=sp.count_ops):
@@ -193,14 +295,15 @@ class _Solver:
             if len(present) != 1:
                 continue
             (unknown,) = present
-            roots = real_roots(equation, unknown, is_angle=unknown in self.angles)
-            if roots is not None:
-                return [branch.solved(unknown, r.value, r.conditions) for r in roots] or [
+            root_set = real_roots(equation, unknown, is_angle=unknown in self.angles)
+            if root_set is not None:
+                regular = [branch.solved(unknown, r.value, r.conditions) for r in root_set.roots]
+                return self._divided(branch, root_set.divisors, regular) or [
                     replace(branch, equations=(sp.S.One,))
                 ]
         return None
 
-    def _by_elimination(self, branch: _Branch) -> list[_Branch]:
+    def _by_elimination(self, branch: Branch) -> list[Branch]:
         """Solve an equation for an unknown whose factor is a constant that does not vanish."""
         unknowns = frozenset(branch.unknowns)
         for equation in sorted(branch.equations, key=sp.count_ops):
@@ -210,8 +313,9 @@ class _Solver:
                 parts = linear_parts(equation, unknown)
                 if parts is None or parts[0].free_symbols & unknowns:
                     continue
-                if not self._may_vanish(parts[0]):
-                    return [branch.solved(unknown, cancelled(-parts[1] / parts[0]))]
+                if not self.facts.vanishes(parts[0]):
+                    regular = branch.solved(unknown, cancelled(-parts[1] / parts[0]))
+                    return self._divided(branch, parts[:1], [regular])
         raise _BudgetError
 
 
@@ -224,11 +328,11 @@ def closed_forms(system: RestSystem) -> ClosedForms | None:
         return None
     if sum(sp.count_ops(e) for e in system.forces) > _UNKNOWNS * _OPERATIONS:
         return None
-    solver = _Solver(system)
+    solver = Solver(system)
     points: list[Equilibrium] = []
     absent: list[AbsentEquilibrium] = []
     complete = True
-    for branch in solver.run():
+    for branch in solver.run((*system.forces, *system.constraints), system.unknowns):
         try:
             solution = _with_positions(system, branch)
         except _BudgetError:
@@ -238,20 +342,19 @@ def closed_forms(system: RestSystem) -> ClosedForms | None:
             absent.append(solution)
         elif solution is not None:
             points.append(solution)
-    return ClosedForms(tuple(points), tuple(absent), complete and solver.complete)
+    nonzero = tuple(s.name for s in solver.facts.order if s in solver.nonzero)
+    return ClosedForms(tuple(points), tuple(absent), complete and solver.complete, nonzero)
 
 
-def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | AbsentEquilibrium | None:
+def _with_positions(system: RestSystem, branch: Branch) -> Equilibrium | AbsentEquilibrium | None:
     """Return the equilibrium of a branch; None if it does not satisfy the equations.
 
     Raises
     ------
     _BudgetError
-        It has no value for these parameters, and it is not known why.
+        It has no value for these parameters, or satisfies them for some alone.
     """
-    values = dict[sp.Symbol, sp.Expr]()
-    for unknown, value in branch.values:
-        values[unknown] = value.xreplace(values)
+    values = branch.solution
     open_ones = [u for u in branch.unknowns if u not in values]
     coordinates, closures = system.equations.system.coordinates, system.equations.system.closures
     multipliers = [c.multiplier for c in closures]
@@ -267,9 +370,15 @@ def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | Absent
         return None  # real for no parameters
     free = tuple(c.name for k, c in enumerate(coordinates) if k in system.free or c.q in open_ones)
     point = Equilibrium(None, None, exact, forces, free, branch.conditions)
-    residuals = [e.xreplace(values) for e in (*system.forces, *system.constraints)]
+    everything = (*system.forces, *system.constraints)
+    placed = [branch.under_relations(e.xreplace(values)) for e in everything]
+    if any(branch.under_relations(e).has(sp.zoo, sp.nan, sp.oo) for e in (*exact, *forces)):
+        return None  # a relation makes a divisor vanish, whose branch is another one
     if system.missing:
-        return point if vanish(*residuals) else None
+        if not vanish(*placed):
+            raise _BudgetError
+        return point
+    residuals = [e.xreplace(values) for e in everything]
     start = {c.q: x for c, x in zip(coordinates, system.start, strict=True)}
     at = {**system.known, **start}
     with mpmath.workdps(DIGITS):
@@ -279,7 +388,7 @@ def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | Absent
             numbers = evaluate([*exact, *forces], at)
         except DomainError:
             raise _BudgetError from None
-        if not vanish(*residuals) and not _all_vanish(residuals, at):
+        if not vanish(*placed) and not all_vanish(residuals, at):
             return None
     n = len(exact)
     if not system.allows(numbers[:n]):
@@ -290,26 +399,9 @@ def _with_positions(system: RestSystem, branch: _Branch) -> Equilibrium | Absent
 def _holds(condition: Existence, known: Mapping[sp.Symbol, Mpf]) -> bool | None:
     """Say whether a condition holds; None if its sides have no values."""
     if condition.relation == "=":
-        return _all_vanish([condition.smaller - condition.larger], known)
+        return all_vanish([condition.smaller - condition.larger], known)
     try:
         smaller, larger = evaluate([condition.smaller, condition.larger], known)
     except DomainError:
         return None
     return bool(smaller <= larger)
-
-
-def _is_zero(expression: sp.Expr, known: Mapping[sp.Symbol, Mpf]) -> bool:
-    with mpmath.workdps(DIGITS):
-        return _all_vanish([expression], known)
-
-
-def _all_vanish(residuals: Sequence[sp.Expr], at: Mapping[sp.Symbol, Mpf]) -> bool:
-    """Say whether sums are rounding beside their terms; False if they have no values."""
-    for residual in residuals:
-        try:
-            terms = evaluate(sp.Add.make_args(residual), at)
-        except DomainError:
-            return False
-        if abs(mpmath.fsum(terms)) > ROUNDING * mpmath.fsum(map(abs, terms)):
-            return False
-    return True

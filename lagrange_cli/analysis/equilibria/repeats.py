@@ -123,7 +123,8 @@ class _Places:
     ) -> bool:
         """Say whether an equilibrium is a known one, or lies in its continuum."""
         if point.position is None or known.position is None:
-            return point.exact == known.exact
+            same = point.exact == known.exact
+            return same and point.conditions == known.conditions
         if self._is_within(point, known):
             return True
         if not places or not known_places:

@@ -2,21 +2,25 @@
 
 Solved are u^n = c and equations of first and second degree, also in u², in cos u, in sin u or in
 tan u/2, and what :mod:`~lagrange_cli.mechanics.elimination.solve_equation` inverts. All roots are
-found, those of angles within one turn.
+found, those of angles within one turn, where no factor vanishes that was divided by.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import sympy as sp
 
 from lagrange_cli.analysis.values import Existence
-from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
+from lagrange_cli.mechanics.algebra.polynomials import cancelled, expand_terms, factored_form
 from lagrange_cli.mechanics.elimination.solve_equation import solutions
 
 _COS, _SIN = sp.Dummy("c", real=True), sp.Dummy("s", real=True)
 _HALF_TURN = sp.pi
+
+#: Terms that an equation is multiplied out to while the factors of an unknown are read off.
+_TERMS = 500
 
 
 @dataclass(frozen=True)
@@ -27,15 +31,43 @@ class Root:
     conditions: tuple[Existence, ...] = ()
 
 
+@dataclass(frozen=True)
+class RootSet:
+    """All roots of an equation.
+
+    Attributes
+    ----------
+    roots
+        The roots.
+    divisors
+        Expressions in parameters that were divided by: where one vanishes roots may differ.
+    """
+
+    roots: tuple[Root, ...] = ()
+    divisors: tuple[sp.Expr, ...] = ()
+
+    def __add__(self, more: RootSet) -> RootSet:
+        return RootSet(self.roots + more.roots, self.divisors + more.divisors)
+
+
 def factors_of(equation: sp.Expr, unknowns: frozenset[sp.Symbol]) -> list[sp.Expr]:
-    """List the factors of the numerator that contain unknowns; others are assumed nonzero."""
+    """List the factors of the numerator that contain unknowns."""
+    return [f for f in _vanishing(equation) if f.free_symbols & unknowns]
+
+
+def constant_factors(equation: sp.Expr, unknowns: frozenset[sp.Symbol]) -> list[sp.Expr]:
+    """List the factors of the numerator in parameters alone."""
+    return [f for f in _vanishing(equation) if f.free_symbols and not f.free_symbols & unknowns]
+
+
+def _vanishing(equation: sp.Expr) -> list[sp.Expr]:
     numerator = sp.fraction(cancelled(equation))[0]
     factors = [f.as_base_exp() for f in sp.Mul.make_args(factored_form(numerator))]
     bases = [base for base, exponent in factors if exponent.is_positive is not False]
-    return list(dict.fromkeys(b for b in bases if b.free_symbols & unknowns))
+    return list(dict.fromkeys(bases))
 
 
-def real_roots(equation: sp.Expr, unknown: sp.Symbol, *, is_angle: bool) -> list[Root] | None:
+def real_roots(equation: sp.Expr, unknown: sp.Symbol, *, is_angle: bool) -> RootSet | None:
     """Solve ``equation = 0``: all real roots, of an angle within a turn; None if it cannot be.
 
     Parameters
@@ -45,42 +77,62 @@ def real_roots(equation: sp.Expr, unknown: sp.Symbol, *, is_angle: bool) -> list
     is_angle
         True if the unknown's values a turn apart mean the same.
     """
-    roots: list[Root] = []
-    for factor in factors_of(equation, frozenset((unknown,))):
-        more = _roots_of_factor(factor, unknown, is_angle)
+    return _of_factors(
+        equation, (unknown,), lambda factor: _roots_of_factor(factor, unknown, is_angle)
+    )
+
+
+def _of_factors(
+    equation: sp.Expr,
+    unknowns: tuple[sp.Symbol, ...],
+    solve: Callable[[sp.Expr], RootSet | None],
+) -> RootSet | None:
+    """Solve each factor; None if one cannot be."""
+    wanted = frozenset(unknowns)
+    roots = RootSet((), tuple(constant_factors(equation, wanted)))
+    for factor in factors_of(equation, wanted):
+        more = solve(factor)
         if more is None:
             return None
         roots += more
     return roots
 
 
-def _roots_of_factor(factor: sp.Expr, unknown: sp.Symbol, is_angle: bool) -> list[Root] | None:
+def _roots_of_factor(factor: sp.Expr, unknown: sp.Symbol, is_angle: bool) -> RootSet | None:
     if is_angle:
         return _angles(factor, unknown)
     if factor.is_polynomial(unknown):
         return _polynomial(factor, unknown)
     if factor.has(sp.sin, sp.cos, sp.tan):
         return None  # as many roots as there are turns
-    values = solutions(factor, unknown)
-    return None if values is None else [Root(value) for value in values]
+    values, divisors = solutions(factor, unknown), _coefficients(factor, unknown)
+    if values is None or divisors is None:
+        return None
+    return RootSet(tuple(map(Root, values)), divisors)
 
 
-def _angles(factor: sp.Expr, unknown: sp.Symbol) -> list[Root] | None:
+def _coefficients(factor: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, ...] | None:
+    """Collect what multiplies each function of the unknown; None beyond the budget."""
+    terms = expand_terms(factor, _TERMS)
+    if terms is None:
+        return None
+    sums: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in terms:
+        cofactor, dependent = term.as_independent(unknown, as_Add=False)
+        sums.setdefault(dependent, []).append(cofactor)
+    return tuple(sp.Add(*parts) for dependent, parts in sums.items() if dependent != 1)
+
+
+def _angles(factor: sp.Expr, unknown: sp.Symbol) -> RootSet | None:
     """Solve an equation in cos u and sin u."""
     flat = sp.expand_trig(factor.replace(sp.tan, lambda x: sp.sin(x) / sp.cos(x)))
     flat = flat.xreplace({sp.cos(unknown): _COS, sp.sin(unknown): _SIN})
     if unknown in flat.free_symbols:
         return None
-    roots: list[Root] = []
-    for part in factors_of(flat, frozenset((_COS, _SIN))):
-        more = _on_circle(part, unknown)
-        if more is None:
-            return None
-        roots += more
-    return roots
+    return _of_factors(flat, (_COS, _SIN), lambda part: _on_circle(part, unknown))
 
 
-def _on_circle(part: sp.Expr, unknown: sp.Symbol) -> list[Root] | None:
+def _on_circle(part: sp.Expr, unknown: sp.Symbol) -> RootSet | None:
     """Solve a polynomial equation between cos u and sin u."""
     if not part.is_polynomial(_COS, _SIN):
         return None
@@ -95,55 +147,59 @@ def _on_circle(part: sp.Expr, unknown: sp.Symbol) -> list[Root] | None:
     return None
 
 
-def _by_inverse(equation: sp.Expr, function: sp.Symbol) -> list[Root] | None:
+def _by_inverse(equation: sp.Expr, function: sp.Symbol) -> RootSet | None:
     """Return the angles at which cos u or sin u is a root of a polynomial."""
+    levels = _of_factors(equation, (function,), lambda factor: _polynomial(factor, function))
+    if levels is None:
+        return None
     roots: list[Root] = []
-    for factor in factors_of(equation, frozenset((function,))):
-        levels = _polynomial(factor, function)
-        if levels is None:
-            return None
-        for level in levels:
-            within = (*level.conditions, *_at_most_one(level.value))
-            if function is _COS:
-                angle = sp.acos(level.value)
-                angles = [angle] if level.value in (1, -1) else [angle, -angle]
-            else:
-                angle = sp.asin(level.value)
-                angles = [angle] if level.value in (1, -1) else [angle, _HALF_TURN - angle]
-            roots += [Root(angle, within) for angle in angles]
-    return roots
+    for level in levels.roots:
+        within = (*level.conditions, *_at_most_one(level.value))
+        if function is _COS:
+            angle = sp.acos(level.value)
+            angles = [angle] if level.value in (1, -1) else [angle, -angle]
+        else:
+            angle = sp.asin(level.value)
+            angles = [angle] if level.value in (1, -1) else [angle, _HALF_TURN - angle]
+        roots += [Root(angle, within) for angle in angles]
+    return RootSet(tuple(roots), levels.divisors)
 
 
-def _of_first_degree(linear: sp.Poly) -> list[Root]:
+def _of_first_degree(linear: sp.Poly) -> RootSet:
     """Solve a sin u + b cos u + d = 0 by t = tan u/2."""
     b, a, d = (linear.coeff_monomial(m) for m in (_COS, _SIN, 1))
     if d == 0:
         angle = sp.atan(-b / a)
-        return [Root(angle), Root(angle + _HALF_TURN)]
+        return RootSet((Root(angle), Root(angle + _HALF_TURN)), (a,))
     if sp.expand(d - b) == 0:
-        return [Root(_HALF_TURN), Root(-2 * sp.atan(b / a))]
+        return RootSet((Root(_HALF_TURN), Root(-2 * sp.atan(b / a))), (a,))
     square = sp.expand(a**2 + b**2 - d**2)
     exists = _not_negative(square, Existence(d**2, a**2 + b**2))
     root = sp.sqrt(square)
-    return [Root(2 * sp.atan((-a + sign * root) / (d - b)), exists) for sign in (1, -1)]
+    roots = (Root(2 * sp.atan((-a + sign * root) / (d - b)), exists) for sign in (1, -1))
+    return RootSet(tuple(roots), (d - b,))
 
 
-def _polynomial(factor: sp.Expr, unknown: sp.Symbol) -> list[Root] | None:
+def _polynomial(factor: sp.Expr, unknown: sp.Symbol) -> RootSet | None:
     """Solve an equation of first or second degree, of second degree in u², or u^n = c."""
     powers = {d: c for (d,), c in sp.Poly(factor, unknown).terms()}
+    divisors = (powers[max(powers)],)
     if set(powers) <= {0, 1}:
-        return [Root(cancelled(-powers.get(0, sp.S.Zero) / powers[1]))]
+        return RootSet((Root(cancelled(-powers.get(0, sp.S.Zero) / powers[1])),), divisors)
     if set(powers) <= {0, 1, 2}:
-        return _quadratic(*(powers.get(d, sp.S.Zero) for d in (2, 1, 0)))
+        a, b, c = (powers.get(d, sp.S.Zero) for d in (2, 1, 0))
+        return RootSet(tuple(_quadratic(a, b, c)), divisors)
     if set(powers) <= {0, 2, 4}:
         squares = _quadratic(*(powers.get(d, sp.S.Zero) for d in (4, 2, 0)))
-        return [
+        roots = (
             Root(sign * sp.sqrt(s.value), (*s.conditions, *_not_negative(s.value)))
             for s in squares
             for sign in (1, -1)
-        ]
+        )
+        return RootSet(tuple(roots), divisors)
     if len(powers) == 2 and 0 in powers:
-        return _roots_of(cancelled(-powers[0] / powers[max(powers)]), max(powers))
+        value = cancelled(-powers[0] / powers[max(powers)])
+        return RootSet(tuple(_roots_of(value, max(powers))), divisors)
     return None
 
 

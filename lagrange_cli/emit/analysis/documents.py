@@ -136,7 +136,8 @@ class _Contents:
         say, letters = self.writer.say, self.writer.letters
         points = result.points[:MOST_LISTED]
         hidden = len(result.points) - len(points)
-        blocks: list[Block | None] = [Words(say("{text}.", text=_capital(count_line(result, say))))]
+        counted = count_line(result, say, self.teller.symbol)
+        blocks: list[Block | None] = [Words(say("{text}.", text=_capital(counted)))]
         blocks += self._points(points)
         if hidden:
             blocks.append(Words(say("And {count} more, in JSON.", count=hidden)))

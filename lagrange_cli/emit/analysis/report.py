@@ -198,6 +198,7 @@ def _equilibria(
             for point in equilibria.absent
         ],
         "complete": equilibria.complete,
+        "nonzero": list(equilibria.nonzero),
         "starts": equilibria.starts,
         "held": dict(equilibria.held_inputs),
     }

@@ -139,7 +139,10 @@ class _Writer:
     # Equilibria.
 
     def equilibria(self, equilibria: Equilibria) -> list[Row | Block]:
-        steady, counted = self.analysis.steady, words(count_line(equilibria, self.say))
+        steady, counted = (
+            self.analysis.steady,
+            words(count_line(equilibria, self.say, self.printer.symbol)),
+        )
         name = self.say("Equilibria") if steady is None else self.say("Steady motions")
         head = Row(name, "   ", counted, "heading")
         points = equilibria.points[:MOST_LISTED]

@@ -56,9 +56,22 @@ class Teller:
         return ", ".join(map(self.matrix if name == "matrix" else self.symbol, part))
 
 
-def count_line(equilibria: Equilibria, say: Language) -> str:
-    """Say how many there are, or how many were found."""
+def count_line(equilibria: Equilibria, say: Language, symbol: Callable[[str], str]) -> str:
+    """Say how many there are, or how many were found.
+
+    ``symbol`` writes a name of the scene within a sentence.
+    """
     number = len(equilibria.points)
+    if equilibria.complete and equilibria.nonzero:
+        names = ", ".join(map(symbol, equilibria.nonzero))
+        count = len(equilibria.nonzero)
+        if number:
+            one = "these are all where {names} is not 0"
+            many = "these are all where {names} are not 0"
+            return say.counted(count, one, many, names=names)
+        one = "none where {names} is not 0: the forces cannot balance"
+        many = "none where {names} are not 0: the forces cannot balance"
+        return say.counted(count, one, many, names=names)
     if equilibria.complete:
         return say("these are all") if number else say("none: the forces cannot balance")
     if equilibria.starts:

@@ -5,6 +5,18 @@ from __future__ import annotations
 FRENCH_OF_ANALYSES = {
     "Equilibria": "Équilibres",
     "these are all": "il n'y en a pas d'autres",
+    "these are all where {names} is not 0": (
+        "il n'y en a pas d'autres quand {names} n'est pas nul"
+    ),
+    "these are all where {names} are not 0": (
+        "il n'y en a pas d'autres quand aucun de {names} n'est nul"
+    ),
+    "none where {names} is not 0: the forces cannot balance": (
+        "aucun quand {names} n'est pas nul\u00a0: les forces ne peuvent se compenser"
+    ),
+    "none where {names} are not 0: the forces cannot balance": (
+        "aucun quand aucun de {names} n'est nul\u00a0: les forces ne peuvent se compenser"
+    ),
     "none: the forces cannot balance": "aucun\u00a0: les forces ne peuvent se compenser",
     "{count} found, by a search from {starts} starts; there may be others": (
         "{count} par une recherche à partir de {starts} départs\u00a0; il peut y en avoir d'autres"

@@ -5,6 +5,14 @@ from __future__ import annotations
 GERMAN_OF_ANALYSES = {
     "Equilibria": "Gleichgewichte",
     "these are all": "das sind alle",
+    "these are all where {names} is not 0": "das sind alle, wenn {names} nicht 0 ist",
+    "these are all where {names} are not 0": "das sind alle, wenn {names} nicht 0 sind",
+    "none where {names} is not 0: the forces cannot balance": (
+        "keine, wenn {names} nicht 0 ist: Die Kräfte können sich nicht aufheben"
+    ),
+    "none where {names} are not 0: the forces cannot balance": (
+        "keine, wenn {names} nicht 0 sind: Die Kräfte können sich nicht aufheben"
+    ),
     "none: the forces cannot balance": "keine: Die Kräfte können sich nicht aufheben",
     "{count} found, by a search from {starts} starts; there may be others": (
         "{count} gefunden, durch eine Suche von {starts} Anfängen aus; es kann weitere geben"

@@ -28,7 +28,7 @@ _NUMBERS = ("until", "from", "accuracy", "samples", "step", "rtol", "atol")
 
 _EXPECT = (
     *("dof", "cyclic", "conserved", "equations", "lagrangian", "hamiltonian"),
-    *("state", "drift", "events", "equilibria", "frequencies", "error"),
+    *("state", "drift", "events", "equilibrium", "equilibria", "frequencies", "error"),
 )
 
 #: Terms that expected equations are written out to where sizes are other than the file's: some
@@ -246,6 +246,17 @@ def _event(node: SourceNode, reading: Reading) -> EventExpectation | None:
     return EventExpectation(name, fields["name"].mark, time, within)
 
 
+def _equilibrium_law(node: SourceNode, reading: Reading) -> tuple[Equation, ...] | None:
+    """Read one equation, or a list of equations that hold together."""
+    what = "'equilibrium' in 'expect'"
+    items = node.items if isinstance(node, Sequence) else (node,)
+    if not items:
+        reading.expected("an equation, or a list of them", what, node)
+        return None
+    read = [reading.equation(item, what) for item in items]
+    return tuple(equation for equation in read if equation)
+
+
 def _equilibria(node: SourceNode, reading: Reading) -> tuple[EquilibriumExpectation, ...] | None:
     sequence = reading.items(node, "'equilibria' in 'expect'", "a list of equilibria {NAME: value}")
     if sequence is None:
@@ -303,6 +314,7 @@ _EXPECTATIONS: dict[str, Any] = {
     "state": _states,
     "drift": _drift,
     "events": _events,
+    "equilibrium": _equilibrium_law,
     "equilibria": _equilibria,
     "frequencies": _frequencies,
     "error": read_error_expectation,
