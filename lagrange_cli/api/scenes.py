@@ -105,7 +105,8 @@ class LoadedScene:
             section ``simulate``.
         steps
             Keep the derivation's steps, which text, LaTeX and JSON then write, too: by
-            ``lagrange``'s equations or by ``dalembert``'s principle.
+            ``lagrange``'s equations, ``dalembert``'s principle, or the principle of
+            ``virtual-work``, which leads to equilibria.
         cache
             Holds derivations of earlier runs, and takes this one; None to derive anew.
 

@@ -374,9 +374,10 @@ steps = in_order(
         ),
         click.option(
             "--by",
-            type=click.Choice(["lagrange", "dalembert"]),
+            type=click.Choice(["lagrange", "dalembert", "virtual-work"]),
             metavar="WAY",
-            help="Steps by lagrange or dalembert (d'Alembert's principle); implies --steps."
+            help="Steps by lagrange, dalembert (d'Alembert's principle) or virtual-work (to the"
+            " equilibria); implies --steps."
             "  [default: lagrange]",
         ),
     )

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
 #: A way from positions to equations of motion.
-Way: TypeAlias = Literal["lagrange", "dalembert"]
+Way: TypeAlias = Literal["lagrange", "dalembert", "virtual-work"]
 
 
 def rate_symbol(name: str) -> Symbol:
@@ -158,7 +158,8 @@ class DerivationSteps:
     Attributes
     ----------
     way
-        The way they lead: by Lagrange's equations or by d'Alembert's principle.
+        The way they lead: by Lagrange's equations, by d'Alembert's principle, or by the principle
+        of virtual work to equations of equilibrium.
     bodies
         Positions and their rates.
     kinetic, potentials
@@ -168,7 +169,7 @@ class DerivationSteps:
     coordinates
         Parts of Lagrange's equations, one of each coordinate.
     balances
-        Parts of d'Alembert's principle, one of each coordinate.
+        Parts of d'Alembert's principle, one of each coordinate; none by Lagrange's equations.
     in_coordinates
         Names of terms that are written in coordinates and act on no particle.
     states
@@ -190,3 +191,8 @@ class DerivationSteps:
     states: int = 0
     mismatch: float = 0.0
     difference: float = 0.0
+
+    @property
+    def of_motion(self) -> bool:
+        """True if they lead to equations of motion, False if to those of equilibrium."""
+        return self.way != "virtual-work"

@@ -33,6 +33,16 @@ SLICE = (
 
 WAYS: tuple[Way, ...] = ("lagrange", "dalembert")
 
+#: Scenes of statics, and the law that each has.
+LAWS = {
+    "lever": "m g a = b F",
+    "two_blocks_on_wedge": "m1 sin α = m2 sin β",
+    "compound_pulley": "M = 4 m",
+    "balance": "φ = -atan((m1 - m2) l / (M h))",
+    "ladder_held_by_rope": "θ = atan(m g / (2 F))",
+    "toggle_press": "θ = atan(P / (2 R))",
+}
+
 #: Scenes whose steps nobody would read.
 TOO_LONG = {"bicycle", "fput", "hanging_net", "net_of_rods_and_springs", "pleiades"}
 
@@ -177,6 +187,33 @@ def test_equilibrium_of_a_lever_by_virtual_work(capsys: pytest.CaptureFixture[st
     written = lines(capsys, scene, "d'Alembert's principle")
     assert "Σ_i (K_i - m_i r̈_i) · δr_i = 0" in written
     assert "Σ_i K_i · ∂r_i/∂θ = (m g a - b F) cos θ" in written
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LAWS)
+def test_laws_of_equilibrium_by_virtual_work(name: str) -> None:
+    equations = derived(name, steps="virtual-work")
+    assert is_certified(equations)
+    text, ascii, *documents = printed(equations)
+    assert LAWS[name] in text
+    assert all("Principle of virtual work" in page for page in (ascii, *documents))
+    assert "Cyclic coordinates" not in text
+    report = derivation_report(equations)["steps"]["equilibrium"]
+    assert report["complete"]
+
+
+def test_nothing_is_in_equilibrium_where_time_acts(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = str(SCENES["pendulum_driven_support"])
+    assert run(["derive", scene, "--by", "virtual-work"]) == 2
+    assert "nothing stays at rest: the equations depend on t" in capsys.readouterr().err
+
+
+def test_multipliers_take_part_in_virtual_work(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = [str(SCENES["pendulum_in_cartesian_coordinates"]), "--by", "virtual-work"]
+    written = lines(capsys, scene, "Principle of virtual work")
+    assert "Q_j + Σ_k λ_k ∂φ_k/∂q_j = 0" in written
+    found = lines(capsys, scene, "Equilibrium")
+    assert "z = -l" in found
 
 
 def test_the_same_as_lagrange_and_newton(capsys: pytest.CaptureFixture[str]) -> None:

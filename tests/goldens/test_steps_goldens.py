@@ -33,6 +33,7 @@ GOLDENS = {
         "--forces",
         "--ascii",
     ),
+    "lever_by_virtual_work": ("lecture/lever.yaml", "--by", "virtual-work"),
     "bead_on_rotating_hoop": ("beads/bead_on_rotating_hoop.yaml",),
     "double_pendulum": ("pendulums/double_pendulum.yaml",),
     "wheel_down_incline": ("rolling/wheel_down_incline.yaml", "--forces"),

@@ -84,6 +84,23 @@ def _balance(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return HALF * inertia * v.phi**2 + pans + p.M * p.g * p.h * cos(q.phi)
 
 
+def _two_blocks_on_wedge(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    fall = p.m1 * sin(p.alpha) - p.m2 * sin(p.beta)
+    return HALF * (p.m1 + p.m2) * v.s1**2 + fall * p.g * q.s1
+
+
+def _ladder_held_by_rope(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return p.m * p.l**2 * v.theta**2 / 6 - HALF * p.m * p.g * p.l * sin(q.theta)
+
+
+def _toggle_press(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return HALF * (p.m + 4 * p.M * sin(q.theta) ** 2) * p.l**2 * v.theta**2
+
+
+def _compound_pulley(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return HALF * (p.M + 16 * p.m) * v.s**2 + (4 * p.m - p.M) * p.g * q.s
+
+
 def _double_pendulum(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return (
         HALF * (p.m1 + p.m2) * p.l1**2 * v.theta1**2
@@ -360,6 +377,10 @@ LAGRANGIANS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "pendulum_with_force": _pendulum,
     "lever": _lever,
     "balance": _balance,
+    "two_blocks_on_wedge": _two_blocks_on_wedge,
+    "ladder_held_by_rope": _ladder_held_by_rope,
+    "toggle_press": _toggle_press,
+    "compound_pulley": _compound_pulley,
     "pendulum": _pendulum,
     "double_pendulum": _double_pendulum,
     "pendulum_on_cart": _pendulum_on_cart,
@@ -418,6 +439,10 @@ GENERALIZED_FORCES: Mapping[str, Callable[[Names, Names, Names, Symbol], dict[st
     **CONSTRAINED_FORCES,
     "zieglers_column": _follower_force,
     "lever": lambda p, q, v, t: {"theta": -p.F * p.b * cos(q.theta)},
+    "ladder_held_by_rope": lambda p, q, v, t: {"theta": p.F * p.l * sin(q.theta)},
+    "toggle_press": lambda p, q, v, t: {
+        "theta": p.l * (2 * p.R * sin(q.theta) - p.P * cos(q.theta))
+    },
     "damped_oscillator": lambda p, q, v, t: {"x": -p.c * v.x},
     "seismometer": _seismometer_forces,
     "damped_driven_pendulum": lambda p, q, v, t: {

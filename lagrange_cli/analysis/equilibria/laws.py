@@ -33,8 +33,11 @@ def without_values(system: RestSystem) -> RestSystem:
 
 
 def laws_of_equilibrium(system: RestSystem) -> ClosedForms | None:
-    """Solve for all values of the parameters; None beyond the budget."""
-    return closed_forms(without_values(system))
+    """Solve for all values of the parameters, laws first; None beyond the budget."""
+    forms = closed_forms(without_values(system))
+    if forms is None:
+        return None
+    return replace(forms, points=tuple(sorted(forms.points, key=lambda p: -len(p.free))))
 
 
 def law_verdict(system: RestSystem, residuals: Sequence[sp.Expr]) -> LawVerdict:

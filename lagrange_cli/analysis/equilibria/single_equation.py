@@ -169,7 +169,7 @@ def _of_first_degree(linear: sp.Poly) -> RootSet:
     """Solve a sin u + b cos u + d = 0 by t = tan u/2."""
     b, a, d = (linear.coeff_monomial(m) for m in (_COS, _SIN, 1))
     if d == 0:
-        angle = sp.atan(-b / a)
+        angle = sp.atan(factored_form(cancelled(-b / a)))
         return RootSet((Root(angle), Root(angle + _HALF_TURN)), (a,))
     if sp.expand(d - b) == 0:
         return RootSet((Root(_HALF_TURN), Root(-2 * sp.atan(b / a))), (a,))

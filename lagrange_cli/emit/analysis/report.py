@@ -14,6 +14,7 @@ import numpy as np
 from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries, Symmetry
 from lagrange_cli.analysis.values import continuous_phase
 from lagrange_cli.emit.forms.writer import with_momenta
+from lagrange_cli.emit.steps.json_values import closed_form
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
@@ -210,9 +211,7 @@ def _equilibrium(
     stability = point.stability
     return {
         "at": _position(point, names),
-        "exact": None if point.exact is None else _named(names, map(say, point.exact)),
-        "exists": _conditions(point.conditions, say),
-        "free": list(point.free),
+        **closed_form(point, names, say),
         "isolated": point.isolated,
         "stability": None if stability is None else stability.verdict,
         "reason": None if stability is None else stability.reason,

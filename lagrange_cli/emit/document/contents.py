@@ -259,8 +259,9 @@ def _above_with_steps(
 def _below_with_steps(
     writer: DocumentWriter, board: StepsWriter, parts: Collection[str], form: str
 ) -> _Parts:
+    has_result = board.steps.of_motion and not ("equations" in parts and form == "explicit")
     return (
-        ("result", lambda: None if "equations" in parts and form == "explicit" else result(writer)),
+        ("result", lambda: result(writer) if has_result else None),
         ("forces", lambda: constraint_forces(writer)),
         *conclusions(board),
         *_ending(writer),

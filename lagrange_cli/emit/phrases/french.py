@@ -400,4 +400,30 @@ FRENCH = {
     ", between impacts": ", entre les chocs",
     "; it is {energy}": "\u00a0; c'est {energy}",
     "; it is not {energy}": "\u00a0; ce n'est pas {energy}",
+    # -- equilibrium by virtual work
+    "Principle of virtual work": "Principe des travaux virtuels",
+    "A system stays at rest if the applied forces do no work in the virtual displacements that"
+    " the constraints allow; constraint forces do none:": (
+        "Un système reste au repos si les forces appliquées ne travaillent pas dans les"
+        " déplacements virtuels que les liaisons permettent\u00a0; les forces de liaison ne"
+        " travaillent pas\u00a0:"
+    ),
+    "Equilibrium": "Équilibre",
+    "These equations have no solution in closed form that was found.": (
+        "Aucune solution de ces équations en forme close n'a été trouvée."
+    ),
+    "No configuration satisfies these equations: the forces cannot balance.": (
+        "Aucune configuration ne satisfait ces équations\u00a0: les forces ne peuvent se compenser."
+    ),
+    "For all values of the parameters these equations are satisfied only by": (
+        "Pour toutes les valeurs des paramètres, ces équations ne sont satisfaites que par"
+    ),
+    "These equations are satisfied, among others perhaps, by": (
+        "Ces équations sont satisfaites, peut-être entre autres, par"
+    ),
+    "Here {names} is not 0.": "Ici {names} n'est pas nul.",
+    "Here {names} are not 0.": "Ici aucun de {names} n'est nul.",
+    "any {names}": "{names} quelconque",
+    "any {names} where": "{names} quelconque avec",
+    "provided that": "à condition que",
 }

@@ -401,4 +401,29 @@ GERMAN = {
     ", between impacts": ", zwischen Stößen",
     "; it is {energy}": "; sie ist {energy}",
     "; it is not {energy}": "; sie ist nicht {energy}",
+    # -- equilibrium by virtual work
+    "Principle of virtual work": "Prinzip der virtuellen Arbeit",
+    "A system stays at rest if the applied forces do no work in the virtual displacements that"
+    " the constraints allow; constraint forces do none:": (
+        "Ein System bleibt in Ruhe, wenn die eingeprägten Kräfte bei den virtuellen Verrückungen,"
+        " die die Zwangsbedingungen zulassen, keine Arbeit leisten; Zwangskräfte leisten keine:"
+    ),
+    "Equilibrium": "Gleichgewicht",
+    "These equations have no solution in closed form that was found.": (
+        "Eine Lösung dieser Gleichungen in geschlossener Form wurde nicht gefunden."
+    ),
+    "No configuration satisfies these equations: the forces cannot balance.": (
+        "Keine Lage erfüllt diese Gleichungen: Die Kräfte können sich nicht aufheben."
+    ),
+    "For all values of the parameters these equations are satisfied only by": (
+        "Für alle Werte der Parameter erfüllen diese Gleichungen nur"
+    ),
+    "These equations are satisfied, among others perhaps, by": (
+        "Diese Gleichungen erfüllen, vielleicht neben anderen,"
+    ),
+    "Here {names} is not 0.": "Dabei ist {names} nicht 0.",
+    "Here {names} are not 0.": "Dabei sind {names} nicht 0.",
+    "any {names}": "beliebige {names}",
+    "any {names} where": "beliebige {names} mit",
+    "provided that": "sofern",
 }

@@ -11,7 +11,13 @@ import sympy
 
 from lagrange_cli.emit.phrases.equations import energy_is_sum, only_between_impacts
 from lagrange_cli.emit.phrases.language import ENGLISH, Language
-from lagrange_cli.emit.steps import by_dalembert, by_lagrange, energies, particles
+from lagrange_cli.emit.steps import (
+    by_dalembert,
+    by_lagrange,
+    by_virtual_work,
+    energies,
+    particles,
+)
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter
 
@@ -131,19 +137,34 @@ _TO_DALEMBERT = (
     ("forces", by_dalembert.newton_equations),
 )
 
+_TO_EQUILIBRIUM = (
+    ("energies equations", particles.positions),
+    ("equations", particles.displacements),
+    ("equations", by_dalembert.applied_forces),
+    ("equations constraints", by_lagrange.constraints),
+    ("equations", by_virtual_work.principle),
+    ("equations", by_virtual_work.equilibrium),
+)
+
+_ORDERS = {
+    "lagrange": _TO_LAGRANGE,
+    "dalembert": _TO_DALEMBERT,
+    "virtual-work": _TO_EQUILIBRIUM,
+}
+
 #: Parts of a document, each with what writes a section of it.
 Sections: TypeAlias = Iterator[tuple[str, Callable[[], Section | None]]]
 
 
 def working(writer: StepsWriter) -> Sections:
     """Return the sections from positions to the equations of motion, and Newton's beside them."""
-    order = _TO_LAGRANGE if writer.steps.way == "lagrange" else _TO_DALEMBERT
-    return ((parts, partial(write, writer)) for parts, write in order)
+    return ((parts, partial(write, writer)) for parts, write in _ORDERS[writer.steps.way])
 
 
 def conclusions(writer: StepsWriter) -> Sections:
-    """Return the sections after the equations of motion."""
-    yield "conserved", partial(conservation, writer)
+    """Return the sections after the equations of motion, none after those of equilibrium."""
+    if writer.steps.of_motion:
+        yield "conserved", partial(conservation, writer)
 
 
 def certified_line(steps: DerivationSteps, digits: int, say: Language = ENGLISH) -> str:

@@ -48,14 +48,14 @@ def principle(writer: StepsWriter) -> Section | None:
         return None
     letters, say = writer.letters, writer.say
     displaced = letters.virtual(letters.vector("r"))
-    work = f"{_effective_force(writer)}{letters.dot_product}{displaced}"
+    work = f"{effective_force(writer)}{letters.dot_product}{displaced}"
     return section(
         say("d'Alembert's principle"),
         Words(
             say("Constraint forces do no work in virtual displacements that the constraints allow:")
         ),
         Law(f"{letters.total('i', work)} = 0"),
-        Words(_independent(writer)),
+        Words(independent(writer)),
         *_further_terms(writer),
         *(
             block
@@ -67,7 +67,8 @@ def principle(writer: StepsWriter) -> Section | None:
     )
 
 
-def _independent(writer: StepsWriter) -> str:
+def independent(writer: StepsWriter) -> str:
+    """Say why the coefficient of each δq vanishes."""
     name = writer.letters.inline(writer.letters.virtual(writer.letters.symbol("q_j")))
     if writer.equations.system.pushing:
         return writer.say(
@@ -83,29 +84,34 @@ def _further_terms(writer: StepsWriter) -> Iterator[Block]:
     """Return the principle with terms beside the sum over particles, where there are any."""
     letters, names = writer.letters, writer.steps.in_coordinates
     terms = list(multiplier_terms(writer))
+    further = letters.symbol(f"{writer.inertia_letter}_j")
     if names:
-        listed = ", ".join(map(letters.words, names))
-        further = letters.symbol(f"{writer.inertia_letter}_j")
-        yield Words(
-            writer.say.counted(
-                len(names),
-                "{listed} is written in coordinates and acts on no particle: its inertia less force"
-                " is {further}.",
-                "{listed} are written in coordinates and act on no particle: their inertia less"
-                " force is {further}.",
-                listed=listed,
-                further=letters.inline(further),
-            )
-        )
+        yield names_in_coordinates(writer, further)
     if names or terms:
         place = letters.partial(letters.vector("r"), letters.symbol("q_j"))
-        effective = _effective_force(writer)
+        effective = effective_force(writer)
         total = letters.total("i", f"{effective}{letters.dot_product}{place}")
         total += f" - {further}" if names else ""
         yield Law(f"{sum_of([total, *terms])} = 0")
 
 
-def _effective_force(writer: StepsWriter) -> str:
+def names_in_coordinates(writer: StepsWriter, further: str) -> Words:
+    """Name the terms that act on no particle; ``further`` is their inertia less force."""
+    names, letters = writer.steps.in_coordinates, writer.letters
+    return Words(
+        writer.say.counted(
+            len(names),
+            "{listed} is written in coordinates and acts on no particle: its inertia less force"
+            " is {further}.",
+            "{listed} are written in coordinates and act on no particle: their inertia less"
+            " force is {further}.",
+            listed=", ".join(map(letters.words, names)),
+            further=letters.inline(further),
+        )
+    )
+
+
+def effective_force(writer: StepsWriter) -> str:
     """``(F_i - m_i r̈_i)``."""
     letters = writer.letters
     inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))

@@ -4,18 +4,36 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.analysis.equilibria.laws import laws_of_equilibrium
+from lagrange_cli.analysis.equilibria.rest_system import rest_system
 from lagrange_cli.emit.steps.letters import AsciiLetters
 from lagrange_cli.emit.steps.writer import StepsWriter
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.scene_language import ScenePrinter
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from sympy import Expr, Symbol
 
+    from lagrange_cli.analysis.values import Equilibrium
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.step_values import BodySteps, DerivationSteps, ForceSteps, TermSteps
+
+
+def closed_form(
+    point: Equilibrium, names: Sequence[str], say: Callable[[Expr], str]
+) -> dict[str, Any]:
+    """Return an equilibrium in closed form, with the conditions for it to exist, as JSON values.
+
+    ``names``: those of the coordinates; ``say`` writes an expression.
+    """
+    pairs = zip(names, map(say, point.exact or ()), strict=False)
+    return {
+        "exact": None if point.exact is None else dict(pairs),
+        "exists": [f"{say(c.smaller)} {c.relation} {say(c.larger)}" for c in point.conditions],
+        "free": list(point.free),
+    }
 
 
 def steps_report(equations: Equations, steps: DerivationSteps) -> dict[str, Any]:
@@ -61,12 +79,23 @@ class _Reporter:
                 }
                 for name, parts in zip(names, steps.balances, strict=False)
             ],
+            **({} if steps.of_motion else {"equilibrium": self._equilibrium()}),
             "certificate": {
                 "points": steps.states,
                 "digits": equations.derivation.certificate.digits,
                 "mismatch": steps.mismatch,
                 "difference": steps.difference,
             },
+        }
+
+    def _equilibrium(self) -> dict[str, Any]:
+        """Return the equilibria in closed form, for all values of the parameters."""
+        forms = laws_of_equilibrium(rest_system(self._writer.equations, {}))
+        names = [c.name for c in self._writer.equations.system.coordinates]
+        return {
+            "points": [closed_form(p, names, self._say) for p in (forms.points if forms else ())],
+            "complete": forms is not None and forms.complete,
+            "nonzero": list(forms.nonzero) if forms else [],
         }
 
     def _body(self, body: BodySteps) -> dict[str, Any]:

@@ -14,11 +14,12 @@ from lagrange_cli.notation.unicode import UnicodePrinter
 class Letters(ABC):
     """Letters of one format.
 
-    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW, ``comma`` stands
-    between formulas of one display.
+    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW, ``at_most_sign``
+    is ≤, ``comma`` stands between formulas of one display.
     """
 
     comma = ", "
+    at_most_sign = "≤"
     dot_product: str
     virtual_work: str
 
@@ -149,6 +150,7 @@ class UnicodeLetters(Letters):
 class AsciiLetters(UnicodeLetters):
     """Letters of seven bits, those of the scene language."""
 
+    at_most_sign = "<="
     dot_product = " . "
     virtual_work = "delta(W)"
 

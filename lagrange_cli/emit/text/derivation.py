@@ -136,7 +136,7 @@ def with_steps(
         ("equations constraints", partial(contacts, writer)),
     )
     below: _Parts = (
-        ("result", lambda: result(writer, form)),
+        ("result", lambda: result(writer, form) if steps.of_motion else []),
         ("forces", partial(constraint_forces, writer)),
         *section_writers(conclusions(board), writer.printer),
         ("initial", partial(initial, writer)),

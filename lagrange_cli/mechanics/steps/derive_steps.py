@@ -115,7 +115,8 @@ def derive_steps(
     loads = applied_forces(derivation)
     applied = {s: -loads.along(s) for s in (*loads.positional, *loads.dynamic)}
     bodies = body_steps(derivation, collector, applied)
-    balances = virtual_work(derivation, collector, bodies, applied) if way == "dalembert" else ()
+    by_parts = way != "lagrange"
+    balances = virtual_work(derivation, collector, bodies, applied) if by_parts else ()
     steps = DerivationSteps(
         way=way,
         bodies=bodies,
