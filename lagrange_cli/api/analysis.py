@@ -81,6 +81,19 @@ def _varied(derived: Derived, branches: Mapping[str, tuple[float | str, float | 
     return varied(derived.equations, derived.source.read(), name, ends, "--branches")
 
 
+def require_picture(ending: str) -> None:
+    """Refuse an ending that pictures cannot be written with here, before there is one to draw.
+
+    Raises
+    ------
+    InputError
+        matplotlib is not installed or does not know the ending, or TeX is needed and not there.
+    """
+    from lagrange_cli.simulate.results.plot import require_ending
+
+    require_ending(ending)
+
+
 def plot_effective_potential(derived: Derived, path: str | os.PathLike[str]) -> str:
     """Draw V_eff of Routh's form about the start, with the turning points; return these.
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
 from lagrange_cli.api import analysis, motion, studies
 from lagrange_cli.api.derived import Derived
+from lagrange_cli.api.values import page_in
+from lagrange_cli.report.tables import json_text
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.report import Page
 
 
 @dataclass(frozen=True, repr=False)
@@ -106,6 +110,33 @@ class Derivation(Derived):
         from lagrange_cli.emit.text import derivation_text
 
         return derivation_text(self.equations, ascii=ascii, form=form, width=width, **options)
+
+    def written(
+        self,
+        to: str,
+        *,
+        form: str = "lagrange",
+        ascii: bool = False,
+        encoding: str = "utf-8",
+        **options: OptionValue,
+    ) -> str | Page:
+        """Return what ``lagrange derive --format`` writes.
+
+        Parameters
+        ----------
+        to
+            One of :data:`.formats.DERIVED`, which has the ``options`` of each.
+        ascii
+            Text in plain ASCII, as also where the encoding has no more.
+        """
+        if to == "json":
+            return json_text(self.report(form=form, latex=bool(options.get("latex"))))
+        if to != "text":
+            return self.emit(to, form=form, **options).popitem()[1]
+        from lagrange_cli.emit.text import derivation_page
+
+        write = partial(derivation_page, self.equations, form=form, options=options)
+        return page_in(encoding, lambda plain: write(ascii=plain), ascii)
 
     def emit(self, to: str, **options: OptionValue) -> dict[str, str]:
         """Return file name → text in a format of ``lagrange emit --list``.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, TypeAlias
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+    from lagrange_cli.simulate.cluster.tasks import Cluster
     from lagrange_cli.simulate.ensemble.plan.enumeration import Members
     from lagrange_cli.simulate.ensemble.plan.plan import MotionFunction
     from lagrange_cli.simulate.ensemble.run.cluster import ClusterEngine
@@ -26,6 +28,30 @@ if TYPE_CHECKING:
 
 #: Members of an ensemble: all combinations of values, values one by one, or a lazy enumeration.
 GivenMembers: TypeAlias = "Mapping[str, Iterable[float | str]] | Sequence[GivenValues] | Members"
+
+
+def methods() -> tuple[str, ...]:
+    """Return the names of the integration methods, beside ``auto``."""
+    from lagrange_cli.simulate.integrators import INTEGRATORS
+
+    return tuple(INTEGRATORS)
+
+
+@contextmanager
+def cluster_at(address: str, tell: Callable[[str], None]) -> Iterator[Cluster]:
+    """Connect to a Dask cluster by the address of its scheduler, for a while.
+
+    ``tell`` is called with remarks on it.
+
+    Raises
+    ------
+    ClusterError
+        There is none at this address, or Dask is not installed.
+    """
+    from lagrange_cli.simulate.cluster.tasks import Cluster, connected
+
+    with connected(address) as client:
+        yield Cluster(client, tell)
 
 
 def _sensitive_inputs() -> InputError:

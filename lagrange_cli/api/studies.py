@@ -21,6 +21,13 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.tradeoff.result import Trade
 
 
+def stress_axes() -> tuple[str, ...]:
+    """Return the names of the axes along which a scene is pushed to extremes."""
+    from lagrange_cli.studies.stress.points import STRESS_AXES
+
+    return tuple(STRESS_AXES)
+
+
 def tradeoff(
     derived: Derived,
     *,

@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.files import can_encode
+
+if TYPE_CHECKING:
+    from lagrange_cli.report import Page
 
 GivenValues = Mapping[str, "float | str"]
 """Name → a number, or the text of an expression."""
@@ -19,3 +25,9 @@ def text_of(value: float | str) -> str:
 def texts(values: GivenValues | None) -> dict[str, str]:
     """Write each value as a text; none are none."""
     return {name: text_of(value) for name, value in (values or {}).items()}
+
+
+def page_in(encoding: str, write: Callable[[bool], Page], ascii: bool) -> Page:
+    """Return a page in plain ASCII or not, the former too where an encoding has no more."""
+    page = write(ascii)
+    return page if ascii or can_encode(page.text(), encoding) else write(True)

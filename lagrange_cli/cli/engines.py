@@ -13,7 +13,7 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.cluster.tasks import Cluster
+    from lagrange_cli.api import Cluster
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -58,7 +58,7 @@ def cluster(session: Session, scheduler: str | None, jobs: int | None) -> Iterat
         message = f"--jobs is of this machine, not of the cluster at {scheduler}"
         hint = "its workers say how much is done at a time: dask worker --nworkers"
         raise InputError(Problem(message, hint=hint, rule="cluster"))
-    from lagrange_cli.simulate.cluster.tasks import Cluster, connected
+    from lagrange_cli.api import cluster_at
 
-    with connected(scheduler) as client:
-        yield Cluster(client, session.remark)
+    with cluster_at(scheduler, session.remark) as workers:
+        yield workers

@@ -7,13 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from lagrange_cli.cli.remembered import SceneSource
+from lagrange_cli.api.remembered import SceneSource
+from lagrange_cli.api.remembered_scene import RememberedScene
+from lagrange_cli.api.workspace import Workspace
 from lagrange_cli.errors import InputError
 from lagrange_cli.files import Named, read_bytes, require_apart, same_file
 
 if TYPE_CHECKING:
-    from lagrange_cli.emit.base import Emitter
-    from lagrange_cli.scene.model import Scene
+    from lagrange_cli.api.formats import Emitter
 
 
 def guard(
@@ -50,18 +51,9 @@ def _read_by(source: SceneSource, parameters: Mapping[str, str]) -> list[Named]:
 
 
 def _recordings(source: SceneSource, parameters: Mapping[str, str]) -> Iterator[Named]:
-    """Yield the files of recorded inputs. Scenes name them by the key ``file``, perhaps escaped."""
-    if b"file" not in source.data and b"\\" not in source.data:
-        return
-    for entry in _read(source, parameters).inputs:
-        if entry.recording is not None:
-            yield Named("a recorded input", entry.recording.path)
-
-
-def _read(source: SceneSource, parameters: Mapping[str, str]) -> Scene:
-    from lagrange_cli.scene import read_text
-
-    return read_text(source.data, source.file, parameters=parameters)
+    """Yield the files of recorded inputs."""
+    for path in RememberedScene(Workspace(), source, parameters).recorded_files():
+        yield Named("a recorded input", path)
 
 
 def checkpoint_files(path: str | None) -> dict[str, str]:
@@ -86,9 +78,10 @@ def guard_folder(
         One of them would replace the scene, or a file that it names.
     """
     reads = _read_by(source, parameters)
+    scene = RememberedScene(Workspace(), source, parameters)
     for path in _files(folder, format_.extensions):
         read = [named for named in reads if same_file(path, named.path)]
-        if read and os.path.basename(path) in format_.files(_read(source, parameters).name):
+        if read and os.path.basename(path) in format_.files(scene.loaded().scene.name):
             require_apart(read, [Named("-o", path)])
 
 

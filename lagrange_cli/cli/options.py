@@ -17,8 +17,8 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, is_address
 
 if TYPE_CHECKING:
-    from lagrange_cli.emit.base import Option
-    from lagrange_cli.mechanics.step_values import Way
+    from lagrange_cli.api import Way
+    from lagrange_cli.api.formats import Option
 
 #: Names of formulations.
 FORMULATIONS = ("auto", "minimal", "multiplier")
@@ -45,9 +45,9 @@ def naming(wording: str, names: Callable[[], Iterable[str]]) -> type[click.Optio
 
 def integrators() -> Iterable[str]:
     """Return the names of the integration methods."""
-    from lagrange_cli.simulate.integrators import INTEGRATORS
+    from lagrange_cli.api import methods
 
-    return INTEGRATORS
+    return methods()
 
 
 def _assignments(
@@ -135,9 +135,9 @@ def _plottable(*formats: str) -> Callable[..., str | None]:
                 further = "; --plot FILE.tex needs none" if formats else ""
                 hint = f"pip install 'lagrange-cli[plot]'{further}"
                 raise InputError(Problem("plots need matplotlib", hint=hint, rule="extra"))
-            from lagrange_cli.simulate.results.plot import require_ending
+            from lagrange_cli.api.analysis import require_picture
 
-            require_ending(ending)
+            require_picture(ending)
         return _writable(ctx, option, value)
 
     return checked

@@ -6,19 +6,15 @@ import signal
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import click
 
+from lagrange_cli.api.workspace import Workspace
 from lagrange_cli.cli.terminal.appearance import is_terminal, wants_colour
 from lagrange_cli.cli.terminal.progress import ProgressBar, shown_stage
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
 from lagrange_cli.stages import Listener, heard_by
-
-if TYPE_CHECKING:
-    from lagrange_cli.cache import Cache
 
 #: Exit code that shells report for a process that Ctrl-C ended.
 INTERRUPTED = 128 + signal.SIGINT
@@ -39,7 +35,7 @@ def report_error(problem: Problem) -> None:
 
 
 @dataclass
-class Session:
+class Session(Workspace):
     """The options that every subcommand takes, and what it tells on stderr.
 
     Attributes
@@ -58,31 +54,6 @@ class Session:
     strict: bool = False
     traceback: bool = False
     stage: str = "beginning"
-    _explained: bool = field(default=False, init=False)
-
-    @cached_property
-    def cache(self) -> Cache:
-        """Open the user's cache; if there is none, a detail says why."""
-        from lagrange_cli.cache import open_cache
-
-        opened = open_cache()
-        self._explain(opened, "nothing")
-        return opened
-
-    def keep(self, key: str, data: bytes) -> None:
-        """Keep data in the cache; if they cannot be kept, a detail says why."""
-        self.cache.put(key, data)
-        self._explain(self.cache, "nothing")
-
-    def explain_code(self) -> None:
-        """Say why compiled code could not be kept in the cache, as a detail."""
-        self._explain(self.cache, "no compiled code")
-
-    def _explain(self, cache: Cache, what: str) -> None:
-        """Say why something is not kept, but only once."""
-        if cache.reason is not None and not self._explained:
-            self._explained = True
-            self.detail(f"{what} is kept in the cache: {cache.reason}")
 
     def tell(self, warnings: Iterable[Problem], remarks: Iterable[str]) -> None:
         """Write warnings and remarks to stderr; see :meth:`warn` and :meth:`remark`."""

@@ -19,7 +19,13 @@ from lagrange_cli.files.temporary import (
     temporary_file,
     temporary_folder,
 )
-from lagrange_cli.files.writing import check_writable, whole_file, write_file, write_files
+from lagrange_cli.files.writing import (
+    can_encode,
+    check_writable,
+    whole_file,
+    write_file,
+    write_files,
+)
 
 if TYPE_CHECKING:
     from lagrange_cli.files.recordings import (
@@ -42,6 +48,7 @@ __all__ = [
     "Named",
     "Recorded",
     "Recording",
+    "can_encode",
     "cannot_write",
     "carried_files",
     "check_writable",

@@ -195,3 +195,12 @@ def _admit(target: str) -> None:
         raise IsADirectoryError(0, "it is a folder and not a file")
     if os.path.exists(target) and not os.access(target, os.W_OK):
         raise PermissionError(0, "the file is read-only")
+
+
+def can_encode(text: str, encoding: str) -> bool:
+    """Say whether an encoding has every character of a text."""
+    try:
+        text.encode(encoding)
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -7,13 +7,22 @@ writes it. Tables and JSON text are those of :mod:`.tables`; read :mod:`.simulat
 first. Reports of a few lines stand beside their command.
 
 The derivation itself is written by the formats of :mod:`lagrange_cli.emit`, which the Python
-interface and documents use too.
+interface and documents use too; it is a :class:`Page` like the reports of all others.
 """
 
+from lagrange_cli.notation.page import UNBROKEN, USUAL_WIDTH, Page, Paint, Role, Row, page
+
 __all__ = [
+    "UNBROKEN",
+    "USUAL_WIDTH",
+    "Page",
+    "Paint",
+    "Role",
+    "Row",
     "check",
     "ensemble",
     "fit",
+    "page",
     "path",
     "section",
     "simulate",

@@ -95,11 +95,10 @@ class AnalysisRequest:
 
     def _at_rest(self, derivation: Derivation) -> Analyzed:
         """Return the analysis of equilibria; of the equations alone if none is asked for."""
-        from lagrange_cli.analysis.result import Analysis
         from lagrange_cli.api.analyzed import Analyzed
 
         if not self._of_rest and (self.of_motions or self.response is not None):
-            return Analyzed.of(Analysis(derivation.equations))
+            return Analyzed(derivation.equations)
         over = None if self.branches is None else {self.branches[0]: self.branches[1:]}
         return derivation.analyze(*self.parts, at=self.at, steady=self.steady, branches=over)
 

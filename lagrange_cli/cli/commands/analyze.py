@@ -3,112 +3,30 @@
 from __future__ import annotations
 
 import base64
-import io
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from lagrange_cli.api.formats import ANALYZED, completed
+from lagrange_cli.api.remembered import Answer, read_source
+from lagrange_cli.api.remembered_scene import RememberedScene, answer_of
 from lagrange_cli.cli import options
 from lagrange_cli.cli.commands.analysis_request import AnalysisPictures, AnalysisRequest
 from lagrange_cli.cli.guard import guard
-from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
-from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
-from lagrange_cli.cli.terminal.output import can_encode, deliver, page_encoding
-from lagrange_cli.emit.base import completed
-from lagrange_cli.emit.document_options import ANALYZED
+from lagrange_cli.cli.terminal.output import deliver, page_encoding
 from lagrange_cli.files import ending_of, write_file
-from lagrange_cli.notation.page import USUAL_WIDTH, Page
+from lagrange_cli.report import USUAL_WIDTH, Page
 from lagrange_cli.report.tables import json_text
 
 if TYPE_CHECKING:
     from lagrange_cli.api.analyzed import Analyzed
 
-#: Option of a format → its value.
-Options: TypeAlias = Mapping[str, str | bool]
-
-
-def _text(analysis: Analyzed, chosen: Options, ascii_only: bool, encoding: str) -> Page:
-    """Write an analysis as text, in ASCII where the encoding has no more."""
-    from lagrange_cli.emit.analysis.text import analysis_page
-
-    code = str(chosen.get("language", "en"))
-    written = analysis_page(analysis, ascii=ascii_only, code=code)
-    if ascii_only or can_encode(written.text(), encoding):
-        return written
-    return analysis_page(analysis, ascii=True, code=code)
-
-
-def _document(to: str) -> Callable[[Analyzed, Options, bool, str], str]:
-    """Write an analysis as a document."""
-
-    def written(analysis: Analyzed, chosen: Options, _ascii_only: bool, _encoding: str) -> str:
-        (text,) = analysis.emit(to, **chosen).values()
-        return text
-
-    return written
-
-
-def _json(analysis: Analyzed, _chosen: Options, _ascii_only: bool, _encoding: str) -> str:
-    return analysis_json(analysis.report())
-
-
-#: Name of a format → what writes it, with options of the format, in plain ASCII or in what an
-#: encoding has.
-FORMATS: Mapping[str, Callable[[Analyzed, Options, bool, str], str | Page]] = {
-    "text": _text,
-    "latex": _document("latex"),
-    "markdown": _document("markdown"),
-    "typst": _document("typst"),
-    "json": _json,
-}
-
-
 #: Name of a format → ending of its files.
 ENDINGS = {"text": ".txt", "latex": ".tex", "markdown": ".md", "typst": ".typ", "json": ".json"}
-
-
-def analysis_json(report: dict[str, Any]) -> str:
-    """Return the text of a report as JSON."""
-    return json_text(report)
-
-
-#: Names in a response.
-_NAMED = ("inputs", "outputs")
-
-
-def _along_arrays(report: dict[str, Any]) -> dict[str, Any]:
-    """Return the linear system along a motion by name, as NumPy arrays for a file."""
-    import numpy as np
-
-    from lagrange_cli.studies.linear_motion import NAMES
-
-    values = report["along"]
-    texts = {key: np.array(values[key], dtype=str) for key in NAMES}
-    numbers = values.keys() - NAMES - {"status", "reason", "accuracy"}
-    return {key: np.array(values[key], dtype=float) for key in sorted(numbers)} | texts
-
-
-def npz_of(report: dict[str, Any]) -> bytes:
-    """Return the matrices of a report as the bytes of an ``.npz`` file."""
-    import numpy as np
-
-    from lagrange_cli.emit.analysis.report import linearization_arrays, response_arrays
-
-    arrays: dict[str, Any] = {}
-    if "along" in report:
-        arrays = _along_arrays(report)
-    elif report["linearization"] is not None:
-        arrays = dict(linearization_arrays(report))
-    if "response" in report:
-        texts = {key: np.array(report["response"][key], dtype=str) for key in _NAMED}
-        arrays = texts | arrays | response_arrays(report)
-    stream = io.BytesIO()
-    np.savez(stream, **arrays)
-    return stream.getvalue()
 
 
 @click.command(cls=Command)
@@ -182,11 +100,11 @@ def npz_of(report: dict[str, Any]) -> bytes:
 @click.option(
     "--format",
     "format_",
-    type=click.Choice(list(FORMATS)),
+    type=click.Choice(list(ANALYZED)),
     default="text",
     show_default=True,
     metavar="FORMAT",
-    help=f"The format: {', '.join(FORMATS)}.",
+    help=f"The format: {', '.join(ANALYZED)}.",
 )
 @options.json_flag("The same as --format json.")
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.")
@@ -263,11 +181,11 @@ def analyze(
     form = _Form.of("json" if as_json else format_, output, ascii_only, chosen)
     if form.ending == ".npz":
         request.require_linear_system(linearization=linearization)
-    scene_request = SceneRequest(source, parameters)
-    branch_pictures = {name: _ending(path) for name, path in pictures.of_branches.items()}
+    asked = RememberedScene(session, source, parameters)
+    branch_pictures = {name: ending_of(path) for name, path in pictures.of_branches.items()}
 
     def work() -> Answer:
-        derivation = derivation_of_scene(session, scene_request)
+        derivation = asked.derivation()
         analysis = request.analysis(derivation, session)
         answer = {"report": analysis.report(), "shown": form.written(analysis)}
         for name, ending in branch_pictures.items():
@@ -277,12 +195,11 @@ def analyze(
         return answer_of(derivation, answer, lasting=not (request.of_motions and recorded))
 
     question = astuple(request), list(parameters.items()), branch_pictures, form.key
-    value = remembered(session, "analyze", source, question, work)
+    value = asked.answer("analyze", question, work)
     for name, path in pictures.of_branches.items():
         write_file(path, base64.b64decode(value[name]))
     if replace(pictures, diagram=None, loci=None) != AnalysisPictures():
-        derivation = derivation_of_scene(session, scene_request)
-        pictures.draw_others(derivation, request, session)
+        pictures.draw_others(asked.derivation(), request, session)
     form.deliver(value)
     if along is not None and value["report"]["along"]["status"] != "ok":
         ctx.exit(1)
@@ -335,7 +252,7 @@ class _Form:
 
     @property
     def ending(self) -> str:
-        return "" if self.output is None else _ending(self.output)
+        return "" if self.output is None else ending_of(self.output)
 
     @property
     def _reported(self) -> bool:
@@ -354,37 +271,24 @@ class _Form:
 
     def written(self, analysis: Analyzed) -> Any:
         """Return an analysis in this form, as a JSON value."""
-        write = FORMATS[self.format_]
-        shown = write(analysis, self.written_with, self.ascii_only, self._encoding)
+        shown = analysis.written(
+            self.format_, ascii=self.ascii_only, encoding=self._encoding, **self.written_with
+        )
         return shown.to_json() if isinstance(shown, Page) else shown
 
     def deliver(self, value: dict[str, Any]) -> None:
         """Write a report and what readers are shown, from an answer."""
         report, shown = value["report"], value["shown"]
         if self.output is not None and self._reported:
-            arrays = self.ending == ".npz"
-            content = npz_of(_with_matrices(report)) if arrays else analysis_json(report)
-            write_file(self.output, content)
+            write_file(self.output, self._content(report))
         page = shown if isinstance(shown, str) else Page.from_json(shown)
         file = None if self._reported else self.output
         deliver(page, self.format_, file, width=USUAL_WIDTH)
 
+    def _content(self, report: dict[str, Any]) -> str | bytes:
+        """Return the report as its file holds it."""
+        if self.ending == ".json":
+            return json_text(report)
+        from lagrange_cli.api.analyzed import matrices_of
 
-def _ending(path: str) -> str:
-    return ending_of(path)
-
-
-def _with_matrices(report: dict[str, Any]) -> dict[str, Any]:
-    """Return a report that has a linear system.
-
-    Raises
-    ------
-    InputError
-        It was left out.
-    """
-    if report["linearization"] is None and not report.keys() & {"along", "response"}:
-        from lagrange_cli.errors import InputError, Problem
-
-        reasons = [left["reason"] for left in report["left_out"]]
-        raise InputError(Problem(f"there is no linear system: {reasons[0]}", rule="analyze"))
-    return report
+        return matrices_of(report)

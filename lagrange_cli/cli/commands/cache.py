@@ -7,13 +7,13 @@ from typing import Any
 
 import click
 
-from lagrange_cli.cache import MAX_CACHE_BYTES, Cache, Removed
+from lagrange_cli.api import MAX_CACHE_BYTES, Cache, Removed
 from lagrange_cli.cli import options
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.errors import InputError, Problem, escape_controls
-from lagrange_cli.notation.page import Page, Row, page
+from lagrange_cli.report import Page, Row, page
 from lagrange_cli.report.tables import json_text, labelled, sentence_row
 
 

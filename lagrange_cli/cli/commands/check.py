@@ -18,7 +18,7 @@ from lagrange_cli.report.check import junit as junit_xml
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
-    from lagrange_cli.check import Report, SceneReport
+    from lagrange_cli.api import Report, SceneReport
 
 
 def _checked(
@@ -30,7 +30,7 @@ def _checked(
     scheduler: str | None,
 ) -> Report:
     """Check the scenes, with a progress bar if stderr is a terminal."""
-    from lagrange_cli.check import check_paths, scenes_in
+    from lagrange_cli.api import check_paths, scenes_in
 
     done = itertools.count(1)
 

@@ -8,23 +8,21 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.api.formats import EMITTERS, Emitter
+from lagrange_cli.api.remembered import Answer, read_source
+from lagrange_cli.api.remembered_scene import RememberedScene, answer_of
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard_folder
-from lagrange_cli.cli.models import SceneRequest, answer_of, derivation_of_scene
-from lagrange_cli.cli.remembered import Answer, read_source, remembered
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import print_text
-from lagrange_cli.emit.base import Emitter
-from lagrange_cli.emit.registry import EMITTERS, emitter
 from lagrange_cli.files import write_files
-from lagrange_cli.notation.page import Page, page
+from lagrange_cli.report import Page, page
 from lagrange_cli.report.tables import TableColumn, table
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.step_values import Way
-    from lagrange_cli.scene.conditions import Formulation
+    from lagrange_cli.api import Formulation, Way
 
 
 def _list(ctx: click.Context, option: click.Parameter, value: bool) -> None:
@@ -92,7 +90,7 @@ def emit(
     """Write the equations of SCENE, a YAML file or - for standard input, as code or a document.
 
     TikZ and SVG are sketches of the system at its start."""
-    format_ = emitter(to)
+    format_ = EMITTERS[to]
     if output is None and not format_.single_file:
         _refuse_several(format_, scene)
     way = options.way_of(steps, by)
@@ -106,11 +104,12 @@ def emit(
     if output is not None:
         guard_folder(output, source, parameters, format_)
 
+    asked = RememberedScene(
+        session, source, parameters, forces=forces, formulation=formulation, steps=way
+    )
+
     def work() -> Answer:
-        request = SceneRequest(
-            source, parameters, forces=forces, formulation=formulation, steps=way
-        )
-        derivation = derivation_of_scene(session, request)
+        derivation = asked.derivation()
         equations = derivation.equations
         announce(f"writing {format_.title}")
         recorded = any(u.recording is not None for u in equations.system.inputs)
@@ -120,8 +119,8 @@ def emit(
         }
         return answer_of(derivation, value, lasting=not recorded)
 
-    asked = (to, formulation, way, sorted(format_options.items()), list(parameters.items()))
-    answer = remembered(session, "emit", source, asked, work)
+    question = (to, formulation, way, sorted(format_options.items()), list(parameters.items()))
+    answer = asked.answer("emit", question, work)
     if output is None:
         print_text("".join(answer["files"].values()))
         return

@@ -3,31 +3,23 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.api.simulations import SimulationRequest
 from lagrange_cli.cli import engines
 from lagrange_cli.cli import options as shared
-from lagrange_cli.cli.models import RememberedMembers, SimulationRequest, model_of_scene
 from lagrange_cli.cli.session import INTERRUPTED, Session
 from lagrange_cli.cli.terminal.command import heading
 from lagrange_cli.cli.terminal.interrupts import Terminated
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import ending_of, write_file
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.cluster.tasks import Cluster
-    from lagrange_cli.simulate.ensemble.plan.enumeration import Members
-    from lagrange_cli.simulate.ensemble.plan.plan import Selection
-    from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
-    from lagrange_cli.simulate.ensemble.store.store import Store
-    from lagrange_cli.simulate.model.requested_outputs import Reduction
-    from lagrange_cli.simulate.results.picture import PlaneMap
+    from lagrange_cli.api import Cluster, Members, Reduction
 
 #: Members of which all samples are kept unless something else is asked for.
 MOST_WITH_SAMPLES = 10_000
@@ -241,9 +233,9 @@ def member_choice(
     if (plot is None) != (map_names is None):
         hint = "--map theta1,theta2 --plot map.png draws a number of its members over a plane"
         raise _usage("an ensemble is drawn as a map, into the file of --plot", hint)
-    from lagrange_cli.simulate.model.requested_outputs import read_reduction
+    from lagrange_cli.api.ensembles import written_reductions
 
-    read = tuple(read_reduction(text) for text in dict.fromkeys(reductions))
+    read = written_reductions(reductions)
     drawn = sample, number, seed
     run = jobs, scheduler, resume is not None
     return MemberChoice(member_file, vary, *drawn, final, kept_columns, read, map_names, *run)
@@ -264,40 +256,44 @@ def chosen_members(choice: MemberChoice) -> Members:
     InputError
         Located: what is wrong with them.
     """
-    from lagrange_cli.simulate.ensemble.plan.sampling import sampled
-    from lagrange_cli.simulate.ensemble.plan.sources import grid, read_members
+    from lagrange_cli.api.ensembles import written_members
 
-    if choice.sample:
-        return sampled(choice.sample, choice.number or 0, choice.seed or 0)
-    return grid(choice.vary) if choice.member_file is None else read_members(choice.member_file)
+    return written_members(
+        file=choice.member_file,
+        vary=choice.vary,
+        sample=choice.sample,
+        number=choice.number or 0,
+        seed=choice.seed or 0,
+    )
 
 
 def _members(choice: MemberChoice, output: str | None) -> Members:
-    from lagrange_cli.simulate.ensemble.store.opening import ENDINGS, ending_of
+    from lagrange_cli.api.ensembles import has_result_ending, result_endings
 
-    if output is not None and ending_of(output) is None:
-        raise _usage(f"an ensemble is written as {', '.join(ENDINGS)}", "-o ensemble.npz")
+    if output is not None and not has_result_ending(output):
+        raise _usage(f"an ensemble is written as {', '.join(result_endings())}", "-o ensemble.npz")
     if choice.resume and output is None:
         raise _usage("--resume needs the file that the result was to be", "-o ensemble.npz")
     return chosen_members(choice)
 
 
-def _selection(choice: MemberChoice, members: Members, output: str | None) -> Selection:
-    """Return the selection of columns; without a file figures and reductions alone are kept."""
-    from lagrange_cli.simulate.ensemble.plan.plan import Selection
-
+def _selection(
+    choice: MemberChoice, members: Members, output: str | None
+) -> tuple[tuple[str, ...] | None, bool]:
+    """Return the columns to keep, and whether ends are; without a file numbers alone are kept."""
     columns, final = choice.columns, choice.final
     if output is None and ((final and not choice.map_names) or columns is not None):
         raise _usage("--final and --columns say what a file keeps", "-o ensemble.npz")
+    if output is None:
+        return (), choice.final
     if columns is None and len(members) > MOST_WITH_SAMPLES:
         final = True
-    names = None if columns == ("all",) else () if final else columns
-    if output is None:
-        names, final = (), choice.final
-    return Selection(names, final, choice.reductions)
+    return (None if columns == ("all",) else () if final else columns), final
 
 
-def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationRequest) -> int:
+def simulate_ensemble(
+    session: Session, choice: MemberChoice, asked: SimulationRequest, *, as_json: bool
+) -> int:
     """Run all members and report them; return the exit code.
 
     Raises
@@ -306,89 +302,57 @@ def simulate_ensemble(session: Session, choice: MemberChoice, asked: SimulationR
         The scene, the members or the options are wrong, or the cluster.
     """
     with engines.cluster(session, choice.scheduler, choice.jobs) as cluster:
-        return _simulate(session, choice, asked, cluster)
+        return _simulate(session, choice, asked, cluster, as_json=as_json)
 
 
 def _simulate(
-    session: Session, choice: MemberChoice, asked: SimulationRequest, cluster: Cluster | None
+    session: Session,
+    choice: MemberChoice,
+    asked: SimulationRequest,
+    cluster: Cluster | None,
+    *,
+    as_json: bool,
 ) -> int:
+    from lagrange_cli.api.ensembles import plane_of, planned
     from lagrange_cli.report.ensemble import FORMATS, SimulatedMembers
-    from lagrange_cli.simulate.ensemble.plan.plan import blocks_of, plan_members
-    from lagrange_cli.simulate.ensemble.run.cluster import ClusterEngine
-    from lagrange_cli.simulate.ensemble.run.run import run_members
-    from lagrange_cli.simulate.ensemble.store.opening import open_store
-    from lagrange_cli.simulate.ensemble.store.store import MemoryStore
 
     started = perf_counter()
     members = _members(choice, asked.output)
-    plane = _plane(choice, members, asked.plot)
-    selection = _selection(choice, members, asked.output)
-    if selection.final and not choice.final:
+    plane = None
+    if choice.map_names is not None and asked.plot is not None:
+        plane = plane_of(members, choice.map_names, asked.plot)
+    columns, final = _selection(choice, members, asked.output)
+    if final and not choice.final:
         session.remark(
             f"more than {MOST_WITH_SAMPLES:,} members: their ends are kept, not their samples;"
             " --columns all keeps these"
         )
-    scene = replace(asked.scene, reductions=choice.reductions)
-    models = RememberedMembers(session, scene, partial(model_of_scene, session))
-    extra = asked.columns
-    if "energy" in (choice.columns or ()) and "energy" not in extra:
-        extra = (*extra, "energy")
-    plan, times = plan_members(models, members, asked.options, extra=extra, selection=selection)
-    if not plan.alone:
+    ensemble = planned(
+        asked, members, columns=columns, final=final, reductions=choice.reductions, plane=plane
+    )
+    if not ensemble.plan.alone:
         session.remark("each member is derived by itself: its values may change the equations")
-    drawn = None if plane is None else plane.drawn(plan, asked.plot_of)
-    blocks = blocks_of(plan, members)
-    store: Store
-    if drawn is not None and asked.output is None:
-        store = MemoryStore(blocks.size)
-    else:
-        store = open_store(asked.output, blocks, resume=choice.resume)
+    store = ensemble.open_store(resume=choice.resume)
     begun = perf_counter()
-    budget = asked.options.budget
+    jobs = choice.jobs or shared.cores()
     try:
         with session.progress("integrating") as move:
-            complete = run_members(
-                blocks,
-                store,
-                jobs=choice.jobs or shared.cores(),
-                engine=None if cluster is None else ClusterEngine(cluster, budget),
-                budget=budget,
-                progress=move,
-            )
+            complete = ensemble.run(store, jobs=jobs, cluster=cluster, progress=move)
     except Terminated:
         _say_how_to_go_on(session, asked.output)
         raise
     if complete:
-        store.complete(times)
+        store.complete(ensemble.times)
     seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
-    report = SimulatedMembers(plan, members, store, asked.output, seconds)
-    print_report(report, FORMATS, as_json=asked.as_json)
-    if complete and plane is not None and drawn is not None and asked.plot is not None:
-        arrays = store.ensemble(plan.model.name, times).arrays
-        _draw(plane.map_of(arrays, drawn, plan, float(times[-1])), asked.plot)
+    report = SimulatedMembers(ensemble.plan, members, store, asked.output, seconds)
+    print_report(report, FORMATS, as_json=as_json)
     if complete:
+        ensemble.draw(store)
         return 0 if set(report.counts()) == {"ok"} else 1
     _say_how_to_go_on(session, asked.output)
-    return INTERRUPTED if budget is None else 1
+    return INTERRUPTED if asked.options.budget is None else 1
 
 
 def _say_how_to_go_on(session: Session, output: str | None) -> None:
     if output is not None:
         session.remark(f"stopped; --resume -o {output} goes on with the other members")
-
-
-def _plane(choice: MemberChoice, members: Members, plot: str | None) -> Plane | None:
-    """Return the plane of a map; None if none is drawn."""
-    if choice.map_names is None or plot is None:
-        return None
-    from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
-    from lagrange_cli.simulate.results.plot import require_map_ending
-
-    require_map_ending(ending_of(plot).lstrip("."))
-    return Plane.of_axes(members, choice.map_names)
-
-
-def _draw(drawn: PlaneMap, plot: str) -> None:
-    from lagrange_cli.simulate.results.plot import draw_map
-
-    write_file(plot, draw_map(drawn, ending_of(plot).lstrip(".")))

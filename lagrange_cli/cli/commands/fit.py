@@ -6,18 +6,17 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.api.remembered import read_source
+from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
-from lagrange_cli.cli.models import SceneRequest, derivation_of_scene
-from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
-from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.report.fit import FORMATS
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.conditions import Formulation
+    from lagrange_cli.api import Formulation
 
 
 @click.command(cls=Command)
@@ -62,13 +61,11 @@ def fit(
     session = ctx.ensure_object(Session)
     source = read_source(scene)
     guard(source, parameters, {"-o": output, "--plot": plot}, {"the measurements": data})
-    request = SceneRequest(source, parameters, initial, formulation=formulation)
-    derivation = derivation_of_scene(session, request)
+    asked = RememberedScene(session, source, parameters, initial, formulation=formulation)
+    derivation = asked.derivation()
     with session.progress("fitting") as move:
         fitted = derivation.fit(data, free, accuracy=accuracy, progress=move)
     print_report(fitted, FORMATS, as_json=as_json, output=output)
     if plot is not None:
-        from lagrange_cli.studies.fit.result import draw_fit
-
-        write_file(plot, draw_fit(fitted, ending_of(plot).lstrip(".")))
+        fitted.plot(plot)
     return fitted.exit_code

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
+from lagrange_cli.api.remembered import read_source
+from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
-from lagrange_cli.cli.models import SceneRequest, path_models_of_scene
-from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.report.path import FORMATS
-
-if TYPE_CHECKING:
-    from lagrange_cli.scene.model import Scene
 
 
 @click.command(cls=Command)
@@ -91,35 +86,13 @@ def path(
 ) -> None:
     """Find the paths of SCENE, a YAML file or - for standard input, that make the action
     stationary between two configurations at two times, and certify them by simulation."""
-    from lagrange_cli.studies.path.ends import read_ends, written_end
-
     session = ctx.ensure_object(Session)
     source = read_source(scene)
     guard(source, parameters, {"-o": output, "--plot": plot})
-    written = written_end(start, "--from"), written_end(end, "--to")
-    request = SceneRequest(source, parameters, formulation="auto")
-    models = path_models_of_scene(session, request)
-
-    def read() -> Scene:
-        from lagrange_cli.scene import read_text
-
-        return read_text(source.data, source.file, parameters=parameters)
-
-    first, last = read_ends(*written, models.motion.coordinates, read)
-    from lagrange_cli.studies.path.find import find_paths
-
+    asked = RememberedScene(session, source, parameters, formulation="auto")
+    find = asked.path_search((start, "--from"), (end, "--to"))
     with session.progress("searching") as move:
-        paths = find_paths(
-            models,
-            first,
-            last,
-            accuracy=accuracy,
-            starts=starts,
-            turns=turns,
-            samples=samples,
-            cache=session.cache,
-            progress=move,
-        )
+        paths = find(accuracy=accuracy, starts=starts, turns=turns, samples=samples, progress=move)
     session.explain_code()
     if output is not None:
         paths.write(output)

@@ -6,11 +6,11 @@ import json
 
 import click
 
+from lagrange_cli.api import scene_schema
 from lagrange_cli.cli import options
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.files import write_file
-from lagrange_cli.scene.schema import scene_schema
 
 
 @click.command(cls=Command)

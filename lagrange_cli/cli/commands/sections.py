@@ -6,24 +6,16 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.api.simulations import SectionSearch, SimulationRequest
 from lagrange_cli.cli import options as shared
 from lagrange_cli.cli.commands.ensemble import MemberChoice, chosen_members
-from lagrange_cli.cli.models import (
-    RememberedMembers,
-    SceneRequest,
-    SimulationRequest,
-    section_model_of_scene,
-)
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.interrupts import noted_interrupts
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.model.model import Model
-    from lagrange_cli.simulate.model.requested_outputs import WrittenCondition
-    from lagrange_cli.studies.section.members import SectionModel
-    from lagrange_cli.studies.section.result import Section
+    from lagrange_cli.api import Section
 
 
 def require_fit(
@@ -59,7 +51,12 @@ def require_fit(
 
 
 def find_section(
-    session: Session, text: str, choice: MemberChoice | None, asked: SimulationRequest
+    session: Session,
+    text: str,
+    choice: MemberChoice | None,
+    asked: SimulationRequest,
+    *,
+    as_json: bool,
 ) -> int:
     """Find a section and report it; return the exit code.
 
@@ -69,19 +66,18 @@ def find_section(
         The scene, the condition, the members or the options are wrong.
     """
     from lagrange_cli.report.section import FORMATS, FoundSection
-    from lagrange_cli.simulate.model.requested_outputs import WrittenCondition
 
-    condition = WrittenCondition(text, "--section")
-    known = section_model_of_scene(session, asked.scene, condition)
-    _require_curves(known, asked)
+    search, code = asked.section(text), 0
     if choice is None:
-        section, code = _of_one(session, known, asked)
+        section, code = _of_one(session, search)
     else:
-        section, code = _of_members(session, condition, known, choice, asked)
+        members = chosen_members(choice)
+        with session.progress("integrating") as progress:
+            section = search.of_members(members, choice.jobs or shared.cores(), progress)
     session.explain_code()
     if asked.output is not None:
         section.write(asked.output, asked.columns)
-    print_report(FoundSection(section, asked.columns), FORMATS, as_json=asked.as_json)
+    print_report(FoundSection(section, asked.columns), FORMATS, as_json=as_json)
     if asked.plot is not None:
         section.plot(asked.plot, asked.plot_of)
     for number, points in enumerate(section.members):
@@ -92,55 +88,14 @@ def find_section(
     return code or section.exit_code
 
 
-def _require_curves(known: SectionModel, asked: SimulationRequest) -> None:
-    """Refuse names of curves that points will not have, before anything is run."""
-    if asked.plot is None or asked.plot_of is None:
-        return
-    from lagrange_cli.simulate.results.curves import read_panels
-
-    names = [name for name in known.model.columns if not name.startswith("section ")]
-    read_panels(asked.plot_of, ("t", *names, "energy"), "--plot-of")
-
-
-def _of_one(session: Session, known: SectionModel, asked: SimulationRequest) -> tuple[Section, int]:
+def _of_one(session: Session, search: SectionSearch) -> tuple[Section, int]:
     """Find the section of the scene's motion; return also the exit code of an interrupt, or 0."""
-    from lagrange_cli.simulate.simulation import RunContext
-    from lagrange_cli.studies.section.members import single_section
-
     with session.progress("integrating") as progress, noted_interrupts() as interrupt:
 
         def stop() -> bool:
             return interrupt.asked
 
-        context = RunContext(cache=session.cache, progress=progress, stop=stop)
         with heard_by(Listener(ends=stop)):
-            section = single_section(known, asked.options, context)
+            section = search.of_motion(progress, stop)
     ended = section.members[0].status == "stopped" and interrupt.asked
     return section, interrupt.exit_code if ended else 0
-
-
-def _of_members(
-    session: Session,
-    condition: WrittenCondition,
-    known: SectionModel,
-    choice: MemberChoice,
-    asked: SimulationRequest,
-) -> tuple[Section, int]:
-    """Find the section of all members."""
-    from lagrange_cli.studies.section.members import section_of_members
-
-    def model(scene: SceneRequest) -> Model:
-        return section_model_of_scene(session, scene, condition).model
-
-    models = RememberedMembers(session, asked.scene, model, condition)
-    members = chosen_members(choice)
-    with session.progress("integrating") as progress:
-        section = section_of_members(
-            known,
-            models,
-            members,
-            asked.options,
-            jobs=choice.jobs or shared.cores(),
-            progress=progress,
-        )
-    return section, 0

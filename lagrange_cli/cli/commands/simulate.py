@@ -6,17 +6,18 @@ import math
 import os
 import re
 from dataclasses import replace
-from functools import partial
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from lagrange_cli.api import SimulationOptions
+from lagrange_cli.api.remembered import read_source
+from lagrange_cli.api.remembered_scene import RememberedScene
+from lagrange_cli.api.simulations import SimulationRequest
 from lagrange_cli.cli import options
 from lagrange_cli.cli.commands import ensemble, sections
 from lagrange_cli.cli.guard import checkpoint_files, guard
-from lagrange_cli.cli.models import SceneRequest, SimulationRequest, model_of_scene
-from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.interrupts import Interrupts, OverdueError, noted_interrupts, within
@@ -24,17 +25,12 @@ from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, sole_writer
 from lagrange_cli.report.simulate import FORMATS, Simulated
-from lagrange_cli.simulate.options import SimulationOptions
-from lagrange_cli.simulate.toolchain.shared_library import compilations_ahead
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lagrange_cli.scene.conditions import Formulation
-    from lagrange_cli.simulate import Trajectory
-    from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
-    from lagrange_cli.simulate.model.model import Model
+    from lagrange_cli.api import Checkpoint, Formulation, Model, Trajectory
 
 #: A plain number.
 _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
@@ -208,25 +204,31 @@ def simulate(
     if extra and (members is not None or sensitivity):
         other_run = "--sensitivity" if sensitivity else "an ensemble"
         raise click.UsageError(f"--with {extra[0]} is of one motion, without {other_run}")
-    scene_asked = SceneRequest(
-        source, parameters, initial, times, forces, formulation, sensitivity, extra=extra
+    scene_asked = RememberedScene(
+        session, source, parameters, initial, times, forces, formulation, sensitivity, extra=extra
     )
     if plot_of is not None and plot is None:
         raise click.UsageError("--plot-of needs --plot FILE")
     files = columns, output, plot, plot_of
-    asked = SimulationRequest(scene_asked, SimulationOptions(**chosen), *files, as_json)
+    asked = SimulationRequest(scene_asked, SimulationOptions(**chosen), *files)
     if section is not None:
         sections.require_fit(asked, members, resume, checkpoint)
-        ctx.exit(sections.find_section(session, section, members, asked))
+        ctx.exit(sections.find_section(session, section, members, asked, as_json=as_json))
     if members is not None:
         with sole_writer(output):
-            ctx.exit(ensemble.simulate_ensemble(session, members, asked))
-    with compilations_ahead():
-        ctx.exit(_simulate_one(session, asked, _checkpoint(checkpoint, resume), started))
+            ctx.exit(ensemble.simulate_ensemble(session, members, asked, as_json=as_json))
+    with scene_asked.compilations_ahead():
+        state_file = _checkpoint(checkpoint, resume)
+        ctx.exit(_simulate_one(session, asked, state_file, started, as_json=as_json))
 
 
 def _simulate_one(
-    session: Session, asked: SimulationRequest, checkpoint: Checkpoint | None, started: float
+    session: Session,
+    asked: SimulationRequest,
+    checkpoint: Checkpoint | None,
+    started: float,
+    *,
+    as_json: bool,
 ) -> int:
     """Simulate one motion and report it; return the exit code.
 
@@ -235,12 +237,13 @@ def _simulate_one(
     model = _model_within(session, asked)
     derive_seconds = perf_counter() - started
     budget = _remaining(asked.options.budget, derive_seconds)
+    asked = replace(asked, options=replace(asked.options, budget=budget))
     with sole_writer(None if checkpoint is None else checkpoint.path):
-        trajectory, interrupt = _integrated(session, model, asked, budget, checkpoint)
+        trajectory, interrupt = _integrated(session, model, asked, checkpoint)
         if asked.output is not None and trajectory.written is None:
             trajectory.write(asked.output, asked.columns)
         report = Simulated(model, trajectory, asked.columns, derive_seconds)
-        print_report(report, FORMATS, as_json=asked.as_json)
+        print_report(report, FORMATS, as_json=as_json)
         if asked.plot is not None:
             trajectory.plot(asked.plot, asked.plot_of)
         if checkpoint is not None and trajectory.status != "stopped":
@@ -263,7 +266,7 @@ def _model_within(session: Session, asked: SimulationRequest) -> Model:
     limited = budget is not None and math.isfinite(budget) and budget > 0
     try:
         with within(budget if limited else None):
-            return model_of_scene(session, asked.scene)
+            return asked.scene.model()
     except OverdueError:
         says = f"the budget of {budget:g} s was spent on the equations of motion: {session.stage}"
         hint = "nothing was simulated; equations are kept once they are derived"
@@ -278,71 +281,25 @@ def _remaining(budget: float | None, seconds: float) -> float | None:
 
 
 def _integrated(
-    session: Session,
-    model: Model,
-    asked: SimulationRequest,
-    budget: float | None,
-    checkpoint: Checkpoint | None,
+    session: Session, model: Model, asked: SimulationRequest, checkpoint: Checkpoint | None
 ) -> tuple[Trajectory, Interrupts]:
-    """Integrate within a budget in seconds; return also the signal that may have ended it."""
-    from lagrange_cli.simulate.charts.simulation import (
-        simulate_past_singularities,
-        simulate_with_sensitivities,
-    )
-    from lagrange_cli.simulate.results.streaming import Stream
-    from lagrange_cli.simulate.results.trajectory import require_forces
-    from lagrange_cli.simulate.simulation import RunContext
-
-    if asked.scene.forces:
-        require_forces(model.name, [*model.multipliers, *model.forces])
-    cartesian = replace(asked.scene, formulation="multiplier")
-    make_other_model = partial(model_of_scene, session, cartesian)
-    # Momenta are those of the coordinates, which are kept for them.
-    formulation = model.formulation if asked.scene.extra else asked.scene.formulation
-    options = replace(asked.options, budget=budget)
-    stream = Stream(asked.output, asked.columns, _drawn(model, asked))
+    """Integrate; return also the signal that may have ended it."""
     with session.progress("integrating") as progress, noted_interrupts() as interrupt:
 
         def stop() -> bool:
             return interrupt.asked
 
-        context = RunContext(
-            cache=session.cache,
-            stream=stream,
-            checkpoint=checkpoint,
-            progress=progress,
-            reached=progress.reached,
-            stop=stop,
-        )
         with heard_by(Listener(ends=stop)):
-            if asked.scene.sensitivity:
-                trajectory = simulate_with_sensitivities(model, options, context)
-            else:
-                trajectory = simulate_past_singularities(
-                    model, options, make_other_model, context, formulation=formulation
-                )
+            trajectory = asked.integrate(
+                model,
+                checkpoint=checkpoint,
+                progress=progress,
+                reached=progress.reached,
+                stop=stop,
+            )
     session.explain_code()
     session.detail(f"method: {trajectory.choice}")
     return trajectory, interrupt
-
-
-def _drawn(model: Model, asked: SimulationRequest) -> tuple[str, ...] | None:
-    """Return the columns that a picture shows, None if there is none.
-
-    Raises
-    ------
-    InputError
-        Located: the motion will have none of such a name.
-    """
-    if asked.plot is None:
-        return None
-    from lagrange_cli.simulate.results.curves import columns_of, read_panels, usual_panels
-
-    if asked.plot_of is None:
-        panels = usual_panels(model.coordinates, model.labels.dimensions)
-    else:
-        panels = read_panels(asked.plot_of, ("t", *model.columns, "energy"), "--plot-of")
-    return columns_of(panels)
 
 
 def _checkpoint(path: str | None, resumed: str | None) -> Checkpoint | None:
@@ -361,7 +318,7 @@ def _checkpoint(path: str | None, resumed: str | None) -> Checkpoint | None:
     if resumed == "":
         message = "--resume needs the file of --checkpoint"
         raise InputError(Problem(message, hint="--resume run.checkpoint", rule="resume"))
-    from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
+    from lagrange_cli.api import Checkpoint
 
     checkpoint = Checkpoint(path or resumed or "", resume=resumed is not None, lasting=True)
     check_writable(checkpoint.path)

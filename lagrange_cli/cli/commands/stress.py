@@ -7,23 +7,23 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.api.remembered import read_source
+from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import engines, options
 from lagrange_cli.cli.guard import guard
-from lagrange_cli.cli.models import SceneRequest
-from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.report.stress import FORMATS
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.conditions import Formulation
+    from lagrange_cli.api import Formulation
 
 
 def _axes() -> Iterable[str]:
-    from lagrange_cli.studies.stress.points import STRESS_AXES
+    from lagrange_cli.api.studies import stress_axes
 
-    return STRESS_AXES
+    return stress_axes()
 
 
 @click.command(cls=Command)
@@ -77,15 +77,12 @@ def stress(
     source = read_source(scene)
     guard(source, parameters, {"-o": output})
     times = {} if until is None else {"until": until}
-    request = SceneRequest(source, parameters, initial, times, formulation=formulation)
-    from lagrange_cli.studies.stress.measure import stress as run
-
+    asked = RememberedScene(session, source, parameters, initial, times, formulation=formulation)
     with (
         engines.cluster(session, scheduler, jobs) as cluster,
         session.progress("stressing") as move,
     ):
-        outcomes = run(
-            request.recipe(),
+        outcomes = asked.stress(
             axes=axes,
             accuracy=accuracy,
             budget=budget,

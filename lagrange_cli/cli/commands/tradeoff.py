@@ -6,18 +6,17 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.api.remembered import read_source
+from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
-from lagrange_cli.cli.models import SceneRequest, model_of_scene
-from lagrange_cli.cli.remembered import read_source
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
-from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.report.tradeoff import FORMATS
 
 if TYPE_CHECKING:
-    from lagrange_cli.scene.conditions import Formulation
+    from lagrange_cli.api import Formulation
 
 
 @click.command(cls=Command)
@@ -72,22 +71,13 @@ def tradeoff(
     source = read_source(scene)
     guard(source, parameters, {"-o": output, "--plot": plot})
     times = {} if until is None else {"until": until}
-    request = SceneRequest(source, parameters, initial, times, formulation=formulation)
-    model = model_of_scene(session, request)
-    from lagrange_cli.studies.tradeoff.measure import trade
-
+    asked = RememberedScene(session, source, parameters, initial, times, formulation=formulation)
+    model = asked.model()
     with session.progress("measuring") as move:
-        measured = trade(
-            model,
-            methods=methods,
-            repeat=repeat,
-            budget=budget,
-            progress=move,
-            cache=session.cache,
+        measured = asked.tradeoff(
+            model, methods=methods, repeat=repeat, budget=budget, progress=move
         )
     session.explain_code()
     print_report(measured, FORMATS, as_json=as_json, output=output)
     if plot is not None:
-        from lagrange_cli.studies.tradeoff.result import draw_trade
-
-        write_file(plot, draw_trade(measured, ending_of(plot).lstrip(".")))
+        measured.plot(plot)

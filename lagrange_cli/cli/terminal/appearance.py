@@ -7,7 +7,7 @@ from typing import TextIO
 
 import click
 
-from lagrange_cli.notation.page import Paint, Role
+from lagrange_cli.report import Paint, Role
 
 #: Lines are not broken to fewer columns.
 _NARROWEST = 40

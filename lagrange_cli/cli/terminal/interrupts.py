@@ -145,8 +145,10 @@ def within(seconds: float | None) -> Iterator[None]:
     seconds = min(max(seconds, _LEAST), _MOST)
     started = time.monotonic()
     handler = signal.signal(signal.SIGALRM, _overdue)
-    left, interval = signal.setitimer(signal.ITIMER_REAL, seconds)
+    left = interval = 0.0
     try:
+        # The alarm may ring as it is set.
+        left, interval = signal.setitimer(signal.ITIMER_REAL, seconds)
         yield
     except _Overdue:
         raise OverdueError from None

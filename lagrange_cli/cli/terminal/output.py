@@ -10,8 +10,8 @@ from typing import TextIO, TypeVar
 from lagrange_cli.cli.terminal.appearance import painter, window_width
 from lagrange_cli.cli.terminal.streams import results
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import cannot_write, write_file
-from lagrange_cli.notation.page import UNBROKEN, Page
+from lagrange_cli.files import can_encode, cannot_write, write_file
+from lagrange_cli.report import UNBROKEN, Page
 
 _Report = TypeVar("_Report")
 
@@ -35,15 +35,6 @@ def page_encoding() -> str:
     if is_plain and not (os.environ.get("PYTHONIOENCODING") or os.environ.get("PYTHONUTF8")):
         return "ascii"
     return stdout_encoding()
-
-
-def can_encode(text: str, encoding: str) -> bool:
-    """Say whether an encoding has every character of a text."""
-    try:
-        text.encode(encoding)
-    except UnicodeEncodeError:
-        return False
-    return True
 
 
 def print_text(content: str | Page, format_: str = "text", *, width: int = UNBROKEN) -> None:

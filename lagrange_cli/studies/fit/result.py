@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
 
@@ -111,6 +113,10 @@ class Fit:
     def exit_code(self) -> int:
         """0 where the values are determined, else 1."""
         return 0 if self.status == "ok" else 1
+
+    def plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw each measured column over its residuals; raises as :func:`draw_fit`."""
+        write_file(path, draw_fit(self, ending_of(path).lstrip(".")))
 
     def __repr__(self) -> str:
         """Return one line for a terminal."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
+from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
 from lagrange_cli.studies.reference import Reference
@@ -101,6 +103,10 @@ class Trade:
             if best is not None:
                 recommendations.append(Recommendation(accuracy, best))
         return tuple(recommendations)
+
+    def plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw seconds and right-hand sides over the error; raises as :func:`draw_trade`."""
+        write_file(path, draw_trade(self, ending_of(path).lstrip(".")))
 
     def _repr_html_(self) -> str:
         """Return what notebooks show."""

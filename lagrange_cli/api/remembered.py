@@ -18,7 +18,7 @@ from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.files import read_bytes
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.session import Session
+    from lagrange_cli.api.workspace import Workspace
 
 
 class SceneSource(NamedTuple):
@@ -64,7 +64,7 @@ def read_source(scene: str) -> SceneSource:
 
 
 def remembered(
-    session: Session,
+    workspace: Workspace,
     command: str,
     source: SceneSource,
     options: Sequence[Any],
@@ -74,7 +74,7 @@ def remembered(
 
     Parameters
     ----------
-    session
+    workspace
         Has the cache, and takes warnings and remarks of an answer that was kept.
     command
         Name of the command that asks.
@@ -83,7 +83,7 @@ def remembered(
     options
         Every option that the answer depends on, in a fixed order, as JSON values.
     work
-        Finds the answer, and tells the session its warnings and remarks itself.
+        Finds the answer, and tells the workspace its warnings and remarks itself.
 
     Raises
     ------
@@ -92,16 +92,16 @@ def remembered(
     """
     asked = json.dumps(options)
     key = digest(command, fingerprint(), asked, source.file, source.data)
-    before = session.cache.get(key)
+    before = workspace.cache.get(key)
     if before is not None:
         answer = _decoded(before)
-        session.tell(answer.warnings, answer.remarks)
-        session.detail("from the cache")
+        workspace.tell(answer.warnings, answer.remarks)
+        workspace.detail("from the cache")
         return answer.value
-    with session.stages():
+    with workspace.stages():
         answer = work()
     if answer.lasting:
-        session.keep(key, _encoded(answer))
+        workspace.keep(key, _encoded(answer))
     return answer.value
 
 
