@@ -22,6 +22,7 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives, evaluated
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
+from lagrange_cli.program.graph.schedule import order_of
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
 
 if TYPE_CHECKING:
@@ -142,6 +143,7 @@ class RestFunctions:
             for i, row in enumerate(equations.system.mass_matrix)
             for j, entry in entries(row).items()
         }
+        self._orders: dict[tuple[int, ...], list[int]] = {}
 
     def _table(self, expressions: Sequence[sp.Expr]) -> _Table:
         values = [self._graph.convert(e) for e in expressions]
@@ -157,6 +159,19 @@ class RestFunctions:
     def operations(self) -> int:
         """Return the number of values of the graph: a measure of the work of one evaluation."""
         return len(self._graph.nodes)
+
+    def _evaluated(
+        self,
+        wanted: Sequence[ScaledNode],
+        inputs: Mapping[str, Any],
+        functions: Mapping[str, Callable[..., Any]],
+        number: Callable[[Coefficient], Any],
+    ) -> list[Any]:
+        """Evaluate values of the graph; a search wants the same ones at hundreds of points."""
+        roots = tuple(n for _, n in wanted)
+        if roots not in self._orders:
+            self._orders[roots] = order_of(self._graph, roots)
+        return evaluated(self._graph, wanted, inputs, functions, number, self._orders[roots])
 
     # Many configurations in doubles.
 
@@ -188,7 +203,7 @@ class RestFunctions:
         }
         with np.errstate(all="ignore"):
             wanted = [*values, *slopes.values()]
-            numbers = evaluated(self._graph, wanted, inputs, IN_DOUBLES, float)
+            numbers = self._evaluated(wanted, inputs, IN_DOUBLES, float)
         size = len(self._unknown)
         jacobian = np.zeros((points, size, size))
         for (row, column), slope in zip(slopes, numbers[len(values) :], strict=True):
@@ -217,7 +232,7 @@ class RestFunctions:
         slopes = [tangents[row][by] for row, by in places]
         point = {name: _sized(x) for name, x in self._point(position, multipliers).items()}
         try:
-            numbers = evaluated(self._graph, slopes, point, _WITH_SIZES, _sized_number)
+            numbers = self._evaluated(slopes, point, _WITH_SIZES, _sized_number)
         except (ZeroDivisionError, ValueError) as error:
             raise DomainError from error
         matrix = mpmath.zeros(self.n, self.width)
@@ -268,7 +283,7 @@ class RestFunctions:
     ) -> list[Mpf]:
         point = self._point(position, multipliers)
         try:
-            numbers = evaluated(self._graph, wanted, point, IN_DIGITS, exact_number)
+            numbers = self._evaluated(wanted, point, IN_DIGITS, exact_number)
         except (ZeroDivisionError, ValueError) as error:
             raise DomainError from error
         if not all(isinstance(x, mpf) and mpmath.isfinite(x) for x in numbers):

@@ -283,10 +283,13 @@ def evaluated(
             first, *summands = (scaled(c, part) for part, c in node.terms)
             known[node_number] = sum(summands, first)
         elif isinstance(node, ProductNode):
-            result = known[ONE]
+            result = None
             for part, exponent in node.factors:
                 power = known[part] if abs(exponent) == 1 else known[part] ** abs(exponent)
-                result = result * power if exponent > 0 else result / power
+                if exponent < 0:
+                    result = (known[ONE] if result is None else result) / power
+                else:
+                    result = power if result is None else result * power
             known[node_number] = result
         else:
             arguments = (known[part] for part in node.arguments)
