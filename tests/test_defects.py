@@ -189,3 +189,18 @@ def test_a_constraint_that_definitions_satisfy_on_a_part() -> None:
         for line in derived("implied_on_a_part").equations.derivation.account.lines
     }
     assert lines["c0"] == "satisfied"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("exit3_accumbounds", ("derive",)),
+        ("exit3_zoo_in_max", ("derive",)),
+        ("exit3_analyze_rest_division", ("analyze",)),
+        ("exit3_form_explicit_1", ("derive", "--form", "explicit")),
+    ],
+)
+def test_what_has_no_value_at_rest_is_no_internal_error(name: str, words: tuple[str, ...]) -> None:
+    command, *options = words
+    assert lagrange(command, str(DEFECTS / f"{name}.yaml"), *options).returncode == 0

@@ -35,6 +35,12 @@ _OTHERS: dict[str, Callable[..., Any]] = {
 #: Functions of programs over arrays of doubles.
 IN_DOUBLES = {name: getattr(np, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
 
+
+def double(value: Any) -> np.float64:
+    """Return a double that divides by zero as arrays do, without an exception."""
+    return np.float64(float(value))
+
+
 #: States drawn for each wanted one: at some an expression is not real.
 _DRAWN = 3
 
@@ -112,7 +118,7 @@ class SampledValues:
         wanted = [values.convert(e) for e in expressions]
         named = {name: x for (_, name, _), x in zip(inputs, numbers, strict=True)}
         with np.errstate(all="ignore"):
-            rows = evaluated(values, wanted, named, IN_DOUBLES, float)
+            rows = evaluated(values, wanted, named, IN_DOUBLES, double)
         count = _DRAWN * self._number
         return np.array([np.broadcast_to(row, (count,)) for row in rows]).reshape(-1, count)
 

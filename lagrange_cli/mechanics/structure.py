@@ -22,6 +22,7 @@ from lagrange_cli.mechanics.algebra.energies import (
 from lagrange_cli.mechanics.algebra.factor import factored, grouped_sum
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups
+from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import ShortLagrangian
@@ -342,10 +343,10 @@ def _is_even(derivation: Uncertified) -> bool:
     """
     velocities = [c.v for c in derivation.reduced.coordinates]
     kinetic = derivation.kinetic
-    at_rest = kinetic.xreplace(dict.fromkeys(velocities, sp.Integer(0)))
+    still = at_rest(kinetic, velocities)
     is_even = kinetic.xreplace({v: -v for v in velocities}) == kinetic
     is_positional = derivation.potential.free_symbols.isdisjoint(velocities)
-    return bool(at_rest == 0 and is_even and is_positional)
+    return bool(still == 0 and is_even and is_positional)
 
 
 def _reason(derivation: Uncertified) -> str:
@@ -401,11 +402,9 @@ def total_energy(derivation: Uncertified, evidence: Evidence) -> tuple[sp.Expr, 
     Where T is of degree 2 in velocities they are T2, −T0 and V, as printed in T and V.
     """
     velocities = [c.v for c in derivation.reduced.coordinates]
-    at_rest = dict.fromkeys(velocities, sp.Integer(0))
     if evidence.energy_is_sum:
-        resting = symbols_in(derivation.potential).isdisjoint(velocities)
-        potential = derivation.potential
-        return derivation.kinetic, potential if resting else potential.xreplace(at_rest)
+        still = at_rest(derivation.potential, velocities)
+        return derivation.kinetic, derivation.potential if still is None else still
     kinetic = parts_by_degree(derivation.kinetic, velocities)
     potential = parts_by_degree(derivation.potential, velocities)
     if kinetic is not None and potential is not None and potential[0] == 0:

@@ -18,7 +18,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.rest_functions import IN_DIGITS, exact_number
-from lagrange_cli.analysis.sampled_values import IN_DOUBLES
+from lagrange_cli.analysis.sampled_values import IN_DOUBLES, double
 from lagrange_cli.analysis.values import Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.sparse import entries
@@ -215,7 +215,7 @@ class BranchFunctions:
         """
         inputs = {**self._fixed, **{self._names[s]: points[k] for k, s in enumerate(self._order)}}
         with np.errstate(all="ignore"):
-            numbers = iter(self._motions(inputs, IN_DOUBLES, float))
+            numbers = iter(self._motions(inputs, IN_DOUBLES, double))
         arrays = []
         for table in self._motions.tables:
             array = np.zeros((points.shape[1], *table.shape))

@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.sampled_values import IN_DOUBLES
+from lagrange_cli.analysis.sampled_values import IN_DOUBLES, double
 from lagrange_cli.analysis.values import Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.sparse import entries
@@ -189,8 +189,9 @@ class RestFunctions:
         where there is none.
         """
         points = unknown.shape[1]
-        inputs: dict[str, Any] = {self._names[s]: 0.0 for s in self._velocities}
-        inputs |= {self._names[s]: float(self._known.get(s, 0)) for s in self._fixed + self._inputs}
+        inputs: dict[str, Any] = {self._names[s]: double(0) for s in self._velocities}
+        fixed = self._fixed + self._inputs
+        inputs |= {self._names[s]: double(self._known.get(s, 0)) for s in fixed}
         inputs |= {self._names[s]: unknown[k] for k, s in enumerate(self._unknown)}
         tables = self._forces, self._positions, self._rates
         values = [v for table in tables for v in table.values]
@@ -203,7 +204,7 @@ class RestFunctions:
         }
         with np.errstate(all="ignore"):
             wanted = [*values, *slopes.values()]
-            numbers = self._evaluated(wanted, inputs, IN_DOUBLES, float)
+            numbers = self._evaluated(wanted, inputs, IN_DOUBLES, double)
         size = len(self._unknown)
         jacobian = np.zeros((points, size, size))
         for (row, column), slope in zip(slopes, numbers[len(values) :], strict=True):

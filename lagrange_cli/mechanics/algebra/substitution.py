@@ -8,7 +8,7 @@ operations that recur are evaluated once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from operator import attrgetter
@@ -18,6 +18,28 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum
 from lagrange_cli.mechanics.free_symbols import symbols_in
+
+#: Parts of expressions that have no finite real value.
+_WITHOUT_VALUE = (sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I, sp.AccumBounds)
+
+
+def has_value(expr: sp.Expr) -> bool:
+    """Tell whether no part of an expression is infinite, undefined, imaginary or a range."""
+    return not expr.has(*_WITHOUT_VALUE)
+
+
+def with_numbers(expr: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
+    """Replace symbols by numbers; None where the expression has no value with them."""
+    try:
+        replaced = expr.xreplace(dict(numbers))
+    except (TypeError, ValueError):  # a range or an infinity that max or sign cannot compare
+        return None
+    return replaced if has_value(replaced) else None
+
+
+def at_rest(expr: sp.Expr, velocities: Iterable[sp.Symbol]) -> sp.Expr | None:
+    """Set velocities to 0; None where the expression has no value at rest."""
+    return with_numbers(expr, dict.fromkeys(velocities, sp.S.Zero))
 
 
 class Step(NamedTuple):

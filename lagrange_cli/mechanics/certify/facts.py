@@ -13,6 +13,7 @@ from dataclasses import replace
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.findings import Conserved
@@ -127,10 +128,10 @@ def _energy_is_sum(derivation: Uncertified) -> bool:
         return True
     multiple = sp.Dummy("multiple", positive=True)
     faster = {v: multiple * v for v in velocities}
-    at_rest = potential.xreplace(dict.fromkeys(velocities, _ZERO))
-    if at_rest.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+    still = at_rest(potential, velocities)
+    if still is None:
         return False
-    growth = potential.xreplace(faster) - at_rest - multiple * (potential - at_rest)
+    growth = potential.xreplace(faster) - still - multiple * (potential - still)
     return are_equal(kinetic.xreplace(faster), multiple**2 * kinetic) and vanish(growth)
 
 

@@ -10,6 +10,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.algebra.arithmetic import plain_sum
+from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
 from lagrange_cli.mechanics.free_symbols import symbols_in
@@ -113,9 +114,9 @@ class Tapes:
         self.at_rest: Tape | None = None
         self.resting = symbols_in(potential).isdisjoint(self.v)
         if not self.resting:
-            at_rest = potential.xreplace(dict.fromkeys(self.v, sp.Integer(0)))
-            if not at_rest.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
-                self.at_rest = Tape([at_rest], self.still)
+            value = at_rest(potential, self.v)
+            if value is not None:
+                self.at_rest = Tape([value], self.still)
 
     # Evaluations at one state (q, v, a, t, parameters).
 

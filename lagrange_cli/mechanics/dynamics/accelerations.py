@@ -324,14 +324,29 @@ def _is_confirmed(
     InternalError
         The solution does not solve the system there.
     """
-    expressions = [*solution, *right, *(entry for row in rows for entry in row.values())]
     with mpmath.workdps(_DIGITS):
-        for numbers in map(iter, values_at_points(expressions, _DRAWS)):
-            values = [next(numbers) for _ in solution]
-            sides = [next(numbers) for _ in right]
-            for row, side in zip(rows, sides, strict=True):
-                parts = [next(numbers) * values[k] for k in row]
-                if abs(sum(parts) - side) > _AGREEMENT * (sum(map(abs, parts)) + abs(side)):
-                    raise InternalError(Problem("the explicit form does not solve the equations"))
-            return True
-    return False
+        miss, size = next(_misses(solution, rows, right), (None, mpf(0)))
+    if miss is None:
+        return False
+    if miss > _AGREEMENT * size:
+        # A sum of terms that cancel is rounding, which shrinks as digits grow.
+        with mpmath.workdps(2 * _DIGITS):
+            again, _ = next(_misses(solution, rows, right))
+        if again > _AGREEMENT * miss:
+            raise InternalError(Problem("the explicit form does not solve the equations"))
+    return True
+
+
+def _misses(
+    solution: Sequence[sympy.Expr], rows: Sequence[_Row], right: Sequence[sympy.Expr]
+) -> Iterator[tuple[mpf, mpf]]:
+    """Yield the largest mismatch of a row at points, and the size of its terms there."""
+    expressions = [*solution, *right, *(entry for row in rows for entry in row.values())]
+    for numbers in map(iter, values_at_points(expressions, _DRAWS)):
+        values = [next(numbers) for _ in solution]
+        sides = [next(numbers) for _ in right]
+        mismatches = []
+        for row, side in zip(rows, sides, strict=True):
+            parts = [next(numbers) * values[k] for k in row]
+            mismatches.append((abs(sum(parts) - side), sum(map(abs, parts), abs(side))))
+        yield max(mismatches, key=lambda both: both[0] / (both[1] or 1))

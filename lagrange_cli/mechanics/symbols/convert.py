@@ -23,6 +23,7 @@ from sympy.ntheory import factor_
 from lagrange_cli.errors import InputError, NotRealError, Problem
 from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum, power, product
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.free_symbols import unknown_function
 from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
@@ -96,7 +97,7 @@ def to_sympy(
         value that is not a real number (``1/0``, ``sqrt(-1)``).
     """
     result = _Conversion(expression, lookup, rate, functions).convert(expression.node)
-    if result.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+    if not has_value(result):
         raise NotRealError(
             Problem(
                 f"'{expression.text}' is not a finite real number",

@@ -6,10 +6,11 @@ from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from sympy import I, Symbol, nan, oo, zoo
+from sympy import Symbol
 
 from lagrange_cli.errors import InputError, NotRealError, Problem, nearest
 from lagrange_cli.files.interpolation import COEFFICIENTS
+from lagrange_cli.mechanics.algebra.substitution import with_numbers
 from lagrange_cli.mechanics.system import Input
 from lagrange_cli.simulate.model.expressions import calls_and_powers
 from lagrange_cli.simulate.model.sharp_functions import steep_arguments
@@ -89,8 +90,8 @@ def substitute_inputs(equations: Equations) -> Equations:
         inputs += numbers
 
     def put(expression: Expr) -> Expr:
-        substituted = expression.xreplace(replacements)
-        if substituted.has(zoo, nan, oo, -oo, I):
+        substituted = with_numbers(expression, replacements)
+        if substituted is None:
             names = ", ".join(f"'{u.name}'" for u in equations.system.inputs)
             raise NotRealError(
                 Problem(
