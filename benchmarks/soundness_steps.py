@@ -27,7 +27,7 @@ from printed_steps import Judge
 from lagrange_cli import load, loads
 from lagrange_cli.api.derivation import Derivation
 from lagrange_cli.api.scenes import LoadedScene
-from lagrange_cli.errors import InputError
+from lagrange_cli.errors import InputError, InternalError
 
 SYSTEMS = Path(__file__).parents[1] / "systems"
 
@@ -147,6 +147,8 @@ def verdict(kind: str, scene: LoadedScene, way: str, text: str = "") -> Judged:
     except InputError as error:
         rules = {problem.rule for problem in error.problems}
         return Judged(kind, "without steps" if rules == {WITHOUT} else "refused", text=text)
+    except InternalError as error:
+        return Judged(kind, "internal error", wrong=(f"{scene.scene.name}: {error!r}",), text=text)
     judge = judged(derivation)
     name = scene.scene.name
     wrong = tuple(f"{name}: {line}" for line in judge.wrong)

@@ -373,6 +373,11 @@ class ConstraintForces:
     included
         Terms of the scene that are written in coordinates, so that they act on no particle: the
         constraints pass them on.
+    shared
+        Particles and points of which several pass these on, or of which not all forces are known:
+        their forces are not unique.
+    weightless
+        Particles without weight in a scene that gives it to others.
     """
 
     bodies: tuple[BodyReaction, ...]
@@ -380,6 +385,8 @@ class ConstraintForces:
     form: Literal["motion", "accelerations", "multipliers"]
     open: tuple[str, ...] = ()
     included: tuple[str, ...] = ()
+    shared: tuple[str, ...] = ()
+    weightless: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,6 +35,17 @@ potentials: {spring: k*theta^2/2, bend: k*theta^4}
 """
 
 
+#: Inertia that is written in a coordinate, and acts on no particle.
+WHEEL = """
+parameters: {m: 1, R: 2, k: 3, g: 9.81}
+plane: xz
+particles: {wheel: {mass: m, position: [R*phi, 0, R]}}
+coordinates: [phi]
+kinetic: {spin: m*R^2*dot(phi)^2/4}
+potentials: {weight: {gravity: g}}
+"""
+
+
 @cache
 def found(text, forces=True):
     return derive(read_text("name: tested\n" + text), forces=forces)
@@ -72,8 +83,19 @@ def test_ascii_is_in_the_scene_language():
 
 
 def test_what_is_passed_on_is_said():
-    shown = section(derivation_text(found(TORSION), width=100))
-    assert "these include the terms spring, bend, because they are written in coordinates" in shown
+    shown = section(derivation_text(found(WHEEL), width=100))
+    assert "these include the term spin, because it is written in coordinates" in shown
+    sprung = WHEEL + "forces: {motor: {on: phi, force: k}}\n"
+    shown = section(derivation_text(found(sprung), width=100))
+    assert "the force on wheel is not unique: what spin, motor exerts is written in" in shown
+    assert "f_" not in shown
+    assert "none" not in shown
+
+
+def test_no_constraint_force_is_said_to_be_none():
+    free = TORSION.replace("l*sin(theta), y, -l*cos(theta)", "theta, y, 0")
+    shown = section(derivation_text(found(free), width=100))
+    assert shown.splitlines()[1:] == ["  none"]
 
 
 @pytest.mark.parametrize("text", [ANGLE, CARTESIAN, TORSION], ids=["angle", "cartesian", "torsion"])

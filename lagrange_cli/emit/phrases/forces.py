@@ -30,9 +30,10 @@ def forces_line(say: Language = ENGLISH) -> str:
 def force_rows(forces: ConstraintForces) -> Iterator[tuple[str, list[tuple[str, Expr]]]]:
     """Yield each body that a force acts on, with ``f_x`` and so on, unless they are zero.
 
-    ``|f|`` follows if several components have a short magnitude.
+    ``|f|`` follows if several components have a short magnitude. Forces that are not unique are
+    left out.
     """
-    for body in forces.bodies:
+    for body in (b for b in forces.bodies if b.name not in forces.shared):
         rows = [
             (f"f_{axis}", component)
             for axis, component in zip(_AXES, body.components, strict=True)
@@ -64,8 +65,10 @@ def reaction_rows(
     """Yield each constraint's name, its multiplier, and bodies with the λ |∇φ| that acts on them.
 
     The multiplier is None if it is an unknown of the equations of motion; λ |∇φ| is left out
-    if it is the multiplier again.
+    if it is the multiplier again. There is no row if no constraint exerts a force.
     """
+    if are_none(forces):
+        return
     unknowns = {closure.multiplier for closure in equations.system.pushing}
     for reaction in forces.reactions:
         known = None if reaction.multiplier in unknowns else reaction.multiplier
@@ -82,6 +85,13 @@ def _by_size(reaction: Reaction) -> list[tuple[str, Expr]]:
     return [(", ".join(names), size) for size, names in bodies.items()]
 
 
+def are_none(forces: ConstraintForces) -> bool:
+    """Say whether no constraint exerts a force: all are known, and vanish."""
+    values = [e for body in forces.bodies for e in body.components]
+    values += [reaction.multiplier for reaction in forces.reactions]
+    return not (forces.open or forces.shared or any(values))
+
+
 def force_notes(forces: ConstraintForces, say: Language = ENGLISH) -> list[str]:
     """Return notes on the formulas of forces."""
     notes = []
@@ -89,7 +99,19 @@ def force_notes(forces: ConstraintForces, say: Language = ENGLISH) -> list[str]:
         notes.append(say("the accelerations are those of the equations of motion"))
     if forces.form == "multipliers":
         notes.append(say("multipliers and accelerations are those of the equations of motion"))
-    if forces.included:
+    if forces.shared:
+        notes.append(
+            say.counted(
+                len(forces.shared),
+                "the force on {bodies} is not unique: what {listed} exerts is written in"
+                " coordinates, and acts on no particle",
+                "the forces on {bodies} are not unique: what {listed} exerts is written in"
+                " coordinates, and shared among them in no way that is stated",
+                bodies=", ".join(forces.shared),
+                listed=", ".join(forces.included),
+            )
+        )
+    elif forces.included:
         notes.append(
             say.counted(
                 len(forces.included),
@@ -98,6 +120,9 @@ def force_notes(forces: ConstraintForces, say: Language = ENGLISH) -> list[str]:
                 listed=", ".join(forces.included),
             )
         )
+    if forces.weightless:
+        listed = ", ".join(forces.weightless)
+        notes.append(say("the scene gives {listed} no weight", listed=listed))
     if forces.open:
         listed = ", ".join(forces.open)
         notes.append(
@@ -156,4 +181,6 @@ def forces_report(
         "undetermined_multipliers": [_multiplier(equations, name) for name in forces.open],
         "forces_in_terms_of": forces.form,
         "forces_pass_on": list(forces.included),
+        "forces_not_unique": list(forces.shared),
+        "without_weight": list(forces.weightless),
     }

@@ -232,6 +232,17 @@ FRENCH = {
     "multipliers and accelerations are those of the equations of motion": (
         "les multiplicateurs et les accélérations sont ceux des équations du mouvement"
     ),
+    "the force on {bodies} is not unique: what {listed} exerts is written in"
+    " coordinates, and acts on no particle": (
+        "la force sur {bodies} n'est pas unique\u00a0: ce qu'exerce {listed} est écrit en"
+        " coordonnées et n'agit sur aucune particule"
+    ),
+    "the forces on {bodies} are not unique: what {listed} exerts is written in"
+    " coordinates, and shared among them in no way that is stated": (
+        "les forces sur {bodies} ne sont pas uniques\u00a0: ce qu'exerce {listed} est"
+        " écrit en coordonnées, et rien ne dit comment elles se le partagent"
+    ),
+    "the scene gives {listed} no weight": "la scène ne donne pas de poids à {listed}",
     "these include the term {listed}, because it is written in coordinates": (
         "elles comprennent le terme {listed}, parce qu'il est écrit en coordonnées"
     ),

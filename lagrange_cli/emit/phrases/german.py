@@ -232,6 +232,17 @@ GERMAN = {
     "multipliers and accelerations are those of the equations of motion": (
         "Multiplikatoren und Beschleunigungen sind die der Bewegungsgleichungen"
     ),
+    "the force on {bodies} is not unique: what {listed} exerts is written in"
+    " coordinates, and acts on no particle": (
+        "die Kraft auf {bodies} ist nicht eindeutig: was {listed} ausübt, ist in"
+        " Koordinaten angegeben und wirkt auf kein Teilchen"
+    ),
+    "the forces on {bodies} are not unique: what {listed} exerts is written in"
+    " coordinates, and shared among them in no way that is stated": (
+        "die Kräfte auf {bodies} sind nicht eindeutig: was {listed} ausübt, ist in"
+        " Koordinaten angegeben, und keine Angabe verteilt es auf sie"
+    ),
+    "the scene gives {listed} no weight": "die Szene gibt {listed} kein Gewicht",
     "these include the term {listed}, because it is written in coordinates": (
         "darin enthalten ist der Term {listed}, weil er in Koordinaten angegeben ist"
     ),

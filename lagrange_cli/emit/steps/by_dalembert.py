@@ -178,13 +178,14 @@ def comparison(writer: StepsWriter) -> Section | None:
 
 def newton_equations(writer: StepsWriter) -> Section | None:
     """m r̈ = F + f of each particle, where constraint forces f are derived."""
-    if writer.equations.derivation.constraint_forces is None:
+    forces = writer.equations.derivation.constraint_forces
+    if forces is None:
         return None
     letters = writer.letters
     inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))
     blocks: list[Block] = []
     for body in writer.steps.bodies:
-        rows = list(_newton(writer, body))
+        rows = [] if body.name in forces.shared else list(_newton(writer, body))
         if rows:
             blocks += [writer.title(body.name)] if len(writer.steps.bodies) > 1 else []
             blocks.append(formulas(rows))

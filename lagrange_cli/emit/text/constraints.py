@@ -78,7 +78,7 @@ def constraint_forces(writer: TextWriter) -> list[Row]:
             lines.append(
                 formula(f"  {begin.rstrip()}", begin[len(begin.rstrip()) :] + opening, shown)
             )
-    lines += [] if groups else [Row("", "  ", words(writer.say("none")))]
+    lines += [] if groups or forces.shared else [Row("", "  ", words(writer.say("none")))]
     return lines + [
         Row("", "  ", words(escape_controls(n))) for n in force_notes(forces, writer.say)
     ]

@@ -2,18 +2,22 @@
 
 Potentials, kinetic terms and dissipation are read over Cartesian names and their rates,
 so that a force belongs to the particle whose name it is written in. A term that is written
-in other coordinates acts on no particle.
+in other coordinates acts on no particle, unless one alone moves with these: its force is then the
+one in the directions ∂r/∂q that does the same work, J (JᵀJ)⁻¹ Q.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.shorten import shortened
+from lagrange_cli.mechanics.dynamics.idle_potentials import weights_of
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.scene.language.expression import Equation, Expression
@@ -33,11 +37,17 @@ class AppliedForces:
         dissipation), over q, v, a, t.
     unattached
         Names of terms that act on no particle.
+    attached
+        The part of the dynamic forces that terms in other coordinates exert on a single particle.
+    shared
+        Names of particles of which several move with the coordinates of unattached terms.
     """
 
     positional: dict[sp.Symbol, sp.Expr]
     dynamic: dict[sp.Symbol, sp.Expr]
     unattached: tuple[str, ...]
+    attached: dict[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    shared: tuple[str, ...] = ()
 
     def along(self, symbol: sp.Symbol) -> sp.Expr:
         """−F along one symbol."""
@@ -46,7 +56,11 @@ class AppliedForces:
 
 def applied_forces(derivation: Uncertified) -> AppliedForces:
     """Collect the applied forces of a scene, with opposite sign."""
-    return _Reader(derivation).applied_forces()
+    reader = _Reader(derivation)
+    applied = reader.applied_forces()
+    for group in _moving_together(derivation):
+        applied = reader.attached(applied, group)
+    return applied
 
 
 @dataclass(frozen=True)
@@ -89,6 +103,83 @@ def velocity_slopes(derivation: Uncertified, equation: Equation) -> dict[sp.Symb
     return {s: slope for s, slope in slopes.items() if slope != 0}
 
 
+#: Most coordinates of a particle whose forces are written in the directions ∂r/∂q.
+_MOST_DIRECTIONS = 3
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Bodies that move with common coordinates.
+
+    Attributes
+    ----------
+    bodies
+        Names of the particles, and of the points that forces act on.
+    components
+        Raw symbols of their positions that move.
+    coordinates
+        The coordinates.
+    """
+
+    bodies: tuple[str, ...]
+    components: frozenset[sp.Symbol]
+    coordinates: frozenset[sp.Symbol]
+
+    def joined(self, group: _Group) -> _Group:
+        return _Group(
+            (*self.bodies, *group.bodies),
+            self.components | group.components,
+            self.coordinates | group.coordinates,
+        )
+
+
+def _moving_together(derivation: Uncertified) -> list[_Group]:
+    """Return the bodies in groups without a common coordinate."""
+    reduced = derivation.reduced
+    names, every = reduced.names, {c.q for c in reduced.coordinates}
+    pulled = {force.on for force in derivation.forces}
+    groups: list[_Group] = []
+    for number, (body, symbols) in enumerate(zip(names.bodies, names.body_symbols, strict=True)):
+        if number >= len(reduced.masses) and body.name not in pulled:
+            continue
+        moving = {s: symbols_in(reduced.resolved[s]) & every for s in symbols}
+        one = _Group(
+            (body.name,),
+            frozenset(s for s, by in moving.items() if by),
+            frozenset().union(*moving.values()),
+        )
+        for group in [g for g in groups if not g.coordinates.isdisjoint(one.coordinates)]:
+            groups.remove(group)
+            one = group.joined(one)
+        groups.append(one)
+    return groups
+
+
+def _in_directions(
+    reduced: Reduced, group: _Group, loads: Mapping[sp.Symbol, sp.Expr]
+) -> dict[sp.Symbol, sp.Expr] | None:
+    """J (JᵀJ)⁻¹ Q of generalized forces Q; None if several bodies could share them otherwise.
+
+    Several cannot where each of their components moves by itself.
+    """
+    coordinates = [c.q for c in reduced.coordinates if c.q in group.coordinates]
+    components = [s for s in reduced.resolved if s in group.components]
+    if len(group.bodies) > 1 and len(components) != len(coordinates):
+        return None
+    if len(coordinates) > _MOST_DIRECTIONS:
+        return None
+    slopes = sp.Matrix(
+        [[derivative(reduced.resolved[s], q) for q in coordinates] for s in components]
+    )
+    square = (slopes.T * slopes).applyfunc(shortened)
+    determinant = shortened(square.det(method="berkowitz"))
+    if determinant == 0:
+        return None
+    rates = square.adjugate() * sp.Matrix([loads.get(q, sp.Integer(0)) for q in coordinates])
+    along = (slopes * rates).applyfunc(lambda e: shortened(shortened(e) / determinant))
+    return {s: e for s, e in zip(components, along, strict=True) if e != 0}
+
+
 class _Reader:
     def __init__(self, derivation: Uncertified) -> None:
         self.derivation = derivation
@@ -100,7 +191,9 @@ class _Reader:
         self.rates |= {c.q: c.v for c in self.own}
         self.positional: dict[sp.Symbol, list[sp.Expr]] = {}
         self.dynamic: dict[sp.Symbol, list[sp.Expr]] = {}
-        self.unattached: list[str] = []
+        #: Term that is written in coordinates → coordinates that it acts on.
+        self.unattached: dict[str, set[sp.Symbol]] = {}
+        self.inertial: set[sp.Symbol] = set()
 
     def applied_forces(self) -> AppliedForces:
         scene = self.reduced.scene
@@ -109,12 +202,39 @@ class _Reader:
             self._add_energy(name, -raw, self.dynamic if moving else self.positional)
         for name, raw in self._converted(scene.kinetic):
             self._add_energy(name, raw, self.dynamic)
+            self.inertial |= {c.q for c in self.own if not raw.free_symbols.isdisjoint((c.q, c.v))}
         for name, raw in self._converted(scene.dissipation):
             for s, rate in self.rates.items():
                 self._add(name, s, derivative(raw, rate), self.dynamic)
         self._add_forces()
         return AppliedForces(
             _summed(self.positional), _summed(self.dynamic), tuple(self.unattached)
+        )
+
+    def attached(self, applied: AppliedForces, group: _Group) -> AppliedForces:
+        """Give the forces of unattached terms to the particle that they act on, if it is alone."""
+        among = [c.q for c in self.own if c.q in group.coordinates]
+        loads = {q: load for q in among if (load := applied.along(q)) != 0}
+        if not loads:
+            return applied
+        along = None
+        if self.inertial.isdisjoint(group.coordinates):
+            along = _in_directions(self.reduced, group, loads)
+        if along is None:
+            kinetic = {term.name for term in self.reduced.scene.kinetic}
+            forces = {n for n, on in self.unattached.items() if not on.isdisjoint(loads)} - kinetic
+            several = group.bodies if forces or len(group.bodies) > 1 else ()
+            return replace(applied, shared=(*applied.shared, *several))
+        dynamic = {s: e for s, e in applied.dynamic.items() if s not in loads}
+        dynamic |= {s: dynamic.get(s, sp.Integer(0)) + e for s, e in along.items()}
+        return replace(
+            applied,
+            positional={s: e for s, e in applied.positional.items() if s not in loads},
+            dynamic=dynamic,
+            unattached=tuple(
+                name for name in applied.unattached if not self.unattached[name] <= loads.keys()
+            ),
+            attached={**applied.attached, **along},
         )
 
     def _converted(self, terms: Sequence[Term]) -> Iterator[tuple[str, sp.Expr]]:
@@ -151,8 +271,8 @@ class _Reader:
         if load == 0:
             return
         into.setdefault(symbol, []).append(self._resolved(load))
-        if any(symbol == c.q for c in self.own) and name not in self.unattached:
-            self.unattached.append(name)
+        if any(symbol == c.q for c in self.own):
+            self.unattached.setdefault(name, set()).add(symbol)
 
     def _resolved(self, expr: sp.Expr) -> sp.Expr:
         """Write an expression over q, v, t in place of Cartesian names and their rates."""
@@ -166,3 +286,18 @@ class _Reader:
 
 def _summed(parts: dict[sp.Symbol, list[sp.Expr]]) -> dict[sp.Symbol, sp.Expr]:
     return {s: sp.Add(*terms) for s, terms in parts.items()}
+
+
+def weightless(derivation: Uncertified) -> tuple[str, ...]:
+    """Name the particles without weight in a scene whose potentials give it to others."""
+    reduced = derivation.reduced
+    weights = [weights_of(reduced, term) for term in reduced.scene.potentials]
+    heavy = [w for w in weights if w is not None]
+    if not heavy or len({(w.axis, w.strength) for w in heavy}) > 1:
+        return ()
+    axis = "xyz".index(heavy[0].axis)
+    written = frozenset().union(
+        *(symbols_in(reduced.convert(term.expression)) for term in reduced.scene.potentials)
+    )
+    particles = zip(reduced.scene.particles, reduced.names.particle_symbols, strict=True)
+    return tuple(p.name for p, symbols in particles if symbols[axis] not in written)

@@ -39,6 +39,7 @@ from lagrange_cli.mechanics.reactions.applied_forces import (
     AppliedForces,
     applied_forces,
     velocity_slopes,
+    weightless,
 )
 from lagrange_cli.mechanics.reactions.multipliers import (
     ConstraintEquation,
@@ -112,6 +113,8 @@ def derive_constraint_forces(
         _form(equations, [*forces.along.values(), *(r.multiplier for r in reactions)]),
         undetermined,
         applied.unattached,
+        applied.shared,
+        weightless(derivation),
     )
 
 
@@ -202,9 +205,6 @@ def _bodies(
             yield BodyReaction(body.name, (x, y, z), length_factor((x, y, z)))
 
 
-# Multipliers.
-
-
 def _stated(derivation: Uncertified) -> list[ConstraintEquation]:
     """The scene's equations and gaps, each with the name of its multiplier."""
     reduced = derivation.reduced
@@ -264,7 +264,9 @@ def _reactions(
     point = check.points[0]
     exact = force_balances(reduced, stated, along, point, keep_definitions=False)
     hoped = force_balances(reduced, stated, forces.along, point, keep_definitions=True)
-    solved = multipliers(stated, exact, hoped, point, check.scales[0])
+    # Of bodies that share the force of a term in an unknown way the forces explain no multiplier.
+    unique = [row for row in hoped if row.force == 0 or row.body not in check.applied.shared]
+    solved = multipliers(stated, exact, unique, point, check.scales[0])
     check.rows([r for r in exact if r.gradient.keys() <= solved.keys()], solved)
     reactions = [
         Reaction(e.name, e.text, solved[k], tuple(_sizes(hoped, k, solved[k])))
@@ -285,9 +287,6 @@ def _sizes(
     for body, parts in slopes.items():
         square = shortened(sp.Add(*(e**2 for e in parts)))
         yield body, shortened(multiplier * sp.sqrt(factored_form(square)))
-
-
-# The check.
 
 
 class _Check:

@@ -127,7 +127,7 @@ def derive_steps(
         balances=tuple(balances),
         in_coordinates=loads.unattached,
     )
-    return certify_steps(derivation, evidence, equations, steps)
+    return certify_steps(derivation, evidence, equations, steps, loads.attached)
 
 
 def _terms(reduced: Reduced, terms: Sequence[Term]) -> tuple[TermSteps, ...]:

@@ -7,7 +7,7 @@ over Cartesian names, which share nothing with symbolic derivatives.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -46,9 +46,19 @@ _NOTHING = mpf(10) ** -700
 
 
 def certify_steps(
-    derivation: Uncertified, evidence: Evidence, equations: Equations, steps: DerivationSteps
+    derivation: Uncertified,
+    evidence: Evidence,
+    equations: Equations,
+    steps: DerivationSteps,
+    attached: Mapping[sp.Symbol, sp.Expr],
 ) -> DerivationSteps:
     """Compare all lines at the states of the derivation's certificate.
+
+    Parameters
+    ----------
+    attached
+        −F of terms in coordinates that a single particle has, by Cartesian name: its work is
+        that of these terms.
 
     Returns
     -------
@@ -65,7 +75,7 @@ def certify_steps(
     digits = evidence.certificate.digits
     tolerance = mpf(10) ** (5 - digits)
     with mpmath.workdps(working_digits(digits)):
-        check = _StepsCheck(derivation, equations, steps)
+        check = _StepsCheck(derivation, equations, steps, attached)
         worst, apart, states = _ZERO, _ZERO, 0
         for state in evidence.states:
             try:
@@ -87,9 +97,13 @@ class _StepsCheck:
     """Routes of one derivation by which its steps are checked."""
 
     def __init__(
-        self, derivation: Uncertified, equations: Equations, steps: DerivationSteps
+        self,
+        derivation: Uncertified,
+        equations: Equations,
+        steps: DerivationSteps,
+        attached: Mapping[sp.Symbol, sp.Expr],
     ) -> None:
-        self.equations, self.steps = equations, steps
+        self.equations, self.steps, self.attached = equations, steps, attached
         self.tapes = tapes = Tapes(derivation)
         self.closures = ClosureCheck(derivation, tapes)
         self.number = {s.name: k for k, s in enumerate(tapes.symbols)}
@@ -108,7 +122,7 @@ class _StepsCheck:
         seen = tapes.observe(point)
         run = tapes.positions.run([seen.series[s] for s in tapes.still], 2)
         outputs = run.outputs
-        applied = self._applied(seen, outputs)
+        applied = self._applied(seen, run)
         lines = [
             *self._bodies(run, outputs, applied),
             *self._terms(point, outputs),
@@ -143,9 +157,9 @@ class _StepsCheck:
             if body.square is not None:
                 yield body.square, sum((v * v for v in speeds), _ZERO)
 
-    def _applied(self, seen: Observation, outputs: Sequence[TaylorSeries]) -> dict[str, mpf]:
+    def _applied(self, seen: Observation, positions: TapeRun) -> dict[str, mpf]:
         """Name of a Cartesian name or coordinate → the applied force along it."""
-        tapes = self.tapes
+        tapes, outputs = self.tapes, positions.outputs
         applied = {
             s.name: -slope for s, slope in tapes.potential_slopes(seen.series, outputs).items()
         }
@@ -164,6 +178,19 @@ class _StepsCheck:
             values = evaluate(list(force.components), seen.point)
             for name, value in zip(names, values, strict=True):
                 applied[name] = applied.get(name, _ZERO) + value
+        return self._moved(applied, seen, positions)
+
+    def _moved(self, applied: dict[str, mpf], seen: Observation, run: TapeRun) -> dict[str, mpf]:
+        """Move forces along coordinates to the particles that have them, by their work."""
+        names = [s.name for s in self.attached]
+        values = evaluate([-force for force in self.attached.values()], seen.point)
+        for name, value in zip(names, values, strict=True):
+            applied[name] = applied.get(name, _ZERO) + value
+        seeds = {self.number[n]: (x, _ZERO, _ZERO) for n, x in zip(names, values, strict=True)}
+        work = run.gradient(seeds)[1 : 1 + self.tapes.n] if seeds else []
+        for q, done in zip(self.tapes.q, work, strict=False):
+            if q.name not in self.number:
+                applied[q.name] = applied.get(q.name, _ZERO) - done[0]
         return applied
 
     def _targets(self, on: str, components: int) -> list[str]:

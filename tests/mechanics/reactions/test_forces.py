@@ -261,15 +261,107 @@ def test_no_virtual_displacement_feels_them(name):
 # What cannot be told, and what nobody asked for.
 
 
-def test_what_is_written_in_coordinates_is_said_to_be_passed_on():
-    e = written("""
-parameters: {m: 1, l: 2, k: 3}
+BOB = """
+parameters: {m: 1, l: {value: 2, positive: true}, k: 3, g: 9.81, M: 2}
 plane: xz
-particles: {bob: {mass: m, position: [l*sin(theta), y, -l*cos(theta)]}}
+particles: {bob: {mass: m, position: [r*sin(theta), y, -r*cos(theta)]}}
+coordinates: {r: {positive: true}, theta: {}}
+potentials: {weight: {gravity: g}, spring: k*(r - l)^2/2}
+"""
+
+
+def test_a_spring_is_no_constraint_force():
+    """Nothing constrains an elastic pendulum in its plane."""
+    found = written(BOB).derivation.constraint_forces
+    assert [body.components for body in found.bodies] == [(0, 0, 0)]
+    assert (found.included, found.shared) == ((), ())
+
+
+@pytest.mark.parametrize(
+    "term",
+    [
+        "potentials: {torsion: k*theta^2/2}",
+        "forces: {motor: {on: theta, force: k*cos(t)}}",
+        "dissipation: {bearing: k*dot(theta)^2/2}",
+    ],
+)
+def test_what_is_written_in_coordinates_acts_on_the_particle_that_moves_with_them(term):
+    """The rod pulls along itself whatever turns it."""
+    e = written(f"""
+parameters: {{m: 1, l: 2, k: 3}}
+plane: xz
+particles: {{bob: {{mass: m, position: [l*sin(theta), y, -l*cos(theta)]}}}}
 coordinates: [theta]
-potentials: {spring: k*theta^2/2}
+{term}
 """)
-    assert e.derivation.constraint_forces.included == ("spring",)
+    found, by_name = e.derivation.constraint_forces, names(e)
+    (bob,) = found.bodies
+    theta, turning = by_name["theta"], by_name["theta_dot"]
+    pull = by_name["m"] * by_name["l"] * turning**2
+    expected = [-pull * sp.sin(theta), 0, pull * sp.cos(theta)]
+    assert [sp.simplify(f - x) for f, x in zip(bob.components, expected, strict=True)] == [0, 0, 0]
+    assert found.included == ()
+
+
+def test_two_bodies_that_move_freely_share_their_force_in_one_way():
+    e = written("""
+parameters: {m: 1, M: 2, k: 3}
+particles: {a: {mass: m, position: [X + s, 0, 0]}, b: {mass: M, position: [X - s, 0, 0]}}
+coordinates: [X, s]
+potentials: {spring: k*s^2/2}
+""")
+    found = e.derivation.constraint_forces
+    assert [body.components for body in found.bodies] == [(0, 0, 0)] * 2
+    assert found.shared == ()
+
+
+@pytest.mark.parametrize(
+    ("terms", "shared"),
+    [
+        ("kinetic: {spin: M*l^2*dot(phi)^2/2}", ("hoop", "spot")),
+        ("potentials: {spring: k*phi^2/2}", ("hoop", "spot")),
+        ("potentials: {weight: {gravity: g}}", ()),
+    ],
+)
+def test_what_several_bodies_share_is_not_unique(terms, shared):
+    e = written(f"""
+parameters: {{m: 1, M: 2, l: 1, k: 3, g: 9.81}}
+plane: xz
+particles:
+  hoop: {{mass: M, position: [l*phi, 0, l]}}
+  spot: {{mass: m, position: [l*phi - l*sin(phi), 0, l - l*cos(phi)]}}
+  far: {{mass: m, position: [x, 0, 0]}}
+coordinates: [phi, x]
+{terms}
+""")
+    found = e.derivation.constraint_forces
+    assert found.shared == shared
+    assert bool(found.included) == bool(shared)
+
+
+def test_a_spring_beside_an_inertia_in_coordinates_is_not_unique():
+    e = written("""
+parameters: {m: 1, R: 1, k: 3}
+particles: {wheel: {mass: m, position: [R*phi, 0, R]}}
+coordinates: [phi]
+kinetic: {spin: m*R^2*dot(phi)^2/4}
+potentials: {spring: k*phi^2/2}
+""")
+    assert e.derivation.constraint_forces.shared == ("wheel",)
+
+
+@pytest.mark.parametrize(
+    ("weight", "without"),
+    [("m*g*z", ("puck",)), ("{gravity: g}", ()), ("m*g*z^2", ()), ("-M*g*y_puck", ("weight",))],
+)
+def test_a_particle_without_weight_beside_one_that_has_some(weight, without):
+    e = written(f"""
+parameters: {{m: 1, M: 2, g: 9.81}}
+particles: {{puck: {{mass: M, position: [x1, y1, 0]}}, weight: {{mass: m, position: [0, 0, z]}}}}
+coordinates: [x1, y1, z]
+potentials: {{weight: {weight}}}
+""")
+    assert e.derivation.constraint_forces.weightless == without
 
 
 def test_redundant_constraints_share_a_force_in_no_particular_way():
